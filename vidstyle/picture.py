@@ -1,0 +1,170 @@
+"""Pictures as planes of numbers, and what the numbers mean.
+
+The one place that knows colour matrices, ranges and chroma siting.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+LUMA_WEIGHTS: dict[str, tuple[float, float]] = {
+    "bt601": (0.299, 0.114),
+    "bt709": (0.2126, 0.0722),
+    "bt2020": (0.2627, 0.0593),
+    "fcc": (0.30, 0.11),
+    "smpte240m": (0.212, 0.087),
+}
+"""Weight of red and of blue in luma, by matrix (ITU-T H.273, table 4); green has the rest."""
+
+SITINGS: dict[str, tuple[float, float]] = {
+    "left": (0.0, 0.5),
+    "center": (0.5, 0.5),
+    "topleft": (0.0, 0.0),
+    "top": (0.5, 0.0),
+    "bottomleft": (0.0, 1.0),
+    "bottom": (0.5, 1.0),
+}
+"""Where the first chroma sample of 4:2:0 lies, in luma pixels right and down from the first."""
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """How the numbers in a picture's planes stand for colours.
+
+    Attributes:
+        matrix: a key of LUMA_WEIGHTS.
+        full_range: whether black and white are the ends of the number range (else 16..235 in 8 bit).
+        depth: bits of an integer sample; 0 for float32 samples, luma 0..1 and chroma -0.5..0.5.
+        step: luma pixels for each chroma sample, across and down: (2, 2) is 4:2:0.
+        siting: where the first chroma sample lies, in luma pixels right and down from the first luma
+            sample: a value of SITINGS, or what turning the picture has made of it.
+    """
+
+    matrix: str = "bt709"
+    full_range: bool = False
+    depth: int = 8
+    step: tuple[int, int] = (2, 2)
+    siting: tuple[float, float] = SITINGS["left"]
+
+    @property
+    def dtype(self) -> type[np.generic]:
+        """The NumPy type of one sample."""
+        return np.float32 if self.depth == 0 else np.uint8 if self.depth <= 8 else np.uint16
+
+    @property
+    def luma_levels(self) -> tuple[float, float]:
+        """The codes of black and of white."""
+        if self.depth == 0:
+            return 0.0, 1.0
+        if self.full_range:
+            return 0.0, float(2**self.depth - 1)
+        unit = 2.0 ** (self.depth - 8)
+        return 16 * unit, 235 * unit
+
+    @property
+    def chroma_levels(self) -> tuple[float, float]:
+        """The code of neutral, and how many codes lie between -0.5 and 0.5."""
+        if self.depth == 0:
+            return 0.0, 1.0
+        if self.full_range:
+            return float(2 ** (self.depth - 1)), float(2**self.depth - 1)
+        unit = 2.0 ** (self.depth - 8)
+        return 128 * unit, 224 * unit
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """The weights of red, green and blue in luma; float32, they add up to 1."""
+        red, blue = LUMA_WEIGHTS[self.matrix]
+        return np.array([red, 1 - red - blue, blue], np.float32)
+
+    @cached_property
+    def to_rgb(self) -> np.ndarray:
+        """The 3 x 3 matrix from (luma, blue difference, red difference) to RGB; float32."""
+        red, blue = LUMA_WEIGHTS[self.matrix]
+        green = 1 - red - blue
+        from_blue, from_red = 2 * (1 - blue), 2 * (1 - red)
+        return np.array(
+            [
+                [1, 0, from_red],
+                [1, -from_blue * blue / green, -from_red * red / green],
+                [1, from_blue, 0],
+            ],
+            np.float32,
+        )
+
+    @cached_property
+    def from_rgb(self) -> np.ndarray:
+        """The inverse of `to_rgb`; float32."""
+        return np.linalg.inv(self.to_rgb.astype(np.float64)).astype(np.float32)
+
+    def chroma_shape(self, height: int, width: int) -> tuple[int, int]:
+        """The shape of a chroma plane beside a luma plane of this size: rounded up.
+
+        >>> Encoding().chroma_shape(361, 641)
+        (181, 321)
+        """
+        across, down = self.step
+        return -(-height // down), -(-width // across)
+
+    def as_float(self) -> Encoding:
+        """The same colours held as float32 at full chroma resolution."""
+        return replace(self, depth=0, full_range=True, step=(1, 1))
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One picture: either luma with or without chroma, or packed RGB; never both.
+
+    The arrays are views wherever possible and are not to be written to.
+
+    Attributes:
+        encoding: what the samples mean; for RGB, its matrix is the one that luma is taken with.
+        luma: H x W, or None for an RGB picture.
+        chroma: blue and red difference at the encoding's step, or None for gray and RGB.
+        color: H x W x 3 RGB, or None.
+        alpha: H x W of the same type, full range, or None; no block touches it.
+    """
+
+    encoding: Encoding
+    luma: np.ndarray | None = None
+    chroma: tuple[np.ndarray, np.ndarray] | None = None
+    color: np.ndarray | None = None
+    alpha: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if (self.luma is None) == (self.color is None):
+            raise ValueError("a picture has either luma or colour planes")
+        if self.color is not None and self.chroma is not None:
+            raise ValueError("an RGB picture has no chroma planes")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels."""
+        plane = self.color if self.luma is None else self.luma
+        assert plane is not None
+        return plane.shape[0], plane.shape[1]
+
+    @classmethod
+    def from_array(cls, array: np.ndarray) -> Picture:
+        """A picture from what Python users hold: H x W, H x W x 3 or H x W x 4, RGB order.
+
+        Integers are full range (uint8 or uint16), floats 0..1. Nothing is copied where the type fits.
+
+        Raises:
+            ValueError: another shape or type.
+        """
+        if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
+            raise ValueError(f"a picture is H x W, H x W x 3 or H x W x 4, not {array.shape}")
+        depths = {"u1": 8, "u2": 16, "f4": 0, "f8": 0, "f2": 0}
+        kind = array.dtype.kind + str(array.dtype.itemsize)
+        if kind not in depths:
+            raise ValueError(f"a picture holds uint8, uint16 or floats, not {array.dtype}")
+        if array.dtype.kind == "f":
+            array = array.astype(np.float32, copy=False)
+        encoding = Encoding("bt709", full_range=True, depth=depths[kind], step=(1, 1))
+        if array.ndim == 2:
+            return cls(encoding, luma=array)
+        return cls(encoding, color=array[..., :3], alpha=array[..., 3] if array.shape[2] == 4 else None)
