@@ -1,0 +1,112 @@
+"""Compiled loops: `@compiled` turns a plain function over arrays into machine code at its first call.
+
+Numba is imported only then, and its cache lies with the user's other caches, so that importing a
+module with kernels costs nothing and cannot fail where nothing may be written.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib
+import os
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Generic, ParamSpec, TypeVar, overload
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+_numba_lock = threading.Lock()
+
+
+class Compiled(Generic[Arguments, Result]):
+    """A function that is compiled for each new combination of argument types; it releases the GIL.
+
+    A compiled function may call another one by its module-level name.
+
+    Attributes:
+        function: the Python function itself.
+    """
+
+    def __init__(self, function: Callable[Arguments, Result], fastmath: bool, parallel: bool) -> None:
+        functools.update_wrapper(self, function)
+        self.function = function
+        self._options = {"nogil": True, "fastmath": fastmath, "parallel": parallel}
+        self._machine_code: Any = None
+
+    def __call__(self, *arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
+        machine_code = self._machine_code or self._build()
+        return machine_code(*arguments, **named)  # type: ignore[no-any-return]
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba asks a global for that is called from compiled code."""
+        return (self._machine_code or self._build())._numba_type_
+
+    def _build(self) -> Any:
+        with _numba_lock:
+            numba: Any = importlib.import_module("numba")
+            keep, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._cache_folder())
+            try:
+                self._machine_code = numba.njit(cache=True, **self._options)(self.function)
+            except RuntimeError:  # no folder may be written to
+                self._machine_code = numba.njit(**self._options)(self.function)
+            finally:
+                numba.config.CACHE_DIR = keep
+        return self._machine_code
+
+    def _cache_folder(self) -> Path:
+        """Named by what the called functions' files hold: Numba itself looks only at the caller's file."""
+        digest = hashlib.sha256()
+        for file in map(Path, sorted(self._source_files())):
+            digest.update(file.read_bytes() if file.is_file() else b"")
+        return user_cache() / "kernels" / digest.hexdigest()[:16]
+
+    def _source_files(self) -> set[str]:
+        code = self.function.__code__
+        named = (self.function.__globals__.get(name) for name in code.co_names)
+        called = (item for item in named if isinstance(item, Compiled) and item is not self)
+        return {code.co_filename}.union(*(item._source_files() for item in called))
+
+
+@overload
+def compiled(function: Callable[Arguments, Result], /) -> Compiled[Arguments, Result]: ...
+
+
+@overload
+def compiled(
+    *, fastmath: bool = False, parallel: bool = False
+) -> Callable[[Callable[Arguments, Result]], Compiled[Arguments, Result]]: ...
+
+
+def compiled(function: Any = None, /, *, fastmath: bool = False, parallel: bool = False) -> Any:
+    """Declare a kernel: `@compiled`, or `@compiled(fastmath=True)` where rounding may be reordered.
+
+    Args:
+        fastmath: lets the compiler reorder sums and assume that there are no NaNs.
+        parallel: runs `numba.prange` loops on Numba's own threads.
+
+    >>> @compiled
+    ... def double(number):
+    ...     return 2 * number
+    >>> double.function(21)
+    42
+    """
+    if function is None:
+        return lambda declared: Compiled(declared, fastmath, parallel)
+    return Compiled(function, fastmath, parallel)
+
+
+def user_cache() -> Path:
+    """The folder for what vidstyle can make again, in the place that the system has for such things.
+
+    Not created here, and perhaps not writable.
+    """
+    chosen = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    if chosen:
+        return Path(chosen) / "vidstyle"
+    home = Path(os.path.expanduser("~"))
+    return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "vidstyle"
