@@ -229,7 +229,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Block:
-    """A filter block: a function with what its declaration says about it. Call it like the function."""
+    """A filter block: a function with what its declaration says about it. Call it like the function.
+
+    Attributes:
+        saves: the name under which every step of it keeps the picture that it was given.
+    """
 
     name: str
     kind: Kind
@@ -238,6 +242,7 @@ class Block:
     parameters: dict[str, Parameter]
     given: dict[str, object]
     measure: Callable[..., np.ndarray] | None
+    saves: str = ""
 
     @property
     def help(self) -> str:
@@ -268,7 +273,7 @@ def rgb_from_text(text: str) -> tuple[float, float, float]:
 
 
 def block(
-    kind: Kind, on: On, measure: Callable[..., np.ndarray] | None = None
+    kind: Kind, on: On, measure: Callable[..., np.ndarray] | None = None, saves: str = ""
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of its name.
 
@@ -277,6 +282,7 @@ def block(
         on: which planes it works on.
         measure: for a measured block, takes a small copy of luma (H x W float32) and returns the
             numbers that the function then gets as `Measured`.
+        saves: a name under which its steps keep the picture that they were given, without being told.
 
     Raises:
         TypeError: at import, when the declaration itself is wrong, a default out of range included.
@@ -288,7 +294,7 @@ def block(
         if not inspect.getdoc(function):
             raise TypeError(f"{function.__name__}: a block says in its docstring what it does")
         parameters, given = _read_signature(function, skip=0 if kind == "recipe" else 1)
-        return Block(function.__name__, kind, on, function, parameters, given, measure)
+        return Block(function.__name__, kind, on, function, parameters, given, measure, saves)
 
     return declare
 
