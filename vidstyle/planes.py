@@ -1,0 +1,246 @@
+"""Between a picture's planes and working values, some rows at a time.
+
+Working values are float32: luma and RGB 0..1, chroma -0.5..0.5 at luma's own resolution, all of
+them gamma-encoded as the picture is. Rows outside the picture repeat the row at its edge.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from vidstyle.kernels import compiled
+from vidstyle.picture import Encoding, Picture
+
+Chroma = tuple[np.ndarray, np.ndarray]
+
+
+def luma_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
+    """Luma of the rows top..bottom as float32, new unless the picture holds just that; RGB is converted."""
+    if picture.color is not None:
+        return yuv_from_rgb(color_rows(picture, top, bottom), picture.encoding)[0]
+    assert picture.luma is not None
+    rows = picture.luma[top:bottom]
+    if picture.encoding.depth == 0:
+        return rows
+    black, white = picture.encoding.luma_levels
+    return _scaled(rows, 1 / (white - black), -black / (white - black))
+
+
+def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
+    """Blue and red difference of the rows, brought to luma's resolution by linear interpolation."""
+    if picture.color is not None:
+        _, blue, red = yuv_from_rgb(color_rows(picture, top, bottom), picture.encoding)
+        return blue, red
+    shape = bottom - top, picture.shape[1]
+    if picture.chroma is None:
+        return np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    blue, red = (_enlarged(plane, picture.encoding, top, shape) for plane in picture.chroma)
+    return blue, red
+
+
+def color_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
+    """RGB of the rows, N x W x 3 float32; values outside 0..1 are kept."""
+    if picture.color is None:
+        luma = luma_rows(picture, top, bottom)
+        if picture.chroma is None:
+            return np.repeat(luma[..., None], 3, axis=2)
+        return rgb_from_yuv(luma, chroma_rows(picture, top, bottom), picture.encoding)
+    rows = picture.color[top:bottom]
+    if picture.encoding.depth == 0:
+        return rows
+    black, white = picture.encoding.luma_levels
+    return _scaled(rows, 1 / (white - black), -black / (white - black))
+
+
+def rgb_from_yuv(luma: np.ndarray, chroma: Chroma, encoding: Encoding) -> np.ndarray:
+    """RGB, N x W x 3 float32, of three N x W float32 planes."""
+    color = np.empty((*luma.shape, 3), np.float32)
+    _mix_rgb(luma, *chroma, encoding.to_rgb, color)
+    return color
+
+
+def yuv_from_rgb(color: np.ndarray, encoding: Encoding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Luma, blue and red difference, three N x W float32 planes."""
+    luma, blue, red = (np.empty(color.shape[:2], np.float32) for _ in range(3))
+    _mix_yuv(color, encoding.from_rgb, luma, blue, red)
+    return luma, blue, red
+
+
+def store(values: np.ndarray, black: float, white: float, depth: int, out: np.ndarray) -> None:
+    """Write float32 values as integers: 0 becomes `black`, 1 becomes `white`, halves are rounded up.
+
+    What leaves the number range of `depth` bits is cut off there. With depth 0 the values are copied.
+    """
+    if depth == 0:
+        np.copyto(out, values)
+    else:
+        _store(values, np.float32(white - black), np.float32(black), 2**depth - 1, out)
+
+
+def chroma_reach(encoding: Encoding) -> tuple[int, int]:
+    """How many rows above and below a band of whole chroma rows its samples average over."""
+    offset, first, last = encoding.siting[1], 0, encoding.step[1] - 1
+    if encoding.step[1] == 1:
+        return 0, 0
+    half = encoding.step[1] / 2
+    return int(np.ceil(first - 0.5 - (offset - half))), int(np.ceil(offset + half - (last + 0.5)))
+
+
+def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) -> np.ndarray:
+    """Average a chroma plane at luma's resolution over the area of each sample of the encoding.
+
+    The area is a box of one step centred on the sample, the classic filter of each siting: two equal
+    weights between pixels, 1-2-1 upon one.
+
+    Args:
+        plane: N x W float32 rows of the page; what lies outside repeats the edge.
+        above: how many of them lie above the first luma row of the band.
+        rows: luma rows in the band, starting at a multiple of the step.
+        encoding: its step and siting.
+
+    Returns:
+        float32, ceil(rows / step) x ceil(W / step).
+    """
+    across, down = encoding.step
+    if (across, down) == (1, 1):
+        return plane[above : above + rows]
+    height, width = encoding.chroma_shape(rows, plane.shape[1])
+    row_index, row_weight = _box(height, down, encoding.siting[1], above, plane.shape[0])
+    index, weight = _box(width, across, encoding.siting[0], 0, plane.shape[1])
+    out = np.empty((height, width), np.float32)
+    _gather(plane, row_index, row_weight, index, weight, out)
+    return out
+
+
+def _scaled(rows: np.ndarray, gain: float, offset: float) -> np.ndarray:
+    out = np.multiply(rows, np.float32(gain), dtype=np.float32)
+    if offset:
+        out += np.float32(offset)
+    return out
+
+
+def _enlarged(plane: np.ndarray, encoding: Encoding, top: int, shape: tuple[int, int]) -> np.ndarray:
+    neutral, span = encoding.chroma_levels
+    (across, down), (x, y) = encoding.step, encoding.siting
+    row_index, row_weight = _between(shape[0], down, y, top, plane.shape[0])
+    row_weight = row_weight / np.float32(span)
+    offset = np.float32(-neutral / span)
+    out = np.empty(shape, np.float32)
+    if across == 1:
+        _lerp_rows(plane, row_index, row_weight, offset, out)
+    elif across == 2 and 0 <= x <= 1:
+        _lerp_double(plane, row_index, row_weight, offset, np.float32(x / 2), out)
+    else:
+        index, weight = _between(shape[1], across, x, 0, plane.shape[1])
+        _gather(plane, row_index, row_weight, index, weight, out)
+        out += offset
+    return out
+
+
+@lru_cache(maxsize=256)
+def _between(count: int, step: int, siting: float, first: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each of `count` luma positions the two samples around it and their weights."""
+    if step == 1:
+        position = np.arange(first, first + count, dtype=np.float64)
+    else:
+        position = (np.arange(first, first + count) - siting) / step
+    below = np.floor(position).astype(np.int64)
+    part = position - below
+    index = np.clip(np.stack([below, below + 1], axis=1), 0, size - 1)
+    return index, np.stack([1 - part, part], axis=1).astype(np.float32)
+
+
+@lru_cache(maxsize=256)
+def _box(count: int, step: int, siting: float, shift: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each of `count` samples the luma positions under its box, counted from `-shift`, and weights."""
+    if step == 1:
+        return np.clip(np.arange(count)[:, None] + shift, 0, size - 1), np.ones((count, 1), np.float32)
+    centre = np.arange(count) * step + siting
+    start = np.floor(centre - step / 2 + 0.5).astype(np.int64)
+    index = start[:, None] + np.arange(step + 1)
+    low = np.maximum(index - 0.5, centre[:, None] - step / 2)
+    high = np.minimum(index + 0.5, centre[:, None] + step / 2)
+    weight = np.maximum(high - low, 0) / step
+    return np.clip(index + shift, 0, size - 1), weight.astype(np.float32)
+
+
+@compiled
+def _lerp_rows(plane, index, weight, offset, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        above, below = index[row, 0], index[row, 1]
+        near, far = weight[row, 0], weight[row, 1]
+        for x in range(out.shape[1]):
+            out[row, x] = near * plane[above, x] + far * plane[below, x] + offset
+
+
+@compiled
+def _lerp_double(plane, index, weight, offset, part, out):  # type: ignore[no-untyped-def]
+    """Twice as wide: an even pixel lies `part` of a sample before its own one, an odd one behind it."""
+    line = np.empty(plane.shape[1] + 2, np.float32)
+    width = out.shape[1]
+    behind = np.float32(0.5) - part
+    for row in range(out.shape[0]):
+        above, below = index[row, 0], index[row, 1]
+        near, far = weight[row, 0], weight[row, 1]
+        for x in range(plane.shape[1]):
+            line[x + 1] = near * plane[above, x] + far * plane[below, x] + offset
+        line[0] = line[1]
+        line[plane.shape[1] + 1] = line[plane.shape[1]]
+        for x in range(width // 2):
+            here = line[x + 1]
+            out[row, 2 * x] = here + part * (line[x] - here)
+            out[row, 2 * x + 1] = here + behind * (line[x + 2] - here)
+        if width % 2:
+            here = line[width // 2 + 1]
+            out[row, width - 1] = here + part * (line[width // 2] - here)
+
+
+@compiled
+def _gather(plane, row_index, row_weight, index, weight, out):  # type: ignore[no-untyped-def]
+    """A weighted sum of a few rows, then of a few columns, for each sample."""
+    line = np.empty(plane.shape[1], np.float32)
+    for row in range(out.shape[0]):
+        line[:] = 0
+        for tap in range(row_index.shape[1]):
+            part = row_weight[row, tap]
+            if part != 0:
+                source = row_index[row, tap]
+                for x in range(plane.shape[1]):
+                    line[x] += part * plane[source, x]
+        for x in range(out.shape[1]):
+            total = np.float32(0)
+            for tap in range(index.shape[1]):
+                total += weight[x, tap] * line[index[x, tap]]
+            out[row, x] = total
+
+
+@compiled
+def _mix_rgb(luma, blue, red, matrix, out):  # type: ignore[no-untyped-def]
+    from_red, green_blue, green_red, from_blue = matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 1]
+    for row in range(luma.shape[0]):
+        for x in range(luma.shape[1]):
+            y, u, v = luma[row, x], blue[row, x], red[row, x]
+            out[row, x, 0] = y + from_red * v
+            out[row, x, 1] = y + green_blue * u + green_red * v
+            out[row, x, 2] = y + from_blue * u
+
+
+@compiled
+def _mix_yuv(color, matrix, luma, blue, red):  # type: ignore[no-untyped-def]
+    for row in range(luma.shape[0]):
+        for x in range(luma.shape[1]):
+            r, g, b = color[row, x, 0], color[row, x, 1], color[row, x, 2]
+            luma[row, x] = matrix[0, 0] * r + matrix[0, 1] * g + matrix[0, 2] * b
+            blue[row, x] = matrix[1, 0] * r + matrix[1, 1] * g + matrix[1, 2] * b
+            red[row, x] = matrix[2, 0] * r + matrix[2, 1] * g + matrix[2, 2] * b
+
+
+@compiled
+def _store(values, gain, offset, top, out):  # type: ignore[no-untyped-def]
+    flat_out = out
+    for row in range(values.shape[0]):
+        for x in range(values.shape[1]):
+            code = values[row, x] * gain + offset + np.float32(0.5)
+            flat_out[row, x] = min(max(code, np.float32(0)), np.float32(top))
