@@ -1,0 +1,77 @@
+"""Styles: small readable files that say which blocks run, in which order, with which values."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from vidstyle.assets import asset_folder
+from vidstyle.errors import StyleError
+from vidstyle.style_change import expand, override
+from vidstyle.style_check import style_from_table
+from vidstyle.style_files import read_style_file, save_style
+from vidstyle.style_graph import LAYERS, SOURCE, Step, Style, table_from_style
+from vidstyle.style_schema import describe, style_schema
+from vidstyle.style_values import asset_path, nearest
+
+__all__ = [
+    "LAYERS",
+    "SOURCE",
+    "Step",
+    "Style",
+    "asset_path",
+    "describe",
+    "expand",
+    "load_style",
+    "override",
+    "save_style",
+    "style_from_table",
+    "style_names",
+    "style_schema",
+    "table_from_style",
+]
+
+PLAIN = "plain"
+"""The name of the empty style."""
+
+
+def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
+    """A style by the name of a shipped one, from a file, or from a table like that of a file.
+
+    A text that ends in .toml or has a folder in it is a path. A table may hold no paths, having no folder.
+
+    Raises:
+        StyleError: there is no such style, or it has mistakes: all of them are named.
+
+    >>> load_style("plain").is_plain
+    True
+    >>> load_style({"format": 1, "background": [{"block": "posterize", "levels": 99}]})
+    Traceback (most recent call last):
+    vidstyle.errors.StyleError: style: background step 1 (posterize): levels: 99 is outside 2 to 32
+    """
+    if isinstance(style, Style):
+        return style
+    if isinstance(style, Mapping):
+        return style_from_table(style, "style")
+    if isinstance(style, Path) or _is_path(style):
+        return read_style_file(Path(style))
+    return _load_shipped(style)
+
+
+def style_names() -> list[str]:
+    """The names of the shipped styles; those are the files in the folder of styles, and `plain`."""
+    return sorted({PLAIN, *(path.stem for path in asset_folder("styles").glob("*.toml"))})
+
+
+def _load_shipped(name: str) -> Style:
+    if name == PLAIN:
+        return Style(name=PLAIN)
+    if name not in style_names():
+        raise StyleError(name, [f"is not a style; {nearest(name, style_names())}"])
+    return read_style_file(asset_folder("styles") / f"{name}.toml")
+
+
+def _is_path(text: str) -> bool:
+    separators = os.sep + (os.altsep or "")
+    return text.lower().endswith(".toml") or any(separator in text for separator in separators)

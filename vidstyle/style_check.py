@@ -1,0 +1,82 @@
+"""Checks what a style file holds against the declarations of the blocks, and makes a Style of it.
+
+A style may come from a stranger: no value is trusted before it has been checked here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vidstyle.block import Parameter
+from vidstyle.errors import StyleError
+from vidstyle.style_graph import FIELDS, LAYERS, Style
+from vidstyle.style_steps import StepReader
+from vidstyle.style_values import LONGEST_TEXT, nearest, read_values, shown
+
+FORMAT = 1
+MOST_MISTAKES = 50
+TEXTS = ("name", "note")
+
+
+def style_from_table(
+    table: Mapping[str, object], thing: object, name: str = "", folder: Path | None = None
+) -> Style:
+    """The style that the table of a style file describes.
+
+    Args:
+        table: what the file holds.
+        thing: what errors shall call it.
+        name: its name if the table gives none.
+        folder: where its paths start; None allows no paths.
+
+    Raises:
+        StyleError: with all the mistakes in it.
+    """
+    mistakes: list[str] = []
+    if _format_is_known(table, mistakes):
+        style = _read_style(table, name, folder, mistakes)
+    if mistakes:
+        more = len(mistakes) - MOST_MISTAKES
+        raise StyleError(
+            thing, mistakes[:MOST_MISTAKES] + ([f"and {more} more mistakes"] if more > 0 else [])
+        )
+    return style
+
+
+def _format_is_known(table: Mapping[str, object], mistakes: list[str]) -> bool:
+    version = table.get("format")
+    if version is None:
+        mistakes.append(f"format is missing; a style file says format = {FORMAT}")
+        return True
+    if isinstance(version, int) and not isinstance(version, bool) and version == FORMAT:
+        return True
+    mistakes.append(f"format {shown(version)} is unknown; this vidstyle reads format {FORMAT}")
+    return False
+
+
+def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mistakes: list[str]) -> Style:
+    known = ("format", *TEXTS, *FIELDS, *LAYERS)
+    for key in table:
+        if key not in known:
+            mistakes.append(f"{shown(key)} is not a field of a style; {nearest(str(key), known)}")
+    texts = {"name": name} | {key: _read_text(key, table[key], mistakes) for key in TEXTS if key in table}
+    fields = _read_fields(table, mistakes)
+    reader = StepReader(folder, mistakes)
+    layers: dict[str, Any] = {layer: reader.read_layer(layer, table.get(layer, [])) for layer in LAYERS}
+    return Style(folder=folder, **texts, **fields, **layers)
+
+
+def _read_text(key: str, value: object, mistakes: list[str]) -> str:
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT or not value.isprintable():
+        mistakes.append(f"{key}: {shown(value)} is not a line of at most {LONGEST_TEXT} characters")
+        return ""
+    return value
+
+
+def _read_fields(table: Mapping[str, object], mistakes: list[str]) -> dict[str, Any]:
+    given = {
+        key: Parameter(key, control, None, whole=False) for key, control in FIELDS.items() if key in table
+    }
+    return read_values(given, table, "", mistakes)

@@ -1,0 +1,86 @@
+"""Style files: reading them with care, and writing them so that their comments stay."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from vidstyle.errors import OutputError, StyleError
+from vidstyle.style_check import style_from_table
+from vidstyle.style_edit import edited_text
+from vidstyle.style_graph import Style, table_from_style
+
+LARGEST_FILE = 64 * 1024
+"""Bytes; a hand-written style stays well below."""
+
+
+def read_style_file(path: Path) -> Style:
+    """The style in a file.
+
+    Raises:
+        StyleError: the file cannot be read, or the style in it has mistakes.
+    """
+    table = _parse(path, _read_text(path))
+    return style_from_table(table, path, path.stem, path.absolute().parent)
+
+
+def save_style(style: Style, path: str | Path) -> None:
+    """Write a style to a file; one that is there is edited, so that its comments and its order stay.
+
+    Raises:
+        StyleError: the style has mistakes, or the file that is there holds something else.
+        OutputError: the file cannot be written.
+    """
+    path = Path(path)
+    table = table_from_style(style)
+    style_from_table(table, style.name, folder=path.absolute().parent)
+    text = _edit_file(path, table) if path.exists() else tomlkit.dumps(table)
+    partial = path.resolve().with_name(f"{path.name}.partial")
+    try:
+        partial.write_text(text, encoding="utf-8", newline="")
+        os.replace(partial, path.resolve())
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise OutputError(path, f"cannot be written: {error.strerror}") from None
+
+
+def _edit_file(path: Path, table: dict[str, Any]) -> str:
+    text = _read_text(path)
+    if repr(_parse(path, text).get("format")) != repr(table["format"]):
+        raise StyleError(path, ["is there, and is not a style; choose another name"])
+    return edited_text(text, table, path)
+
+
+def _read_text(path: Path) -> str:
+    content = _read_bytes(path)
+    if len(content) > LARGEST_FILE:
+        raise StyleError(path, [f"is larger than {LARGEST_FILE // 1024} KiB, so it is no style"])
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise StyleError(path, [f"line {line} is not UTF-8 text"]) from None
+
+
+def _read_bytes(path: Path) -> bytes:
+    """The file's content, up to one byte more than is allowed; never of a pipe or a device."""
+    try:
+        if path.exists() and not path.is_file():
+            raise StyleError(path, ["is not a file"])
+        with path.open("rb") as file:
+            return file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise StyleError(path, [f"cannot be read: {error.strerror}"]) from None
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise StyleError(path, ["is nested too deeply for a style"]) from None
+    except ValueError as error:
+        raise StyleError(path, [f"is not TOML: {error}"]) from None

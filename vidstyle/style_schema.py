@@ -1,0 +1,101 @@
+"""What a style file may hold, as JSON Schema for editors, and what one holds, for listings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vidstyle.block import NAME_PATTERN, Block
+from vidstyle.blocks import all_blocks
+from vidstyle.style_check import FORMAT
+from vidstyle.style_graph import FIELDS, LAYERS, Step, Style
+from vidstyle.style_steps import MOST_STEPS
+from vidstyle.style_values import LONGEST_TEXT
+
+
+def style_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a style file, derived from the declarations of the blocks.
+
+    What lies between steps, such as that a picture was saved before it is used, is beyond a schema.
+    """
+    steps = {name: _block_schema(block) for name, block in all_blocks().items()}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "vidstyle style",
+        "type": "object",
+        "required": ["format"],
+        "additionalProperties": False,
+        "properties": _field_schemas() | {layer: _layer_schema() for layer in LAYERS},
+        "$defs": {
+            "step": {"oneOf": [{"$ref": f"#/$defs/{name}"} for name in ("no_block", *steps)]},
+            "no_block": _blockless_schema(),
+            **steps,
+        },
+    }
+
+
+def describe(style: Style) -> dict[str, Any]:
+    """The style as data for people and programs, with every value and what it may be."""
+    fields = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
+    return fields | {layer: [_describe_step(step) for step in getattr(style, layer)] for layer in LAYERS}
+
+
+def _describe_step(step: Step) -> dict[str, Any]:
+    block = all_blocks().get(step.block)
+    values = {
+        name: {
+            "value": step.values.get(name, parameter.default),
+            "default": parameter.default,
+            "range": parameter.control.range_text,
+            "help": parameter.control.help,
+        }
+        for name, parameter in (block.parameters.items() if block else ())
+    }
+    help_text = block.help if block else ""
+    return {
+        "block": step.block,
+        "help": help_text,
+        "from": step.source,
+        "save": step.save,
+        "parameters": values,
+    }
+
+
+def _field_schemas() -> dict[str, Any]:
+    text = {"type": "string", "maxLength": LONGEST_TEXT}
+    values = {
+        key: control.schema(whole=False) | {"description": control.help} for key, control in FIELDS.items()
+    }
+    return {"format": {"const": FORMAT}, "name": text, "note": text} | values
+
+
+def _layer_schema() -> dict[str, Any]:
+    return {"type": "array", "maxItems": MOST_STEPS, "items": {"$ref": "#/$defs/step"}}
+
+
+def _block_schema(block: Block) -> dict[str, Any]:
+    parameters = {name: parameter.schema() for name, parameter in block.parameters.items()}
+    return {
+        "type": "object",
+        "description": block.help,
+        "required": ["block"],
+        "additionalProperties": False,
+        "properties": {"block": {"const": block.name}} | _name_schemas() | parameters,
+    }
+
+
+def _blockless_schema() -> dict[str, Any]:
+    return {
+        "type": "object",
+        "description": "Only starts from a picture, or keeps the present one.",
+        "minProperties": 1,
+        "additionalProperties": False,
+        "properties": _name_schemas(),
+    }
+
+
+def _name_schemas() -> dict[str, Any]:
+    name = {"type": "string", "pattern": f"^{NAME_PATTERN}$"}
+    return {
+        "from": name | {"description": "the saved picture that this step starts from, or source"},
+        "save": name | {"description": "the name under which the result is kept"},
+    }
