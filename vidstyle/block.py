@@ -131,12 +131,13 @@ class Saved:
     """The name of a picture that an earlier step saved, or "source"; the block gets the picture's array.
 
     Attributes:
-        on: the channels that the block wants of it: "luma" for H x W, "same" for those of its own input.
+        on: what the block wants of it: "luma" for H x W, "same" for the channels of its own input,
+            "chroma" when the runner is to put that picture's chroma to the result and the block gets None.
         optional: an empty name means none; the block gets None.
     """
 
     help: str
-    on: Literal["luma", "same"] = "same"
+    on: Literal["luma", "same", "chroma"] = "same"
     optional: bool = False
     range_text = "the name of a saved picture, or source"
 
@@ -179,6 +180,9 @@ class Asset:
         """Its JSON Schema."""
         return {"type": "string"}
 
+
+Reach = Callable[..., int]
+"""Takes a filter's values and returns how many rows above and below its own it reads."""
 
 Control = Slider | Choice | Switch | Color | Saved | Asset
 NAME_PATTERN = "[A-Za-z_][A-Za-z0-9_-]{0,63}"
@@ -242,6 +246,8 @@ class Block:
     parameters: dict[str, Parameter]
     given: dict[str, object]
     measure: Callable[..., np.ndarray] | None
+    reach: Reach | None = None
+    chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
 
     @property
@@ -254,12 +260,28 @@ class Block:
         return self.function(*arrays, **self.complete(values))
 
     def complete(self, values: dict[str, Any]) -> dict[str, Any]:
-        """The values with the defaults for those not given, and colours as three floats 0..1."""
+        """The values with the defaults for those not given, colours as three floats 0..1, empty names as None."""
         complete = {name: parameter.default for name, parameter in self.parameters.items()} | values
         for name, parameter in self.parameters.items():
             if isinstance(parameter.control, Color) and isinstance(complete[name], str):
                 complete[name] = rgb_from_text(complete[name])
+            elif isinstance(parameter.control, Saved | Asset) and complete[name] == "":
+                complete[name] = None
         return complete
+
+    def rows_around(self, values: dict[str, Any]) -> int:
+        """How many rows above and below its own it reads with these values; 0 unless it is a filter."""
+        return 0 if self.reach is None else _call_with_named(self.reach, (), values)
+
+    def take_measure(self, luma: np.ndarray, values: dict[str, Any]) -> np.ndarray:
+        """The numbers that a measured block takes from a small copy of luma, H x W float32."""
+        assert self.measure is not None
+        return np.asarray(_call_with_named(self.measure, (luma,), values), np.float64)
+
+
+def _call_with_named(function: Callable[..., Any], arrays: tuple[Any, ...], values: dict[str, Any]) -> Any:
+    named = inspect.signature(function).parameters
+    return function(*arrays, **{name: value for name, value in values.items() if name in named})
 
 
 def rgb_from_text(text: str) -> tuple[float, float, float]:
@@ -273,15 +295,22 @@ def rgb_from_text(text: str) -> tuple[float, float, float]:
 
 
 def block(
-    kind: Kind, on: On, measure: Callable[..., np.ndarray] | None = None, saves: str = ""
+    kind: Kind,
+    on: On,
+    measure: Callable[..., np.ndarray] | None = None,
+    reach: Reach | None = None,
+    chroma: Literal["kept", "dropped"] = "kept",
+    saves: str = "",
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of its name.
 
     Args:
         kind: how it reaches its result.
         on: which planes it works on.
-        measure: for a measured block, takes a small copy of luma (H x W float32) and returns the
-            numbers that the function then gets as `Measured`.
+        measure: for a measured block, takes a small copy of luma (H x W float32) and those of the
+            values that it names, and returns the numbers that the function then gets as `Measured`.
+        reach: for a filter, how far it reads; it may then be run on bands of rows.
+        chroma: "dropped" where a luma block leaves a gray picture.
         saves: a name under which its steps keep the picture that they were given, without being told.
 
     Raises:
@@ -291,10 +320,12 @@ def block(
     def declare(function: Callable[..., Any]) -> Block:
         if (kind == "measured") != (measure is not None):
             raise TypeError(f"{function.__name__}: `measure` belongs to measured blocks, and to all of them")
+        if (kind == "filter") != (reach is not None):
+            raise TypeError(f"{function.__name__}: `reach` belongs to filters, and to all of them")
         if not inspect.getdoc(function):
             raise TypeError(f"{function.__name__}: a block says in its docstring what it does")
         parameters, given = _read_signature(function, skip=0 if kind == "recipe" else 1)
-        return Block(function.__name__, kind, on, function, parameters, given, measure, saves)
+        return Block(function.__name__, kind, on, function, parameters, given, measure, reach, chroma, saves)
 
     return declare
 

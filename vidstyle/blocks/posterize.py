@@ -7,12 +7,32 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Slider, block
+from vidstyle.kernels import compiled
 
 
 @block("pixel", on="channels")
 def posterize(
     picture: np.ndarray,
     levels: Annotated[int, Slider(2, 32, "tones left in each channel", explore=(5, 12))] = 10,
+    softness: Annotated[float, Slider(0, 1, "part of each step that is a ramp; keeps video steady")] = 0.15,
 ) -> np.ndarray:
-    """Reduce each channel to a few flat tones."""
-    return np.minimum(np.floor(picture * levels), levels - 1) / (levels - 1)
+    """Reduce each channel to a few flat tones.
+
+    Values outside 0..1 become the end tones. Paper, section 3.2 A; the soft steps are in the spirit
+    of Winnemoeller 2006, with a cubic ramp so that they meet the flats without a jump.
+    """
+    out = np.empty(picture.shape, np.float32)
+    _quantize(picture.reshape(-1), np.float32(levels), np.float32(softness), out.reshape(-1))
+    return out
+
+
+@compiled
+def _quantize(values, levels, softness, out):  # type: ignore[no-untyped-def]
+    half, one = np.float32(0.5), np.float32(1)
+    sharpness = one / max(softness, np.float32(1e-6))
+    for i in range(values.size):
+        position = values[i] * levels
+        border = min(max(np.floor(position + half), one), levels - one)
+        ramp = min(max((position - border) * sharpness + half, np.float32(0)), one)
+        ramp = ramp * ramp * (np.float32(3) - np.float32(2) * ramp)
+        out[i] = (border - one + ramp) / (levels - one)

@@ -1,0 +1,47 @@
+"""Blend: lays a saved picture over the current one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import numpy as np
+
+from vidstyle.block import Choice, Saved, Slider, block
+
+MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "normal": lambda below, above: above,
+    "multiply": lambda below, above: below * above,
+    "screen": lambda below, above: below + above - below * above,
+    "overlay": lambda below, above: _hard_light(above, below),
+    "hard_light": lambda below, above: _hard_light(below, above),
+    "soft_light": lambda below, above: below * (2 * above + below * (1 - 2 * above)),
+    "darken": np.minimum,
+    "lighten": np.maximum,
+    "add": lambda below, above: np.minimum(below + above, 1),
+    "subtract": lambda below, above: np.maximum(below - above, 0),
+    "difference": lambda below, above: np.abs(below - above),
+    "dodge": lambda below, above: np.clip(below / np.maximum(1 - above, 1 / 255), 0, 1),
+    "burn": lambda below, above: 1 - np.clip((1 - below) / np.maximum(above, 1 / 255), 0, 1),
+}
+"""The usual modes: what each channel becomes, of the picture below and the one laid above it."""
+
+
+@block("pixel", on="channels")
+def blend(
+    picture: np.ndarray,
+    other: Annotated[Any, Saved("the picture laid over the current one")] = "source",
+    mode: Annotated[str, Choice(tuple(MODES), "how the two are mixed", explore=("multiply", "overlay"))] = "normal",
+    opacity: Annotated[float, Slider(0, 1, "0 leaves the current picture", explore=(0.3, 1))] = 0.5,
+    mask: Annotated[Any, Saved("picture whose luma multiplies the opacity", on="luma", optional=True)] = "",
+) -> np.ndarray:
+    """Lay a saved picture over the current one."""
+    weight = np.float32(opacity)
+    if mask is not None:
+        weight = weight * mask if picture.ndim == 2 else weight * mask[..., None]
+    mixed = MODES[mode](picture, other)
+    return picture + weight * (mixed - picture)
+
+
+def _hard_light(below: np.ndarray, above: np.ndarray) -> np.ndarray:
+    return np.where(above < 0.5, 2 * below * above, 1 - 2 * (1 - below) * (1 - above))

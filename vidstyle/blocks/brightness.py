@@ -1,0 +1,22 @@
+"""Brightness."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from vidstyle.block import Slider, block
+
+
+@block("pixel", on="luma")
+def brightness(
+    luma: np.ndarray,
+    factor: Annotated[float, Slider(0, 4, "what luma is multiplied by", explore=(0.8, 1.4))] = 1.3,
+) -> np.ndarray:
+    """Multiply luma by a factor and cut it off at black and white.
+
+    Paper, section 3.2 A.
+    """
+    out = np.multiply(luma, np.float32(factor))
+    return np.clip(out, 0, 1, out=out)

@@ -1,0 +1,19 @@
+"""Luma posterization: a few flat tones, colours kept."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from vidstyle.block import Block, Slider, block
+from vidstyle.blocks.posterize import posterize
+
+
+@block("recipe", on="luma")
+def luma_posterize(
+    levels: Annotated[int, posterize.parameters["levels"].control] = posterize.parameters["levels"].default,
+) -> list[tuple[Block, dict[str, Any]]]:
+    """Reduce luma to a few flat tones and keep the colours.
+
+    Paper, section 3.2 A: posterization between to_gray and to_color.
+    """
+    return [(posterize, {"levels": levels})]

@@ -1,0 +1,40 @@
+"""Histogram minimum dynamic range."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from vidstyle.block import Measured, Slider, block
+from vidstyle.blocks.equalize import LEAST_RANGE
+
+
+def _percentiles(luma: np.ndarray) -> np.ndarray:
+    return np.percentile(luma, (5, 95))
+
+
+@block("measured", on="luma", measure=_percentiles)
+def minimum_range(
+    luma: np.ndarray,
+    measured: Measured,
+    dynamic_range: Annotated[
+        float, Slider(0, 255, "least distance of the 5 % and 95 % percentiles", "levels of 255", (100, 200))
+    ] = 180,
+    settle: Annotated[float, Slider(0, 10, "time in which it follows a change; 0 is at once", "s")] = 0.4,
+) -> np.ndarray:
+    """Widen a flat picture's range of luma to a least range; leave any other picture as it is.
+
+    It widens about the middle, which moves only as far as the new range needs to stay within black
+    and white. A range of less than 8 levels of 255 counts as 8. Paper, section 3.2 D.
+    """
+    wanted = dynamic_range / 255
+    present = max(measured[1] - measured[0], LEAST_RANGE)
+    if present >= wanted:
+        return luma
+    middle = (measured[0] + measured[1]) / 2
+    moved = min(max(middle, wanted / 2), 1 - wanted / 2)
+    out = np.subtract(luma, np.float32(middle))
+    out *= np.float32(wanted / present)
+    out += np.float32(moved)
+    return np.clip(out, 0, 1, out=out)

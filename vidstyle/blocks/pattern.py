@@ -1,0 +1,142 @@
+"""Pattern filling: hatching, or the user's own tiles, by level of luma."""
+
+from __future__ import annotations
+
+import math
+import struct
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any
+
+import cv2
+import numpy as np
+
+from vidstyle.block import Asset, Choice, Place, Slider, block
+from vidstyle.kernels import compiled
+
+TILE_SIDE = 2048
+"""The longest side of a tile in pixels."""
+
+DIRECTIONS = {"cross": (0.0, 90.0, 45.0, 135.0), "parallel": (0.0,), "weave": (0.0, 90.0)}
+"""By how much each further set of strokes is turned against the first, in degrees; then over again."""
+
+
+def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
+    """The PNG pictures of a folder as gray tiles, float32 0..1, darkest first.
+
+    Raises:
+        ValueError: fewer than two, not a PNG, or larger than TILE_SIDE.
+    """
+    files = sorted(path.glob("*.png"))
+    if not 2 <= len(files) <= 32:
+        raise ValueError(f"needs 2 to 32 .png tiles, has {len(files)}")
+    return tuple(sorted((_read_tile(file) for file in files), key=lambda tile: float(tile.mean())))
+
+
+def _read_tile(file: Path) -> np.ndarray:
+    with file.open("rb") as stream:
+        head = stream.read(24)
+    size = struct.unpack(">II", head[16:24]) if head[:4] == b"\x89PNG" and len(head) == 24 else (0, 0)
+    if not 0 < max(size) <= TILE_SIDE:
+        raise ValueError(f"{file.name} is not a PNG of at most {TILE_SIDE} x {TILE_SIDE} pixels")
+    tile = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+    if tile is None:
+        raise ValueError(f"{file.name} is damaged")
+    return tile.astype(np.float32) / np.float32(255)
+
+
+@block("pixel", on="luma", chroma="dropped")
+def pattern(
+    luma: np.ndarray,
+    place: Place,
+    levels: Annotated[int, Slider(2, 9, "tones; the lightest is blank", explore=(3, 6))] = 5,
+    spacing: Annotated[float, Slider(3, 64, "distance of the strokes", "px", explore=(5, 12))] = 7,
+    width: Annotated[float, Slider(0.05, 1, "width of a stroke by the distance", explore=(0.15, 0.4))] = 0.24,
+    angle: Annotated[float, Slider(-90, 90, "direction of the first strokes", "degrees", (-60, 60))] = 45,
+    layout: Annotated[str, Choice(tuple(DIRECTIONS), "how darker strokes lie to lighter ones")] = "cross",
+    wobble: Annotated[float, Slider(0, 1, "unsteadiness of the hand")] = 0.5,
+    softness: Annotated[float, Slider(0, 1, "part of each level in which its strokes fade in")] = 0.35,
+    tiles: Annotated[Any, Asset("folder of .png tiles, one for each level, in place of strokes", read_tiles)] = "",
+) -> np.ndarray:
+    """Draw the tones as hatching in black on white, more strokes the darker it is.
+
+    Each level adds a set of strokes to those of the lighter ones, so that tones nest; the strokes are
+    fixed to the page. Tiles, if given, set the levels and repeat over the page. Paper, section 3.2 B.
+    """
+    rows, columns = luma.shape
+    if tiles is not None:
+        return _fill(luma, tiles, place.top, softness)
+    sets = _stroke_sets(levels, spacing, width, angle, layout, wobble, place.height, place.width)
+    out = np.empty((rows, columns), np.float32)
+    _hatch(luma, sets[:, place.top : place.top + rows], np.float32(softness), out)
+    return out
+
+
+def _fill(luma: np.ndarray, tiles: tuple[np.ndarray, ...], top: int, softness: float) -> np.ndarray:
+    rows, columns = np.arange(top, top + luma.shape[0]), np.arange(luma.shape[1])
+    level = luma * len(tiles)
+    out = np.zeros(luma.shape, np.float32)
+    for number, tile in enumerate(tiles):
+        shown = _risen(level - number, softness) if number else np.ones_like(luma)
+        page = tile[np.ix_(rows % tile.shape[0], columns % tile.shape[1])]
+        out += shown * (page - out)
+    return out
+
+
+def _risen(above_border: np.ndarray, softness: float) -> np.ndarray:
+    ramp = np.clip(above_border / np.float32(max(softness, 1e-6)) + np.float32(0.5), 0, 1)
+    return ramp * ramp * (3 - 2 * ramp)
+
+
+@lru_cache(maxsize=4)
+def _stroke_sets(
+    levels: int, spacing: float, width: float, angle: float, layout: str, wobble: float, rows: int, columns: int
+) -> np.ndarray:
+    """How much of each pixel the strokes of each set cover, (levels - 1) x rows x columns uint8.
+
+    Kept for the last few pages, since the strokes do not move.
+    """
+    sets = np.empty((levels - 1, rows, columns), np.uint8)
+    turns = DIRECTIONS[layout]
+    for number in range(levels - 1):
+        direction = math.radians(angle + turns[number % len(turns)])
+        # Strokes that come again in a direction lie between those that are there already.
+        shift = 0.5 * (number // len(turns)) + 0.37 * (number % len(turns))
+        _draw_strokes(
+            math.cos(direction) / spacing, -math.sin(direction) / spacing, shift, width / 2, wobble, spacing, sets[number]
+        )
+    return sets
+
+
+@compiled
+def _draw_strokes(cosine, sine, shift, half_width, wobble, spacing, out):  # type: ignore[no-untyped-def]
+    """Parallel strokes that sway and swell a little, each in its own way. Lengths are in spacings."""
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            along = (x + 0.5) * cosine + (row + 0.5) * sine
+            across = (row + 0.5) * cosine - (x + 0.5) * sine + shift
+            stroke = np.floor(across)
+            own = stroke * 2.399
+            sway = np.sin(along * 0.31 + own) + 0.6 * np.sin(along * 0.83 + own * 1.7)
+            swell = np.sin(along * 0.53 + own * 2.3)
+            middle = 0.5 + 0.09 * wobble * sway
+            half = half_width * (1 + 0.35 * wobble * swell)
+            cover = (half - abs(across - stroke - middle)) * spacing + 0.5
+            out[row, x] = int(min(max(cover, 0.0), 1.0) * 255 + 0.5)
+
+
+@compiled
+def _hatch(luma, sets, softness, out):  # type: ignore[no-untyped-def]
+    """Black strokes on white: set n is there where luma is below its border."""
+    half, one, three, two = np.float32(0.5), np.float32(1), np.float32(3), np.float32(2)
+    count = sets.shape[0]
+    levels = np.float32(count + 1)
+    sharpness = one / max(softness, np.float32(1e-6))
+    for row in range(out.shape[0]):
+        out[row, :] = one
+        for number in range(count):
+            border = levels - one - np.float32(number)
+            for x in range(out.shape[1]):
+                ramp = min(max((border - luma[row, x] * levels) * sharpness + half, np.float32(0)), one)
+                ramp = ramp * ramp * (three - two * ramp)
+                out[row, x] *= one - ramp * sets[number, row, x] * np.float32(1 / 255)

@@ -1,0 +1,27 @@
+"""Saturation."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import cv2
+import numpy as np
+
+from vidstyle.block import LumaWeights, Slider, block
+
+
+@block("pixel", on="color")
+def saturation(
+    picture: np.ndarray,
+    weights: LumaWeights,
+    factor: Annotated[
+        float, Slider(0, 4, "0 is gray, 1 leaves the colours, more is more vivid", explore=(1.5, 2.2))
+    ] = 1.8,
+) -> np.ndarray:
+    """Make the colours more vivid or more muted.
+
+    gray + factor (RGB - gray), cut off to 0..1. Paper, section 3.2 A.
+    """
+    matrix = factor * np.eye(3) + (1 - factor) * np.tile(weights, (3, 1))
+    out = cv2.transform(picture, matrix)
+    return np.clip(out, 0, 1, out=out)

@@ -1,0 +1,37 @@
+"""Soft threshold: white above a cut-off, a tanh ramp to black below it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from vidstyle.block import Slider, block
+from vidstyle.kernels import compiled
+
+
+@block("pixel", on="channels")
+def soft_threshold(
+    picture: np.ndarray,
+    phi: Annotated[
+        float, Slider(0.001, 1, "slope of the ramp", "per level of 255", explore=(0.013, 0.059))
+    ] = 0.03,
+    epsilon: Annotated[
+        float, Slider(0, 255, "cut-off; all above it is white", "levels of 255", explore=(50, 110))
+    ] = 110,
+) -> np.ndarray:
+    """Turn what lies above the cut-off white and let the rest fall off to black.
+
+    1 + tanh(min(0, phi (input - epsilon))): paper, section 3.2 A, equation 1; Winnemoeller 2012.
+    """
+    out = np.empty(picture.shape, np.float32)
+    _ramp(picture.reshape(-1), np.float32(phi * 255), np.float32(epsilon / 255), out.reshape(-1))
+    return out
+
+
+@compiled(fastmath=True)
+def _ramp(values, slope, cut_off, out):  # type: ignore[no-untyped-def]
+    # 1 + tanh(x) written as 2 / (1 + e^-2x): one exponential, which the compiler makes vectors of.
+    for i in range(values.size):
+        below = min(slope * (values[i] - cut_off), np.float32(0))
+        out[i] = np.float32(2) / (np.float32(1) + np.exp(np.float32(-2) * max(below, np.float32(-20))))

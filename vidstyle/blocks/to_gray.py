@@ -1,0 +1,16 @@
+"""To grayscale: luma alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidstyle.block import block
+
+
+@block("pixel", on="luma", chroma="dropped", saves="chroma")
+def to_gray(luma: np.ndarray) -> np.ndarray:
+    """Keep luma alone; the picture as it was is saved as "chroma" for to_color to take the colours from.
+
+    Paper, section 3.2 A.
+    """
+    return luma
