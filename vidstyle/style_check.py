@@ -38,10 +38,9 @@ def style_from_table(
     if _format_is_known(table, mistakes):
         style = _read_style(table, name, folder, mistakes)
     if mistakes:
-        more = len(mistakes) - MOST_MISTAKES
-        raise StyleError(
-            thing, mistakes[:MOST_MISTAKES] + ([f"and {more} more mistakes"] if more > 0 else [])
-        )
+        rest = len(mistakes) - MOST_MISTAKES
+        mistakes[MOST_MISTAKES:] = [f"and {rest} more mistakes"] if rest > 0 else []
+        raise StyleError(thing, mistakes)
     return style
 
 
@@ -61,7 +60,8 @@ def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mis
     for key in table:
         if key not in known:
             mistakes.append(f"{shown(key)} is not a field of a style; {nearest(str(key), known)}")
-    texts = {"name": name} | {key: _read_text(key, table[key], mistakes) for key in TEXTS if key in table}
+    texts: dict[str, Any] = {"name": name}
+    texts |= {key: _read_text(key, table[key], mistakes) for key in TEXTS if key in table}
     fields = _read_fields(table, mistakes)
     reader = StepReader(folder, mistakes)
     layers: dict[str, Any] = {layer: reader.read_layer(layer, table.get(layer, [])) for layer in LAYERS}

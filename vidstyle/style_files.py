@@ -69,12 +69,15 @@ def _read_text(path: Path) -> str:
 def _read_bytes(path: Path) -> bytes:
     """The file's content, up to one byte more than is allowed; never of a pipe or a device."""
     try:
-        if path.exists() and not path.is_file():
-            raise StyleError(path, ["is not a file"])
-        with path.open("rb") as file:
-            return file.read(LARGEST_FILE + 1)
+        if path.is_file():
+            with path.open("rb") as file:
+                return file.read(LARGEST_FILE + 1)
+        path.stat()
     except OSError as error:
         raise StyleError(path, [f"cannot be read: {error.strerror}"]) from None
+    except ValueError:
+        raise StyleError(path, ["cannot be read: no file has such a name"]) from None
+    raise StyleError(path, ["is not a file"])
 
 
 def _parse(path: Path, text: str) -> dict[str, Any]:

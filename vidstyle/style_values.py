@@ -27,9 +27,10 @@ def read_values(
 
 def _read_value(parameter: Parameter, value: object) -> Any:
     right = parameter.control.range_text
-    simple = isinstance(value, str | int | float)
-    if not simple or (isinstance(value, str) and len(value) > LONGEST_TEXT):
-        raise ValueError(f"{shown(value)} is not {right}")
+    if not isinstance(value, str | int | float):
+        raise ValueError(f"{shown(value)} is not a text, a number or a truth value ({right})")
+    if isinstance(value, str) and len(value) > LONGEST_TEXT:
+        raise ValueError(f"{shown(value)} is too long ({right})")
     if isinstance(value, int) and abs(value) > LARGEST_WHOLE:
         raise ValueError(f"{shown(value)} is outside {right}")
     try:
