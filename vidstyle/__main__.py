@@ -1,0 +1,10 @@
+"""`python -m vidstyle` is the program too."""
+
+from __future__ import annotations
+
+import sys
+
+from vidstyle.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,57 @@
+"""The program `vidstyle`: each command is a file here, found by its name and imported when it is called."""
+
+from __future__ import annotations
+
+import pkgutil
+from collections.abc import Sequence
+from importlib import import_module
+
+import click
+
+import vidstyle
+from vidstyle.cli.reporting import Reporting
+
+
+class Commands(click.Group):
+    """A file in this folder that declares a command of its own name is a command."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """All names, in order."""
+        names = sorted(module.name for module in pkgutil.iter_modules(__path__))
+        return [name for name in names if self.get_command(ctx, name) is not None]
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        """The command, or None."""
+        if not any(module.name == name for module in pkgutil.iter_modules(__path__)):
+            return None
+        command = getattr(import_module(f"{__name__}.{name}"), name, None)
+        return command if isinstance(command, click.Command) else None
+
+
+@click.command(
+    cls=Commands, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
+)
+@click.version_option(vidstyle.__version__, prog_name="vidstyle")
+@click.pass_context
+def commands(context: click.Context) -> None:
+    """Restyle moving pictures as fast as they play."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program and return its exit code (design, section 6).
+
+    Args:
+        arguments: the command line without the program's name; None takes that of this process.
+    """
+    reporting = Reporting()
+    with reporting:
+        result = commands.main(
+            None if arguments is None else list(arguments),
+            prog_name="vidstyle",
+            standalone_mode=False,
+            obj=reporting,
+        )
+        reporting.exit_code = result or 0
+    return reporting.exit_code

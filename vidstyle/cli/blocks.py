@@ -1,0 +1,59 @@
+"""vidstyle blocks: which filter blocks there are, and what can be set on each."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vidstyle.cli.reporting import reporting_options
+
+if TYPE_CHECKING:
+    from vidstyle.block import Block
+
+
+@click.command(short_help="List the filter blocks; with a name, what can be set on it.")
+@click.argument("name", required=False)
+@click.option("--json", "as_json", is_flag=True, help="As JSON, with a JSON Schema of every parameter.")
+@reporting_options
+def blocks(name: str | None, as_json: bool) -> None:
+    """List the filter blocks that styles are made of; with a NAME, what can be set on that one."""
+    from vidstyle.blocks import all_blocks
+
+    if name is not None:
+        block = _find(name)
+        click.echo(json.dumps(_as_dict(block), indent=2) if as_json else _details(block))
+    elif as_json:
+        click.echo(json.dumps([_as_dict(block) for block in all_blocks().values()], indent=2))
+    else:
+        for block in all_blocks().values():
+            click.echo(f"{block.name:16} {block.kind:8} {block.help}")
+
+
+def _find(name: str) -> Block:
+    from vidstyle.blocks import all_blocks
+    from vidstyle.style_values import nearest
+
+    if name not in all_blocks():
+        raise click.UsageError(f"{name!r} is not a block; {nearest(name, all_blocks())}")
+    return all_blocks()[name]
+
+
+def _details(block: Block) -> str:
+    lines = [f"{block.name} ({block.kind}, works on {block.on})", block.help]
+    for parameter in block.parameters.values():
+        control = parameter.control
+        lines.append(f"  {parameter.name} = {json.dumps(parameter.default)}")
+        lines.append(f"      {control.help} ({control.range_text})")
+    return "\n".join(lines)
+
+
+def _as_dict(block: Block) -> dict[str, Any]:
+    return {
+        "name": block.name,
+        "kind": block.kind,
+        "on": block.on,
+        "help": block.help,
+        "parameters": {name: parameter.schema() for name, parameter in block.parameters.items()},
+    }

@@ -1,0 +1,21 @@
+"""vidstyle demo: a film made here, in three styles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vidstyle.cli.reporting import reporting_options
+
+
+@click.command(short_help="Make a short film with sound and restyle it.")
+@click.option("--output", "folder", type=click.Path(path_type=Path), default=Path("demo"), show_default=True,
+              metavar="FOLDER", help="Where to put the films.")  # fmt: skip
+@reporting_options
+def demo(folder: Path) -> None:
+    """Make a short film with sound, restyle it in three styles, and say where they are."""
+    from vidstyle.demo import make_demo
+
+    for path in make_demo(folder):
+        click.echo(path)

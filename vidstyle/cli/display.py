@@ -1,0 +1,105 @@
+"""Progress on standard error: a bar for people, lines for logs, JSON for programs."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import click
+
+from vidstyle.cli.reporting import say
+from vidstyle.progress import Progress
+
+KINDS = ("auto", "bar", "plain", "json", "none")
+LINE_SECONDS = 3.0
+"""How often a plain line is printed."""
+JSON_SECONDS = 0.5
+"""How often a line of JSON is printed."""
+
+Show = Callable[[Progress], None]
+
+
+@contextmanager
+def display(kind: str) -> Iterator[Show]:
+    """What shows progress within the block; `auto` is a bar on a terminal and lines elsewhere."""
+    if kind == "auto":
+        kind = "bar" if sys.stderr.isatty() else "plain"
+    if kind == "bar":
+        with _bar() as show:
+            yield show
+    elif kind == "plain":
+        yield _Sometimes(LINE_SECONDS, _say)
+    elif kind == "json":
+        show_json = _Sometimes(JSON_SECONDS, _print_json)
+        yield show_json
+        show_json.show_last()
+    else:
+        yield lambda progress: None
+
+
+def position_text(progress: Progress) -> str:
+    """How fast it goes: "12 fps, 0.5 x, 0:10 left"."""
+    left = "" if progress.remaining is None else f", {clock(progress.remaining)} left"
+    return f"{progress.rate:.3g} fps, {progress.speed:.2f} x{left}"
+
+
+def clock(seconds: float) -> str:
+    """A time for people.
+
+    >>> clock(3725)
+    '1:02:05'
+    """
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"
+
+
+class _Sometimes:
+    """Shows a progress only every so many seconds."""
+
+    def __init__(self, seconds: float, show: Show) -> None:
+        self._seconds = seconds
+        self._show = show
+        self._shown = time.monotonic()
+        self._last: Progress | None = None
+
+    def __call__(self, progress: Progress) -> None:
+        self._last = progress
+        if time.monotonic() - self._shown >= self._seconds:
+            self._shown = time.monotonic()
+            self._show(progress)
+
+    def show_last(self) -> None:
+        """Show how it ended."""
+        if self._last is not None:
+            self._show(self._last)
+
+
+def _say(progress: Progress) -> None:
+    done = "" if progress.fraction is None else f"{progress.fraction:.0%}, "
+    say(f"{done}frame {progress.frames}, {position_text(progress)}")
+
+
+def _print_json(progress: Progress) -> None:
+    click.echo(json.dumps(progress.as_dict()), err=True)
+
+
+@contextmanager
+def _bar() -> Iterator[Show]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TaskProgressColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    columns = (BarColumn(), TaskProgressColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
+    # Notices printed meanwhile appear above the bar; standard output is not ours to touch.
+    with Bar(*columns, console=Console(stderr=True), redirect_stdout=False, transient=True) as bar:
+        task = bar.add_task("", total=None, pace="")
+
+        def show(progress: Progress) -> None:
+            total = progress.frames / progress.fraction if progress.fraction else None
+            bar.update(task, completed=progress.frames, total=total, pace=position_text(progress))
+
+        yield show

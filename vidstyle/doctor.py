@@ -1,0 +1,56 @@
+"""Finds out what this machine has that matters to us, for bug reports."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import vidstyle
+from vidstyle.gpu.probe import gl_renderer
+from vidstyle.kernels import user_cache
+from vidstyle.media.probe import cameras, decoder_devices, encoders, ffmpeg_version
+
+LIBRARIES = ("av", "numpy", "opencv-contrib-python-headless", "numba", "moderngl", "click", "rich", "tomlkit")
+
+
+def examine() -> dict[str, Any]:
+    """Facts by name; encoders are tried, not only looked up. Takes a second or two."""
+    return {
+        "vidstyle": vidstyle.__version__,
+        "python": f"{platform.python_version()} ({sys.executable})",
+        "system": platform.platform(),
+        "cores": os.cpu_count(),
+        "memory": _memory(),
+        "libraries": {name: _version(name) for name in LIBRARIES},
+        "ffmpeg": ffmpeg_version(),
+        "encoders": encoders(),
+        "decoder devices": decoder_devices(),
+        "gpu": gl_renderer(),
+        "cameras": cameras(),
+        "kernel cache": _kernel_cache(),
+    }
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "missing"
+
+
+def _memory() -> str:
+    try:
+        size = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):  # not on Windows
+        return "unknown"
+    return f"{size / 2**30:.1f} GiB"
+
+
+def _kernel_cache() -> str:
+    folder: Path = user_cache()
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    return f"{folder}{'' if os.access(there, os.W_OK) else ' (not writable: kernels are compiled each time)'}"

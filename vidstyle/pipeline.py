@@ -1,0 +1,147 @@
+"""The road of a film: source, style, target."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from vidstyle.compare import Compare, compared, compared_info
+from vidstyle.cpu import CpuRenderer
+from vidstyle.errors import DeviceError
+from vidstyle.media.frame import Frame
+from vidstyle.media.reader import Reader, ReadOptions, VideoInfo, open_reader
+from vidstyle.media.writer import Writer, WriteOptions, open_writer
+from vidstyle.picture import Picture
+from vidstyle.progress import Progress, Summary
+from vidstyle.stages import Stages
+from vidstyle.style import Style, load_style
+
+DAMAGED_EXIT_CODE = 4
+"""Done, but the input was damaged (design, section 6)."""
+INTERLEAVING_SECONDS = 1
+"""How much later than its picture a sound may lie in a file."""
+
+
+def render(
+    source: str | Path,
+    target: str | Path,
+    style: Style | str | Path | dict[str, Any],
+    *,
+    read: ReadOptions | None = None,
+    write: WriteOptions | None = None,
+    device: str = "auto",
+    frames: int | None = None,
+    compare: Compare | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+    stop: threading.Event | None = None,
+) -> Summary:
+    """Restyle a film, a picture, an image sequence or a pipe.
+
+    Args:
+        source: a path, a pattern such as `%05d.png`, or "-" for standard input.
+        target: the same, or "-" for standard output; its ending says what kind of file it becomes.
+        style: a style, or what `load_style` takes.
+        read, write: how to read and how to write; see their classes.
+        device: "auto", "cpu" or "gpu".
+        frames: how many frames at most.
+        compare: "side" or "split" to show the source beside the result.
+        on_progress: called about ten times a second, in the calling thread.
+        stop: set it, from anywhere, to end early: what is done is kept as a partial file, which plays.
+
+    Raises:
+        VidstyleError: of one of its kinds. A note names the partial file, if there is one.
+    """
+    began = time.monotonic()
+    restyler = Restyler(style, device, compare)
+    reader = open_reader(source, read or ReadOptions())
+    stages: Stages | None = None
+    try:
+        info = compared_info(reader.info, compare)
+        writer = open_writer(target, info, write or WriteOptions(), reader)
+        items = first_frames(reader, frames) if frames else reader
+        stages = Stages(items, lambda frame: restyler(frame, writer), writer)
+        watch = _watcher(stages, reader.info, frames, began, on_progress)
+        stages.run(stop or threading.Event(), watch)
+        watch()
+        return _summary(source, target, stages, reader, time.monotonic() - began)
+    finally:
+        # A thread that still waits for data would read from freed memory.
+        if stages is None or not stages.alive:
+            reader.close()
+
+
+class Restyler:
+    """Turns a frame of the source into the frame to be written."""
+
+    def __init__(
+        self, style: Style | str | Path | dict[str, Any], device: str, compare: Compare | None
+    ) -> None:
+        if device == "gpu":
+            raise DeviceError("--device gpu", "there is no GPU renderer yet", "use --device cpu")
+        self._renderer = CpuRenderer(style if isinstance(style, Style) else load_style(style))
+        self._plain = CpuRenderer(load_style("plain"))
+        self._compare = compare
+
+    def __call__(self, frame: Frame, writer: Writer) -> Frame:
+        """The frame restyled, in the encoding that the writer wants; itself when nothing is to be changed."""
+        picture = self._run(self._renderer, frame, writer)
+        if self._compare:
+            picture = compared(self._run(self._plain, frame, writer), picture, self._compare)
+        return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
+
+    def _run(self, renderer: CpuRenderer, frame: Frame, writer: Writer) -> Picture:
+        return renderer.run(frame.picture, float(frame.time), writer.encoding, writer.wants_rgb)
+
+
+def first_frames(items: Iterable[Any], count: int) -> Iterator[Any]:
+    """The first `count` frames, and the packets until the last of them ends."""
+    end = None
+    for item in items:
+        if isinstance(item, Frame):
+            if count == 0 and end is not None and item.time > end + INTERLEAVING_SECONDS:
+                return
+            if count > 0:
+                count -= 1
+                end = item.time + (item.duration or 1) * item.time_base
+                yield item
+        elif count > 0 or end is None or item.pts is None or item.pts * item.time_base < end:
+            yield item
+
+
+def _watcher(
+    stages: Stages,
+    info: VideoInfo,
+    frames: int | None,
+    began: float,
+    on_progress: Callable[[Progress], None] | None,
+) -> Callable[[], None]:
+    total = min((number for number in (frames, info.frames) if number), default=None)
+    duration = None if frames or info.duration is None else float(info.duration)
+
+    def watch() -> None:
+        if on_progress is not None:
+            elapsed = time.monotonic() - began
+            on_progress(Progress(stages.frames, stages.end - stages.start, elapsed, total, duration))
+
+    return watch
+
+
+def _summary(
+    source: str | Path, target: str | Path, stages: Stages, reader: Reader, elapsed: float
+) -> Summary:
+    damage = reader.damage
+    return Summary(
+        source=str(source),
+        target=str(target),
+        frames=stages.frames,
+        duration=stages.end - stages.start,
+        elapsed=elapsed,
+        damage=damage.report(),
+        exit_code=DAMAGED_EXIT_CODE if damage.is_notable else 0,
+        stopped=not stages.finished,
+        partial=stages.partial,
+    )

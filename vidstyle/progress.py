@@ -1,0 +1,104 @@
+"""How far a job is, and how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a job is.
+
+    Attributes:
+        frames: frames handed to the encoder so far.
+        position: how much of the film that is, in seconds.
+        elapsed: seconds since the job began.
+        total_frames, duration: what the input's headers promise, in frames and in seconds; None if unknown.
+    """
+
+    frames: int
+    position: float
+    elapsed: float
+    total_frames: int | None = None
+    duration: float | None = None
+
+    @property
+    def rate(self) -> float:
+        """Frames per second of work, since the beginning."""
+        return self.frames / self.elapsed if self.elapsed > 0 else 0.0
+
+    @property
+    def speed(self) -> float:
+        """Seconds of film per second of work: 1 is as fast as it plays."""
+        return self.position / self.elapsed if self.elapsed > 0 else 0.0
+
+    @property
+    def fraction(self) -> float | None:
+        """The part that is done, 0..1, if the whole is known.
+
+        >>> Progress(frames=50, position=2.0, elapsed=1.0, duration=8.0).fraction
+        0.25
+        """
+        if self.duration:
+            return min(self.position / self.duration, 1.0)
+        return min(self.frames / self.total_frames, 1.0) if self.total_frames else None
+
+    @property
+    def remaining(self) -> float | None:
+        """Seconds that the rest will take at this rate, if the whole is known."""
+        return self.elapsed * (1 / self.fraction - 1) if self.fraction else None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything in plain numbers, for JSON."""
+        return {
+            "frames": self.frames,
+            "position": round(self.position, 3),
+            "elapsed": round(self.elapsed, 3),
+            "fps": round(self.rate, 2),
+            "speed": round(self.speed, 3),
+            "fraction": None if self.fraction is None else round(self.fraction, 4),
+            "eta": None if self.remaining is None else round(self.remaining, 1),
+        }
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How a job ended.
+
+    Attributes:
+        source, target: as they were given.
+        frames: frames written.
+        duration: length of the film written, in seconds.
+        elapsed: seconds of work.
+        damage: what was wrong with the input, in one line, or empty.
+        exit_code: 0, or 4 when the input was damaged enough to say so.
+        stopped: whether the job was told to stop before its end.
+        partial: where the frames are that a stopped job had written, if there are any.
+    """
+
+    source: str
+    target: str
+    frames: int
+    duration: float
+    elapsed: float
+    damage: str = ""
+    exit_code: int = 0
+    stopped: bool = False
+    partial: Path | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything in plain values, for JSON."""
+        return {
+            "source": self.source,
+            "target": self.target,
+            "frames": self.frames,
+            "duration": round(self.duration, 6),
+            "elapsed": round(self.elapsed, 3),
+            "fps": round(self.frames / self.elapsed, 2) if self.elapsed > 0 else 0.0,
+            "damage": self.damage,
+            "exit_code": self.exit_code,
+            "stopped": self.stopped,
+            "partial": None if self.partial is None else str(self.partial),
+        }

@@ -1,0 +1,170 @@
+"""Three threads from a source to a target: one reads, one restyles, one writes.
+
+All three release Python's lock in their heavy work, so they run side by side. The calling thread only
+watches, which keeps it free for signals and for showing progress.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vidstyle.channel import Channel, ChannelClosed
+from vidstyle.media.frame import Frame
+
+if TYPE_CHECKING:
+    from vidstyle.media.writer import Writer
+
+ROOM = 3
+"""Batches that may wait between two stages: enough that none starves, few enough to keep memory small."""
+BATCH = 32
+"""Items in a batch at most. A batch ends with its frame, so that a run of packets does not fill a queue."""
+WATCH_SECONDS = 0.1
+"""How often the calling thread looks around."""
+END_SECONDS = 2.0
+"""How long the threads may take to end once they are told to (design, section 6)."""
+
+Batch = list[Any]
+"""Frames and packets in the order of the source."""
+
+
+class Stages:
+    """One job on its way; `run` takes it to its end.
+
+    Attributes:
+        frames: frames handed to the writer.
+        start, end: when the first of them begins and the last of them ends, in seconds of the source.
+        finished: whether the target was written to its end.
+        partial: the file that an unfinished job leaves, or None.
+    """
+
+    def __init__(self, items: Iterable[Any], restyle: Callable[[Frame], Frame], writer: Writer) -> None:
+        self._items = items
+        self._restyle = restyle
+        self._writer = writer
+        self._source: Channel[Batch] = Channel(ROOM)
+        self._result: Channel[Batch] = Channel(ROOM)
+        self._halted = threading.Event()
+        self._over = threading.Event()
+        self._error: BaseException | None = None
+        self._threads = [
+            # Daemons, so that a read that never returns cannot keep the program alive.
+            threading.Thread(target=self._guard, args=(stage,), name=f"vidstyle {name}", daemon=True)
+            for name, stage in (("read", self._read), ("style", self._style), ("write", self._write))
+        ]
+        self.frames = 0
+        self.start = self.end = 0.0
+        self.finished = False
+        self.partial: Path | None = None
+
+    @property
+    def alive(self) -> list[str]:
+        """The names of the threads that have not ended. What they work on must not be touched."""
+        return [thread.name for thread in self._threads if thread.is_alive()]
+
+    def run(self, stop: threading.Event, watch: Callable[[], None]) -> None:
+        """Go on until everything is written, a stage fails, or `stop` is set.
+
+        An early end keeps what is already restyled, closes the target and waits for the threads, 2 s at most.
+
+        Args:
+            watch: called about ten times a second from this thread.
+
+        Raises:
+            what a stage raised, with a note that names the partial file.
+        """
+        for thread in self._threads:
+            thread.start()
+        try:
+            while not self._over.wait(WATCH_SECONDS) and not stop.is_set():
+                watch()
+        except BaseException as error:  # whatever ends the caller's loop, Ctrl-C too, ends the threads
+            self._fail(error)
+        self._end()
+        if self._error is not None:
+            raise self._error
+
+    def _end(self) -> None:
+        if not self._over.is_set():
+            self._halt()
+        deadline = time.monotonic() + END_SECONDS
+        for thread in self._threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
+        if not self.finished:
+            self.partial = self.partial or self._writer.partial
+        if self._error is not None and self.partial is not None:
+            self._error.add_note(f"{self.frames} frames are kept in {self.partial}")
+
+    def _guard(self, stage: Callable[[], None]) -> None:
+        try:
+            stage()
+        except ChannelClosed:
+            pass
+        except BaseException as error:  # a thread's error is raised again in the calling thread
+            self._fail(error)
+
+    def _fail(self, error: BaseException) -> None:
+        if self._error is None:
+            self._error = error
+        self._halt()
+        self._over.set()
+
+    def _halt(self) -> None:
+        """Let nothing more in; the writer still gets what is restyled."""
+        self._halted.set()
+        self._source.close(discard=True)
+        self._result.close()
+
+    def _read(self) -> None:
+        for batch in batches(self._items):
+            self._source.put(batch)
+        self._source.close()
+
+    def _style(self) -> None:
+        for batch in self._source:
+            self._result.put([self._restyle(item) if isinstance(item, Frame) else item for item in batch])
+        self._result.close()
+
+    def _write(self) -> None:
+        try:
+            for batch in self._result:
+                self._write_batch(batch)
+            if not self._halted.is_set():
+                self._writer.finish()
+                self.finished = True
+        finally:
+            if not self.finished:
+                self._halt()
+                self.partial = self._writer.abandon()
+            self._over.set()
+
+    def _write_batch(self, batch: Batch) -> None:
+        for item in batch:
+            self._writer.write(item)
+            if isinstance(item, Frame):
+                self._count(item)
+
+    def _count(self, frame: Frame) -> None:
+        begin = float(frame.time)
+        self.start = begin if self.frames == 0 else self.start
+        self.end = begin + float((frame.duration or 0) * frame.time_base)
+        self.frames += 1
+
+
+def batches(items: Iterable[Any]) -> Iterator[Batch]:
+    """The items in batches that end with a frame, or are full.
+
+    >>> [len(batch) for batch in batches(range(40))]
+    [32, 8]
+    """
+    batch: Batch = []
+    for item in items:
+        batch.append(item)
+        if isinstance(item, Frame) or len(batch) == BATCH:
+            yield batch
+            batch = []
+    if batch:
+        yield batch
