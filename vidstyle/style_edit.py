@@ -26,6 +26,10 @@ log = logging.getLogger("vidstyle")
 _HEADER = re.compile(rf"\s*\[\[\s*({'|'.join(LAYERS)})\s*\]\]\s*(#.*)?")
 
 
+class _UnusualLayoutError(Exception):
+    """Steps are not written under headers."""
+
+
 @dataclass(frozen=True)
 class _Part:
     """A piece of a style file: the fields (layer "") or one step.
@@ -68,7 +72,7 @@ def edited_text(text: str, table: dict[str, Any], path: Path) -> str:
         edited = _edit(text.replace("\r\n", "\n"), table)
         if _without_defaults(tomllib.loads(edited)) == table:
             return edited.replace("\n", "\r\n") if "\r\n" in text else edited
-    except (TOMLKitError, tomllib.TOMLDecodeError):
+    except (TOMLKitError, tomllib.TOMLDecodeError, _UnusualLayoutError):
         pass
     log.warning("%s: written anew without its comments: its layout cannot be edited", path)
     return tomlkit.dumps(table)
@@ -80,6 +84,8 @@ def _without_defaults(table: dict[str, Any]) -> dict[str, Any]:
 
 def _edit(text: str, table: dict[str, Any]) -> str:
     fields, *parts = _cut(text)
+    if not fields.parse()[1].keys().isdisjoint(LAYERS):
+        raise _UnusualLayoutError
     wanted = {key: value for key, value in table.items() if key not in LAYERS}
     placed = [(-1.0, fields.edited(wanted | _defaults_to_restore(fields, wanted)))]
     for layer in LAYERS:
