@@ -19,7 +19,13 @@ from typing import Any, Literal, NewType, cast, get_args, get_origin, get_type_h
 import numpy as np
 
 Kind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
-"""How a block reaches its result (design, section 3)."""
+"""How a block reaches its result (design, section 3).
+
+The function of all but three takes an array and returns one. That of a recipe returns a list of blocks
+with their values; that of a resize block takes a (height, width) and returns the new one, while the
+runner resamples as its parameters `method` and `back` say; a measured block's parameter `settle`, in
+seconds, is how fast its numbers follow.
+"""
 
 On = Literal["luma", "color", "channels"]
 """What a block works on: luma alone; RGB; or "channels", each channel by itself, so that it runs on

@@ -1,0 +1,158 @@
+"""Runs a style with NumPy, OpenCV and Numba: the definition of what is right."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from vidstyle.cpu.band import Whole
+from vidstyle.cpu.output import Page, at_size, finish
+from vidstyle.cpu.work import CORES, Call, Work
+from vidstyle.cuts import CutDetector
+from vidstyle.measured import Settling, sampled
+from vidstyle.picture import Encoding, Picture
+from vidstyle.planes import luma_rows
+from vidstyle.prepared import PreparedStep, prepare
+from vidstyle.style import SOURCE, Style
+
+
+class CpuRenderer:
+    """Restyles one picture after another with one style.
+
+    It keeps what measured blocks remember of earlier pictures; a cut or another size starts it afresh.
+    Close it, or use it as a context manager, to let its threads go.
+    """
+
+    def __init__(self, style: Style, threads: int = CORES) -> None:
+        self.style = style
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
+        self._shape: tuple[int, int] | None = None
+        self._layers: dict[str, tuple[PreparedStep, ...]] = {}
+        self._memories: dict[tuple[str, int], Settling] = {}
+        self._cuts = CutDetector()
+
+    def __enter__(self) -> CpuRenderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let the threads go."""
+        self._pool.shutdown()
+
+    def run(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Picture:
+        """The picture in the style, at its own size.
+
+        Args:
+            picture: any picture; its planes are only read.
+            time: presentation time in seconds, or None for a picture that stands alone.
+            target: how the planes of the result are to be encoded; None: as the picture's own.
+            rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
+        """
+        target = target or picture.encoding
+        if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
+            return picture
+        self._prepare(picture)
+        return finish(self._pool, self._page(picture, time), picture, target, rgb)
+
+    def _prepare(self, picture: Picture) -> None:
+        """Look everything up anew for a new size."""
+        if picture.shape == self._shape:
+            return
+        self._layers = prepare(self.style, *picture.shape)
+        self._memories = {
+            (layer, number): Settling()
+            for layer, steps in self._layers.items()
+            for number, step in enumerate(steps)
+            if step.block is not None and step.block.kind == "measured"
+        }
+        self._shape = picture.shape
+
+    def _page(self, picture: Picture, time: float | None) -> Page:
+        """base, then background and lines from where it ended."""
+        if self._memories and self._cuts.is_cut(_small_luma(Whole.of(picture))):
+            for memory in self._memories.values():
+                memory.restart()
+        frame = _FrameRun(self._pool, picture, time, self._memories)
+        base = frame.run_layer("base", self._layers["base"], Work(Whole.of(picture)))
+        steps = self._layers["background"], self._layers["lines"]
+        background = lines = None
+        if steps[0] or self._layers["base"] or not steps[1]:
+            background = frame.run_layer("background", steps[0], base)
+        if steps[1]:
+            lines = frame.run_layer("lines", steps[1], base)
+        shape = picture.shape
+        fitted = (None if work is None else frame.fit(work, shape) for work in (background, lines))
+        return Page.of(self.style, *fitted)
+
+
+class _FrameRun:
+    """One picture's way through the layers, with the pictures saved on it."""
+
+    def __init__(
+        self,
+        pool: ThreadPoolExecutor,
+        source: Picture,
+        time: float | None,
+        memories: dict[tuple[str, int], Settling],
+    ) -> None:
+        self._pool, self._time, self._memories = pool, time, memories
+        self._saved: dict[str, Work] = {SOURCE: Work(Whole.of(source))}
+        self._back = "bicubic"
+
+    def run_layer(self, layer: str, steps: tuple[PreparedStep, ...], work: Work) -> Work:
+        """The work after all steps of a layer."""
+        for number, step in enumerate(steps):
+            work = self._saved[step.source] if step.source else work
+            if step.block is not None:
+                work = self._run_step(step, work, self._memories.get((layer, number)))
+            if step.save:
+                work = self._saved[step.save] = self._done(work)
+        return work
+
+    def fit(self, work: Work, shape: tuple[int, int]) -> Work:
+        """The work back at the page's own size."""
+        return work if work.shape == shape else Work(at_size(work.done(self._pool), shape, self._back))
+
+    def _run_step(self, step: PreparedStep, work: Work, memory: Settling | None) -> Work:
+        block = step.block
+        assert block is not None
+        if block.saves:
+            work = self._saved[block.saves] = self._done(work)
+        if block.kind == "resize":
+            return self._resize(step, work)
+        if (block.kind == "filter" or memory is not None) and work.calls:
+            work = self._done(work)
+        numbers = None
+        if memory is not None:
+            measure = block.take_measure(_small_luma(work.whole), step.values)
+            numbers = memory.follow(measure, self._time, step.values.get("settle", 0))
+        pictures = {name: self._saved_at(saved, work.shape) for name, saved in step.pictures.items()}
+        return work.then(Call(step, numbers, pictures, work.shape))
+
+    def _done(self, work: Work) -> Work:
+        return Work(work.done(self._pool))
+
+    def _saved_at(self, name: str, shape: tuple[int, int]) -> Whole:
+        return at_size(self._saved[name].whole, shape, "bilinear")
+
+    def _resize(self, step: PreparedStep, work: Work) -> Work:
+        assert step.block is not None
+        self._back = step.values["back"]
+        whole = work.done(self._pool)
+        return Work(at_size(whole, step.block.function(whole.main.shape, **step.values), step.values["method"]))
+
+
+def _small_luma(whole: Whole) -> np.ndarray:
+    """A small copy of luma, H x W float32."""
+    main = whole.main
+    if main.color is not None:
+        small = Picture(main.encoding, color=sampled(main.color))
+    else:
+        assert main.luma is not None
+        small = Picture(main.encoding, luma=sampled(main.luma))
+    return luma_rows(small, 0, small.shape[0])

@@ -1,0 +1,189 @@
+"""The last pass: lines over background, and the planes that the sink wants."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vidstyle.block import rgb_from_text
+from vidstyle.cpu.band import Band, Whole
+from vidstyle.cpu.work import Work, in_bands
+from vidstyle.picture import Encoding, Picture
+from vidstyle.planes import chroma_reach, shrunk_chroma, store, yuv_from_rgb
+from vidstyle.resample import resample
+from vidstyle.style import Style
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Page:
+    """What is put together at the end.
+
+    Attributes:
+        background: the colour layer, or None where the paper alone lies under the lines.
+        lines: the layer whose luma lets the background through where it is white, or None.
+        ink, paper: RGB 0..1.
+    """
+
+    background: Work | None
+    lines: Work | None
+    ink: Triple
+    paper: Triple
+
+    @classmethod
+    def of(cls, style: Style, background: Work | None, lines: Work | None) -> Page:
+        """A page with the style's colours."""
+        return cls(background, lines, rgb_from_text(style.ink), rgb_from_text(style.paper))
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether nothing is laid over or under the background."""
+        return self.lines is None and self.paper == (1, 1, 1)
+
+    def band(self, top: int, bottom: int) -> Band:
+        """These rows of the finished page."""
+        if self.background is None:
+            assert self.lines is not None
+            return self._lines_on_paper(self.lines.band(top, bottom))
+        band = self.background.band(top, bottom)
+        if self.paper != (1, 1, 1):
+            band.set_color(band.color() * np.array(self.paper, np.float32))
+        if self.lines is not None:
+            self._draw(band, self.lines.band(top, bottom).luma())
+        return band
+
+    def _lines_on_paper(self, band: Band) -> Band:
+        luma = band.luma()
+        if len({*self.ink}) == 1 and len({*self.paper}) == 1:
+            ink, paper = np.float32(self.ink[0]), np.float32(self.paper[0])
+            band.take_tint(None)
+            band.set_luma(luma if (ink, paper) == (0, 1) else ink + luma * (paper - ink))
+        else:
+            ink_color, paper_color = np.array(self.ink, np.float32), np.array(self.paper, np.float32)
+            band.set_color(ink_color + luma[..., None] * (paper_color - ink_color))
+        return band
+
+    def _draw(self, band: Band, cover: np.ndarray) -> None:
+        """Ink where the lines are dark. Mixing is linear, so it is done in whatever form the band has."""
+        ink = np.array(self.ink, np.float32)
+        if band.is_color:
+            band.set_color(ink + cover[..., None] * (band.color() - ink))
+            return
+        luma, blue, red = (float(plane[0, 0]) for plane in yuv_from_rgb(ink[None, None], band.encoding))
+        if not (band.is_gray and max(abs(blue), abs(red)) < 1e-6):
+            old_blue, old_red = band.chroma()
+            band.set_chroma((blue + cover * (old_blue - blue), red + cover * (old_red - red)))
+        band.set_luma(luma + cover * (band.luma() - luma))
+
+
+def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: bool) -> Picture:
+    """The finished page as integer (or, with depth 0, float32) planes of the wanted encoding.
+
+    Planes of the source that no step has touched, and that are already encoded so, are handed on as
+    they are. Values are cut off to the range that the numbers have.
+
+    Args:
+        rgb: packed RGB is wanted instead of luma and chroma; only the encoding's depth counts then.
+    """
+    reach = max((work.reach for work in (page.background, page.lines) if work is not None), default=0)
+    if rgb:
+        color = np.empty((*source.shape, 3), target.dtype)
+        in_bands(pool, source.shape, reach, lambda top, bottom: _store_color(page.band(top, bottom), target, color))
+        return Picture(replace(target, full_range=True, step=(1, 1)), color=color, alpha=source.alpha)
+    planes = _Planes(source, target)
+    above, below = chroma_reach(target)
+
+    def run(top: int, bottom: int) -> None:
+        band = page.band(max(top - above, 0), min(bottom + below, source.shape[0]))
+        planes.put(band, top, bottom)
+
+    in_bands(pool, source.shape, reach, run)
+    return planes.picture()
+
+
+class _Planes:
+    """Gathers finished bands as the target's planes."""
+
+    def __init__(self, source: Picture, target: Encoding) -> None:
+        self._source, self._target = source, target
+        self._luma = np.empty(source.shape, target.dtype)
+        self._chroma: tuple[np.ndarray, np.ndarray] | None = None
+        self._tint: Picture | None = None
+
+    def put(self, band: Band, top: int, bottom: int) -> None:
+        """Store the rows top..bottom of a band that may hold a few more."""
+        tint = band.tint
+        if tint is not None and not band.is_color and band.own_chroma is None and self._fits(tint):
+            self._tint = tint
+        elif not band.is_gray:
+            self._put_chroma(band, top, bottom)
+        rows = slice(top - band.top, bottom - band.top)
+        store(band.luma()[rows], *self._target.luma_levels, self._target.depth, self._luma[top:bottom])
+
+    def picture(self) -> Picture:
+        """What has been gathered; a gray page gets neutral chroma."""
+        chroma = self._chroma if self._tint is None else self._tint.chroma
+        if chroma is None:
+            neutral = self._target.dtype(self._target.chroma_levels[0])  # type: ignore[call-arg]
+            blue = np.full(self._target.chroma_shape(*self._source.shape), neutral)
+            chroma = (blue, blue)
+        return Picture(self._target, luma=self._luma, chroma=chroma, alpha=self._source.alpha)
+
+    def _fits(self, tint: Picture) -> bool:
+        return tint.encoding == self._target and tint.chroma is not None and tint.shape == self._source.shape
+
+    def _put_chroma(self, band: Band, top: int, bottom: int) -> None:
+        target = self._target
+        if self._chroma is None:
+            shape = target.chroma_shape(*self._source.shape)
+            self._chroma = (np.empty(shape, target.dtype), np.empty(shape, target.dtype))
+        neutral, span = target.chroma_levels
+        down = target.step[1]
+        for values, plane in zip(band.chroma(), self._chroma, strict=True):
+            small = shrunk_chroma(values, top - band.top, bottom - top, target)
+            out = plane[top // down : top // down + small.shape[0]]
+            store(small, neutral, neutral + span, target.depth, out)
+
+
+def _store_color(band: Band, target: Encoding, out: np.ndarray) -> None:
+    values = np.clip(band.color(), 0, 1)
+    rows = out[band.top : band.bottom]
+    black, white = replace(target, full_range=True).luma_levels
+    store(values.reshape(len(values), -1), black, white, target.depth, rows.reshape(len(rows), -1))
+
+
+def at_size(whole: Whole, shape: tuple[int, int], method: str) -> Whole:
+    """The picture at another size, as float32 planes, chroma at a step of its own."""
+    main, tint = whole.main, whole.tint
+    if main.shape == shape and (tint is None or tint.shape == shape):
+        return whole
+    if main.color is not None and main is tint:
+        color = Band(whole, 0, main.shape[0]).color()
+        return Whole.of(Picture(main.encoding.as_float(), color=resample(color, shape, method)))
+    luma = resample(Band(whole, 0, main.shape[0]).luma(), shape, method)
+    if tint is None:
+        return Whole.of(Picture(main.encoding.as_float(), luma=luma))
+    return Whole.of(_with_chroma(luma, tint, method))
+
+
+def _with_chroma(luma: np.ndarray, tint: Picture, method: str) -> Picture:
+    old = tint.encoding
+    if tint.chroma is None:
+        blue, red = Band(Whole.of(tint), 0, tint.shape[0]).chroma()
+        planes, new = (blue, red), old.as_float()
+    else:
+        neutral, span = old.chroma_levels
+        growth = [new_side / old_side for new_side, old_side in zip(luma.shape, tint.shape, strict=True)]
+        # Resampling maps pixel areas; what lies beside the middle of its area moves with the size.
+        x, y = (
+            (step - 1) / 2 + (offset - (step - 1) / 2) * grown
+            for step, offset, grown in zip(old.step, old.siting, reversed(growth), strict=True)
+        )
+        new = replace(old.as_float(), step=old.step, siting=(x, y))
+        planes = tuple((plane.astype(np.float32) - neutral) / span for plane in tint.chroma)  # type: ignore[assignment]
+    shape = new.chroma_shape(*luma.shape)
+    blue, red = (resample(plane.astype(np.float32, copy=False), shape, method) for plane in planes)
+    return Picture(new, luma=luma, chroma=(blue, red))

@@ -1,0 +1,174 @@
+"""A picture that is either whole or work not yet done: at most one filter, then any pixel steps.
+
+Work is done in bands of rows that stay in the cache, on all cores, and each band goes through all
+steps before the next one begins.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vidstyle.block import LumaWeights, Measured, Place, Saved
+from vidstyle.cpu.band import Band, Whole
+from vidstyle.picture import Picture
+from vidstyle.prepared import PreparedStep
+
+BAND_BYTES = 1 << 20
+"""About what a band takes as float32 RGB; several of them fit a core's second-level cache."""
+
+CORES = os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Call:
+    """A step that runs on bands, with all that it needs.
+
+    Attributes:
+        numbers: what was measured for it.
+        pictures: the saved pictures that it asks for, as large as the page.
+        page: height and width.
+    """
+
+    step: PreparedStep
+    numbers: np.ndarray | None
+    pictures: dict[str, Whole]
+    page: tuple[int, int]
+
+    @property
+    def reach(self) -> int:
+        """How many rows around its own it reads."""
+        assert self.step.block is not None
+        return self.step.block.rows_around(self.step.values)
+
+    def run(self, band: Band) -> None:
+        """Replace the band's values by the block's result."""
+        block, on = self.step.block, self.step.on
+        assert block is not None
+        if on == "color" or (on == "channels" and not band.is_gray):
+            band.set_color(block.function(band.color(), **self._arguments(band, color=True)))
+            return
+        band.set_luma(block.function(band.luma(), **self._arguments(band, color=False)))
+        if block.chroma == "dropped":
+            band.take_tint(None)
+        for name, whole in self.pictures.items():
+            if self._wants(name) == "chroma":
+                band.take_tint(whole.tint)
+
+    def _wants(self, name: str) -> str:
+        assert self.step.block is not None
+        control = self.step.block.parameters[name].control
+        assert isinstance(control, Saved)
+        return control.on
+
+    def _arguments(self, band: Band, color: bool) -> dict[str, Any]:
+        assert self.step.block is not None
+        given: dict[object, Any] = {
+            Place: Place(band.top, *self.page),
+            LumaWeights: band.encoding.weights,
+            Measured: self.numbers,
+        }
+        arguments = {name: given[kind] for name, kind in self.step.block.given.items()}
+        for name, parameter in self.step.block.parameters.items():
+            if isinstance(parameter.control, Saved):
+                arguments[name] = self._rows(name, band, color)
+        return self.step.values | arguments
+
+    def _rows(self, name: str, band: Band, color: bool) -> np.ndarray | None:
+        whole = self.pictures.get(name)
+        if whole is None or self._wants(name) == "chroma":
+            return None
+        other = Band(whole, band.top, band.bottom)
+        return other.color() if color and self._wants(name) == "same" else other.luma()
+
+
+@dataclass(frozen=True)
+class Work:
+    """A whole picture and the calls that are still to be made on it; only the first may be a filter."""
+
+    whole: Whole
+    calls: tuple[Call, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width."""
+        return self.whole.main.shape
+
+    @property
+    def reach(self) -> int:
+        """How many rows around its own a band reads."""
+        return max((call.reach for call in self.calls), default=0)
+
+    def then(self, call: Call) -> Work:
+        """The work with one more call."""
+        return replace(self, calls=(*self.calls, call))
+
+    def band(self, top: int, bottom: int) -> Band:
+        """These rows with all calls made."""
+        reach = self.reach
+        band = Band(self.whole, max(top - reach, 0), min(bottom + reach, self.shape[0]))
+        for number, call in enumerate(self.calls):
+            call.run(band)
+            if number == 0:
+                band.crop(top, bottom)
+        return band
+
+    def done(self, pool: Executor) -> Whole:
+        """The picture with all calls made, as float32 planes; chroma that no call touched stays where it is."""
+        if not self.calls:
+            return self.whole
+        canvas = _Canvas(self.shape)
+        in_bands(pool, self.shape, self.reach, lambda top, bottom: canvas.put(self.band(top, bottom)))
+        return canvas.whole()
+
+
+class _Canvas:
+    """Gathers bands into a whole picture; which planes it needs shows with the first band."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self._shape = shape
+        self._planes: dict[str, np.ndarray] = {}
+        self._last: Band | None = None
+
+    def put(self, band: Band) -> None:
+        if band.is_color:
+            self._plane("color", 3)[band.top : band.bottom] = band.color()
+        else:
+            self._plane("luma")[band.top : band.bottom] = band.luma()
+            for name, plane in zip(("blue", "red"), band.own_chroma or (), strict=False):
+                self._plane(name)[band.top : band.bottom] = plane
+        self._last = band
+
+    def whole(self) -> Whole:
+        assert self._last is not None
+        encoding, planes = self._last.encoding.as_float(), self._planes
+        if "color" in planes:
+            return Whole.of(Picture(encoding, color=planes["color"]))
+        if "blue" in planes:
+            return Whole.of(Picture(encoding, luma=planes["luma"], chroma=(planes["blue"], planes["red"])))
+        return Whole(Picture(encoding, luma=planes["luma"]), self._last.tint)
+
+    def _plane(self, name: str, *depth: int) -> np.ndarray:
+        # setdefault is one step for all threads: the plane that loses the race is dropped unused.
+        return self._planes.get(name) if name in self._planes else self._planes.setdefault(
+            name, np.empty((*self._shape, *depth), np.float32)
+        )
+
+
+def in_bands(
+    pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]
+) -> None:
+    """Call `run(top, bottom)` for bands that cover all rows, on all cores.
+
+    Bands begin at multiples of four rows, which every chroma step divides.
+    """
+    height, width = shape
+    rows = max(BAND_BYTES // (12 * width), 4 * reach, 4)
+    rows = min(-(-rows // 4) * 4, max(4, -(-height // CORES + 3) // 4 * 4))
+    tops = range(0, height, rows)
+    list(pool.map(run, tops, (min(top + rows, height) for top in tops)))

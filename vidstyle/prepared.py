@@ -1,0 +1,73 @@
+"""A style made ready for pictures of one size: recipes expanded, lengths in pixels, assets read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from vidstyle.block import Asset, Block, On, Saved, Slider
+from vidstyle.blocks import all_blocks
+from vidstyle.errors import StyleError
+from vidstyle.style import LAYERS, Step, Style, asset_path, expand
+
+
+@dataclass(frozen=True)
+class PreparedStep:
+    """A step with nothing left to look up.
+
+    Attributes:
+        block: its block, or None for a step that only saves or starts anew.
+        on: what it works on.
+        values: every parameter as the function takes it, but for the pictures.
+        pictures: the parameters that stand for saved pictures, and the pictures' names.
+        save, source: as in the style.
+    """
+
+    block: Block | None
+    on: On
+    values: dict[str, Any]
+    pictures: dict[str, str]
+    save: str
+    source: str
+
+
+def prepare(style: Style, height: int, width: int) -> dict[str, tuple[PreparedStep, ...]]:
+    """The steps of each layer for pictures of this size.
+
+    Lengths of a style that names a `height` grow with the picture's shorter side, so that a turned
+    picture looks alike; none falls below the least that its slider allows.
+
+    Raises:
+        StyleError: an asset cannot be read.
+    """
+    growth = 1.0 if style.height is None else min(height, width) / style.height
+    expanded = expand(style)
+    return {
+        layer: tuple(_prepare_step(style, step, growth) for step in getattr(expanded, layer))
+        for layer in LAYERS
+    }
+
+
+def _prepare_step(style: Style, step: Step, growth: float) -> PreparedStep:
+    if not step.block:
+        return PreparedStep(None, "channels", {}, {}, step.save, step.source)
+    block = all_blocks()[step.block]
+    values = block.complete(step.values)
+    names = [name for name, parameter in block.parameters.items() if isinstance(parameter.control, Saved)]
+    pictures = {name: values.pop(name) for name in names}
+    for name in values:
+        values[name] = _prepare_value(style, block, name, values[name], growth)
+    chosen = {name: picture for name, picture in pictures.items() if picture}
+    return PreparedStep(block, step.on or block.on, values, chosen, step.save, step.source)
+
+
+def _prepare_value(style: Style, block: Block, name: str, value: Any, growth: float) -> Any:
+    control = block.parameters[name].control
+    if isinstance(control, Slider) and control.unit == "px":
+        return max(value * growth, control.low)
+    if isinstance(control, Asset) and value:
+        try:
+            return control.read(asset_path(style.folder, value))
+        except (ValueError, OSError) as error:
+            raise StyleError(style.name, [f"{block.name}: {name}: {value!r}: {error}"]) from None
+    return value
