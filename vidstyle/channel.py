@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class ChannelClosed(Exception):
+class ChannelClosedError(Exception):
     """Nobody takes items any more, so the giver can end."""
 
 
@@ -34,12 +34,12 @@ class Channel(Generic[T]):
         """Add an item as soon as there is room.
 
         Raises:
-            ChannelClosed: the channel was closed, before or while waiting.
+            ChannelClosedError: the channel was closed, before or while waiting.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or len(self._items) < self._room)
             if self._closed:
-                raise ChannelClosed
+                raise ChannelClosedError
             self._items.append(item)
             self._changed.notify_all()
 

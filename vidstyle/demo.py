@@ -19,7 +19,7 @@ STYLES = ("comic", "sketch", "poster")
 
 
 def make_demo(folder: Path) -> Iterator[Path]:
-    """Write the film and its restyled versions into the folder, in place of older ones; yields each when done.
+    """Write the film and its restyled versions into the folder, over older ones; yields each when done.
 
     Raises:
         OutputError: the folder cannot be made or written to.

@@ -14,7 +14,7 @@ from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import Reader, ReadOptions, VideoInfo, open_reader
-from vidstyle.media.writer import Writer, WriteOptions, open_writer
+from vidstyle.media.writer import WriteOptions, Writer, open_writer
 from vidstyle.picture import Picture
 from vidstyle.progress import Progress, Summary
 from vidstyle.stages import Stages

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vidstyle.channel import Channel, ChannelClosed
+from vidstyle.channel import Channel, ChannelClosedError
 from vidstyle.media.frame import Frame
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class Stages:
     def _guard(self, stage: Callable[[], None]) -> None:
         try:
             stage()
-        except ChannelClosed:
+        except ChannelClosedError:
             pass
         except BaseException as error:  # a thread's error is raised again in the calling thread
             self._fail(error)
