@@ -1,0 +1,36 @@
+# Each target makes .venv and installs what it needs; nothing but make and Python 3.11 or newer has to be there.
+# PYTHON=/path/to/python chooses the Python.
+
+PYTHON ?= $(shell for python in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
+
+.PHONY: demo test check clean
+
+demo: .venv/program.stamp  ## make a short film and restyle it
+	$(BIN)/vidstyle demo
+
+test: .venv/dev.stamp  ## run all tests
+	$(BIN)/python -m pytest
+
+check: .venv/dev.stamp  ## look over the code: layout, lint, types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+clean:  ## remove all that was made here
+	rm -rf .venv dist build demo .pytest_cache .mypy_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.venv/program.stamp: pyproject.toml | .venv/bin/python
+	$(PIP) --editable .
+	touch $@
+
+.venv/dev.stamp: pyproject.toml | .venv/bin/python
+	$(PIP) --editable '.[comic,dev]'
+	touch $@ .venv/program.stamp
+
+.venv/bin/python:
+	$(if $(PYTHON),,$(error vidstyle needs Python 3.11 or newer; name one with make PYTHON=/path/to/python))
+	$(PYTHON) -m venv .venv
