@@ -44,15 +44,17 @@ def halftone(
     """
     cell = max(cell, 2.0)  # a screen finer than the pixels cannot be drawn
     averaged = _averaged(picture, cell)
-    out = np.ones(picture.shape, np.float32)
+    spread = np.float32(dot), np.float32(gain), np.float32(black)
+    out = np.empty(picture.shape, np.float32)
+    screens = np.empty((4, 4))
+    levels: list[np.ndarray] = []
     for ink, angle in enumerate(ANGLES):
         cosine, sine = math.cos(math.radians(angle)) / cell, math.sin(math.radians(angle)) / cell
-        bounds = _lattice_bounds(cosine, sine, place.top, *picture.shape[:2])
-        levels = np.empty((bounds[1] - bounds[0] + 1, bounds[3] - bounds[2] + 1), np.float32)
-        spread = np.float32(dot), np.float32(gain), np.float32(black)
-        _ink_levels(averaged, ink, cosine, sine, place.top, bounds[0], bounds[2], *spread, levels)
-        left = np.array(INKS[inks][ink], np.float32)
-        _print(levels, cosine, sine, place.top, bounds[0], bounds[2], left, out)
+        first, last, low, high = _lattice_bounds(cosine, sine, place.top, *picture.shape[:2])
+        screens[ink] = cosine, sine, first, low
+        levels.append(np.empty((last - first + 1, high - low + 1), np.float32))
+        _ink_levels(averaged, ink, screens[ink], place.top, spread, levels[ink])
+    _print(tuple(levels), screens, place.top, np.array(INKS[inks], np.float32), out)
     return out
 
 
@@ -70,8 +72,10 @@ def _lattice_bounds(cosine: float, sine: float, top: int, height: int, width: in
 
 
 @compiled
-def _ink_levels(averaged, ink, cosine, sine, top, first, second, dot, gain, black, levels):  # type: ignore[no-untyped-def]
+def _ink_levels(averaged, ink, screen, top, spread, levels):  # type: ignore[no-untyped-def]
     """For each cell, the height at which the screen is cut so that the dot covers what it has to."""
+    cosine, sine, first, second = screen[0], screen[1], screen[2], screen[3]
+    dot, gain, black = spread
     height, width = averaged.shape[0], averaged.shape[1]
     squared = cosine * cosine + sine * sine
     per_pixel = np.float32(np.sqrt(squared))
@@ -111,24 +115,39 @@ def _cut(share, per_pixel):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _print(levels, cosine, sine, top, first, second, left, out):  # type: ignore[no-untyped-def]
-    """Multiply the paper by what the dots of one ink leave of it."""
+def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
     one, half, two, three = np.float32(1), np.float32(0.5), np.float32(2), np.float32(3)
+    cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
-    red, green, blue = one - left[0], one - left[1], one - left[2]
+    least_slope, step, turn = half * per_pixel, np.float32(cosine), np.float32(sine)
+    start, side = np.float32(0.5 * cosine + y * sine - screen[2]), np.float32(y * cosine - 0.5 * sine - screen[3])
+    columns, flat = np.int32(levels.shape[1]), levels.reshape(-1)
+    red, green, blue = one - ink[0], one - ink[1], one - ink[2]
+    for x in range(left.shape[1]):
+        along, across = start + np.float32(x) * step, side - np.float32(x) * turn
+        i, j = np.int32(along), np.int32(across)
+        s, t = abs(two * (along - np.float32(i)) - one), abs(two * (across - np.float32(j)) - one)
+        height = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
+        down, right = s * (one - s), t * (one - t)
+        slope = np.float32(6) * per_pixel * np.sqrt(down * down + right * right)
+        cover = (height - flat[i * columns + j]) / max(slope, least_slope) + half
+        cover = min(max(cover, np.float32(0)), one)
+        left[0, x] *= one - red * cover
+        left[1, x] *= one - green * cover
+        left[2, x] *= one - blue * cover
+
+
+@compiled(fastmath=True)
+def _print(levels, screens, top, inks, out):  # type: ignore[no-untyped-def]
+    """White paper multiplied by what the dots of each ink leave of it."""
+    width = out.shape[1]
+    left = np.empty((3, width), np.float32)
     for row in range(out.shape[0]):
-        y = top + row + 0.5
-        for x in range(out.shape[1]):
-            along = np.float32((x + 0.5) * cosine + y * sine - first)
-            across = np.float32(y * cosine - (x + 0.5) * sine - second)
-            i, j = int(along), int(across)
-            s, t = abs(two * (along - i) - one), abs(two * (across - j) - one)
-            height = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
-            slope = np.float32(6) * per_pixel * np.sqrt(
-                (s * (one - s)) * (s * (one - s)) + (t * (one - t)) * (t * (one - t))
-            )
-            cover = (height - levels[i, j]) / max(slope, half * per_pixel) + half
-            cover = min(max(cover, np.float32(0)), one)
-            out[row, x, 0] *= one - red * cover
-            out[row, x, 1] *= one - green * cover
-            out[row, x, 2] *= one - blue * cover
+        left[:] = np.float32(1)
+        _print_row(levels[0], screens[0], top + row + 0.5, inks[0], left)
+        _print_row(levels[1], screens[1], top + row + 0.5, inks[1], left)
+        _print_row(levels[2], screens[2], top + row + 0.5, inks[2], left)
+        _print_row(levels[3], screens[3], top + row + 0.5, inks[3], left)
+        for x in range(width):
+            for channel in range(3):
+                out[row, x, channel] = left[channel, x]
