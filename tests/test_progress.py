@@ -1,0 +1,29 @@
+"""How far a job is."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from vidstyle.progress import Progress
+
+
+def test_rates_and_the_rest_follow_from_what_is_known():
+    progress = Progress(frames=50, position=2.0, elapsed=4.0, total_frames=200, duration=8.0)
+    assert (progress.rate, progress.speed, progress.fraction, progress.remaining) == (12.5, 0.5, 0.25, 12.0)
+
+
+def test_frames_serve_where_the_duration_is_unknown():
+    assert Progress(frames=50, position=2.0, elapsed=4.0, total_frames=200).fraction == 0.25
+
+
+@pytest.mark.parametrize("elapsed", [0.0, 1.0])
+def test_nothing_known_is_no_error(elapsed):
+    told = Progress(frames=0, position=0.0, elapsed=elapsed).as_dict()
+    assert told["fraction"] is None and told["eta"] is None
+    assert json.loads(json.dumps(told)) == told
+
+
+def test_headers_that_promise_too_little_do_not_go_past_the_end():
+    assert Progress(frames=50, position=9.0, elapsed=4.0, duration=8.0).fraction == 1.0
