@@ -1,0 +1,137 @@
+"""Restyling picture by picture, for other people's programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.errors import DeviceError, UsageError
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Style, load_style
+
+if TYPE_CHECKING:
+    import av
+
+StyleLike = Style | str | Path | Mapping[str, object]
+"""What `load_style` takes: a style, a name, a path or a table."""
+
+FrameLike = TypeVar("FrameLike", "np.ndarray", "av.VideoFrame")
+
+DEVICES = ("auto", "cpu", "gpu")
+
+
+def open_renderer(style: StyleLike, device: str = "auto") -> CpuRenderer:
+    """What restyles pictures on a device: "auto", "cpu" or "gpu".
+
+    Raises:
+        UsageError: another word.
+        DeviceError: there is no such device.
+        StyleError: the style cannot be used.
+    """
+    if device not in DEVICES:
+        raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
+    if device == "gpu":
+        raise DeviceError("--device gpu", "there is no GPU renderer yet", "use --device cpu")
+    return CpuRenderer(load_style(style))
+
+
+class Renderer:
+    """Restyles the frames of one film in their order, in somebody's own loop.
+
+    Blocks that follow the film over time take the frames' own times, or 25 frames a second for arrays.
+
+    >>> with Renderer("plain") as renderer:
+    ...     frame = renderer(np.zeros((4, 6, 3), np.uint8))
+    >>> frame.shape
+    (4, 6, 3)
+    """
+
+    ARRAY_RATE = 25
+    """Frames a second where an array brings no time of its own and none is given."""
+
+    def __init__(self, style: StyleLike, device: str = "auto") -> None:
+        self._renderer = open_renderer(style, device)
+        self._count = 0
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let the device go."""
+        self._renderer.close()
+
+    def __call__(self, frame: FrameLike, time: float | None = None) -> FrameLike:
+        """The frame in the style, of the kind that was given.
+
+        Args:
+            frame: an `av.VideoFrame`, which keeps its format, tags and time, or an H x W x 3 or
+                H x W x 4 array in RGB order: uint8, uint16, or floats 0..1. It is not written to.
+            time: presentation time in seconds; None: the frame's own.
+
+        Raises:
+            ValueError: an array of another shape or type.
+            InputError: a frame in a pixel format that we do not read.
+        """
+        if isinstance(frame, np.ndarray):
+            time = self._count / self.ARRAY_RATE if time is None else time
+            self._count += 1
+            return _array_run(self._renderer, frame, time)
+        return self._frame_run(frame, time)
+
+    def _frame_run(self, frame: av.VideoFrame, time: float | None) -> av.VideoFrame:
+        from vidstyle.media.color_tags import ColorTags
+        from vidstyle.media.frame import frame_from_picture, picture_from_frame
+
+        picture = picture_from_frame(frame)
+        time = frame.time if time is None else time
+        result = self._renderer.run(picture, time, rgb=picture.color is not None)
+        if result is picture:
+            return frame
+        restyled = frame_from_picture(result, tags=ColorTags.of(frame))
+        if restyled.format.name != frame.format.name:
+            restyled = restyled.reformat(format=frame.format.name)
+        restyled.pts = frame.pts
+        if frame.time_base is not None:
+            restyled.time_base = frame.time_base
+        return restyled
+
+
+def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.ndarray:
+    """One picture in a style.
+
+    Args:
+        picture: H x W x 3 or H x W x 4 in RGB order: uint8, uint16, or floats 0..1; alpha is kept.
+        style: what `load_style` takes.
+        device: "auto", "cpu" or "gpu".
+
+    Returns:
+        A new array of the same shape and type.
+
+    Raises:
+        ValueError: an array of another shape or type.
+
+    >>> bright = stylize(np.full((2, 2, 3), 0.5), {"format": 1, "background": [{"block": "brightness"}]})
+    >>> bright.dtype, bright[0, 0].round(3).tolist()
+    (dtype('float64'), [0.65, 0.65, 0.65])
+    """
+    with open_renderer(style, device) as renderer:
+        return _array_run(renderer, picture, None)
+
+
+def _array_run(renderer: CpuRenderer, array: np.ndarray, time: float | None) -> np.ndarray:
+    if array.ndim != 3:
+        raise ValueError(f"a picture is H x W x 3 or H x W x 4, not {array.shape}")
+    picture = Picture.from_array(array)
+    target = Encoding(full_range=True, depth=picture.encoding.depth, step=(1, 1))
+    color = renderer.run(picture, time, target, rgb=True).color
+    assert color is not None
+    if array.shape[2] == 4:
+        color = np.concatenate([color, array[..., 3:]], axis=2)
+    return np.array(color, array.dtype)
