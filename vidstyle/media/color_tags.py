@@ -1,0 +1,116 @@
+"""What a stream says about its colours, as numbers of ITU-T H.273, and what that means for its planes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vidstyle.errors import InputError
+from vidstyle.picture import SITINGS, Encoding
+
+UNSPECIFIED = 2
+"""The H.273 code of primaries, transfer or matrix for "not said"."""
+LIMITED, FULL = 1, 2
+"""FFmpeg's codes of the range; 0 is "not said"."""
+PQ, HLG = 16, 18
+"""The transfers of HDR: SMPTE ST 2084 and ARIB STD-B67."""
+BT2020_PRIMARIES = 9
+
+MATRICES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
+"""The matrices that we can do, by H.273 code."""
+UNDOABLE_MATRICES = {
+    8: "YCgCo",
+    10: "BT.2020 constant luminance",
+    11: "YDzDx",
+    12: "chromaticity-derived",
+    13: "chromaticity-derived constant luminance",
+    14: "ICtCp",
+    15: "IPT-C2",
+    16: "YCgCo-Re",
+    17: "YCgCo-Ro",
+}
+HD_LINES, HD_COLUMNS = 720, 1280
+"""From this height or this width on, untagged video is taken for BT.709, as players do."""
+CENTERED_CODECS = frozenset({"mjpeg", "jpeg2000", "jpegls", "webp", "amv", "mjpegb", "ljpeg"})
+"""Codecs whose 4:2:0 chroma lies between the luma samples, as in JPEG (JFIF); elsewhere it is left-sited."""
+
+
+@dataclass(frozen=True)
+class ColorTags:
+    """H.273 codes of primaries, transfer and matrix, and FFmpeg's code of the range.
+
+    These are the numbers that av's `color_primaries`, `color_trc`, `colorspace` and `color_range` take.
+    """
+
+    primaries: int = UNSPECIFIED
+    transfer: int = UNSPECIFIED
+    matrix: int = UNSPECIFIED
+    range: int = 0
+
+    @classmethod
+    def of(cls, tagged: Any) -> ColorTags:
+        """The tags of an av.VideoFrame or an av codec context."""
+        codes = (tagged.color_primaries, tagged.color_trc, tagged.colorspace, tagged.color_range)
+        return cls(*(int(code) for code in codes))
+
+    @property
+    def is_hdr(self) -> bool:
+        """Whether the light is coded for HDR displays; ten bits alone are not HDR."""
+        return self.transfer in (PQ, HLG)
+
+    def put_on(self, tagged: Any) -> None:
+        """Set the tags of an av.VideoFrame or an av codec context."""
+        tagged.color_primaries, tagged.color_trc = self.primaries, self.transfer
+        tagged.colorspace, tagged.color_range = self.matrix, self.range
+
+    def completed(self, encoding: Encoding, height: int) -> ColorTags:
+        """The tags with what was not said filled in as we have understood it.
+
+        >>> ColorTags().completed(Encoding("bt601"), 576)
+        ColorTags(primaries=5, transfer=6, matrix=5, range=1)
+        """
+        usual = usual_tags(encoding, height)
+        return ColorTags(
+            usual.primaries if self.primaries in (0, UNSPECIFIED) else self.primaries,
+            usual.transfer if self.transfer in (0, UNSPECIFIED) else self.transfer,
+            usual.matrix if self.matrix in (0, UNSPECIFIED) else self.matrix,
+            FULL if encoding.full_range else LIMITED,
+        )
+
+
+def usual_tags(encoding: Encoding, height: int = 0) -> ColorTags:
+    """The tags that usually go with a matrix; for BT.601 the height tells 625 lines from 525."""
+    seen_range = FULL if encoding.full_range else LIMITED
+    if encoding.matrix == "bt2020":
+        return ColorTags(BT2020_PRIMARIES, 14, 9, seen_range)
+    if encoding.matrix == "bt601":
+        system = 5 if height in (288, 576) else 6
+        return ColorTags(system, 6, system, seen_range)
+    code = {"bt709": 1, "fcc": 4, "smpte240m": 7}[encoding.matrix]
+    return replace(ColorTags(code, code, code), range=seen_range)
+
+
+def matrix_from_tags(thing: object, tags: ColorTags, height: int, width: int) -> str:
+    """The matrix, a key of LUMA_WEIGHTS: as tagged, else from the size of the stored picture.
+
+    Raises:
+        InputError: a matrix that we cannot do; `thing` names the source.
+    """
+    if tags.matrix in UNDOABLE_MATRICES:
+        name = UNDOABLE_MATRICES[tags.matrix]
+        raise InputError(thing, f"its colours are coded with {name}", "convert it to BT.709 first")
+    if tags.matrix in MATRICES:
+        return MATRICES[tags.matrix]
+    return "bt709" if height >= HD_LINES or width >= HD_COLUMNS else "bt601"
+
+
+def siting_from_codec(codec: str, tags: ColorTags, step: tuple[int, int]) -> tuple[float, float]:
+    """Where the first chroma sample lies; PyAV does not tell, so the codec and the tags must do.
+
+    BT.2020 with PQ or HLG is top-left sited (ITU-R BT.2100, H.265 table E.1 note).
+    """
+    if codec in CENTERED_CODECS:
+        return (step[0] - 1) / 2, (step[1] - 1) / 2
+    if tags.is_hdr and tags.primaries == BT2020_PRIMARIES and step == (2, 2):
+        return SITINGS["topleft"]
+    return 0.0, (step[1] - 1) / 2

@@ -1,0 +1,121 @@
+"""Decoding that survives: a bad packet costs one frame, not the film."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import av
+
+from vidstyle.media.clock import display_stamp
+from vidstyle.media.damage import Damage
+
+log = logging.getLogger("vidstyle")
+
+PATIENCE = 8
+"""After so many packets in a row that do not decode, decoding waits for the next key frame."""
+ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
+"""FFmpeg's own decoders of these leave the alpha channel out."""
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """A decoded frame, or the last good one in the place of a lost one.
+
+    Attributes:
+        pts: in the stream's time base, if known.
+        held: whether it stands for another.
+    """
+
+    frame: av.VideoFrame
+    pts: int | None
+    held: bool = False
+
+
+class Decoder:
+    """Decodes one video stream packet by packet and keeps the books on what fails."""
+
+    def __init__(self, stream: av.video.stream.VideoStream, damage: Damage) -> None:
+        self.damage = damage
+        self._context: Any = _context(stream)
+        self._awaited: list[int] = []
+        self._failures = 0
+        self._in_a_row = 0
+        self._last: av.VideoFrame | None = None
+
+    @property
+    def codec(self) -> str:
+        """What it decodes with, as FFmpeg calls it."""
+        return str(self._context.name)
+
+    def decode(self, packet: av.Packet) -> Iterator[Decoded]:
+        """The frames that the packet brings to light, held ones before them."""
+        if self._in_a_row >= PATIENCE and not packet.is_keyframe:
+            self.damage.lost += 1
+            return
+        if packet.pts is not None and not packet.is_discard:
+            self._awaited.append(packet.pts)
+        yield from self._deliver(packet)
+
+    def flush(self) -> Iterator[Decoded]:
+        """The frames that the decoder still holds; what failed at the very end is lost."""
+        yield from self._deliver(None)
+        self.damage.lost += self._failures
+        self._failures = 0
+
+    def _deliver(self, packet: av.Packet | None) -> Iterator[Decoded]:
+        try:
+            frames = self._context.decode(packet)
+        except av.FFmpegError as error:
+            if isinstance(error, av.EOFError):
+                return
+            self._fail(error)
+            return
+        for frame in frames:
+            yield from self._count(frame)
+
+    def _fail(self, error: av.FFmpegError) -> None:
+        log.debug("a packet could not be decoded: %s", error)
+        self._failures += 1
+        self._in_a_row += 1
+
+    def _count(self, frame: av.VideoFrame) -> Iterator[Decoded]:
+        pts = display_stamp(frame)
+        yield from self._fill(pts)
+        self._in_a_row = 0
+        self._last = frame
+        self.damage.decoded += 1
+        self.damage.concealed += bool(frame.is_corrupt)
+        yield Decoded(frame, pts)
+
+    def _fill(self, pts: int | None) -> Iterator[Decoded]:
+        """Hold the last good frame in the slots that packets announced before this one, if any have failed.
+
+        Without a failure an empty slot is none: some codecs have packets that show nothing.
+        """
+        if self._failures and pts is not None:
+            slots = sorted(stamp for stamp in self._awaited if stamp < pts)[: self._failures]
+            held = slots if self._last is not None and self._in_a_row < PATIENCE else []
+            for slot in held:
+                self.damage.held += 1
+                assert self._last is not None
+                yield Decoded(self._last, slot, held=True)
+            self.damage.lost += self._failures - len(held)
+        elif self._failures:
+            self.damage.lost += self._failures
+        self._failures = 0
+        self._awaited = [stamp for stamp in self._awaited if pts is not None and stamp > pts]
+
+
+def _context(stream: av.video.stream.VideoStream) -> Any:
+    """The stream's decoder, on as many threads as are worth it, or the one that knows alpha."""
+    codec = stream.codec_context.codec.canonical_name
+    if stream.metadata.get("alpha_mode") == "1" and codec in ALPHA_DECODERS:
+        context: Any = av.CodecContext.create(ALPHA_DECODERS[codec], "r")
+        context.extradata = stream.codec_context.extradata
+    else:
+        context = stream.codec_context
+    context.thread_type = "AUTO"
+    return context

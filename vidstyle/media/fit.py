@@ -1,0 +1,121 @@
+"""Pictures at another size: each plane by its own shape, the chroma siting kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from vidstyle.errors import UsageError
+from vidstyle.picture import Picture
+
+LEAST_SHIFT = 1 / 64
+"""Chroma shifts below this many samples are not worth an interpolation."""
+
+
+def wanted_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, int]:
+    """Width and height, where one of the two wanted may be -1 to keep the shape, or -2 to be even too.
+
+    Raises:
+        UsageError: no size can be made of it.
+
+    >>> wanted_size((640, -2), 1920, 1078)
+    (640, 360)
+    """
+    across, down = wanted
+    if min(across, down) < -2 or 0 in wanted or max(across, down) < 0:
+        raise UsageError(f"size {across}x{down}", "is not a size", "give WxH in pixels, one of them perhaps -1 or -2")
+    if across < 0:
+        across = _rounded(down * width / height, even=across == -2)
+    elif down < 0:
+        down = _rounded(across * height / width, even=down == -2)
+    return across, down
+
+
+def _rounded(length: float, even: bool) -> int:
+    return max(2, 2 * round(length / 2)) if even else max(1, round(length))
+
+
+def resized(picture: Picture, width: int, height: int) -> Picture:
+    """The picture at another size: averaged over areas when it shrinks, cubic when it grows."""
+    old_height, old_width = picture.shape
+    if (old_width, old_height) == (width, height):
+        return picture
+    shape = (height, width)
+    chroma = picture.chroma
+    if chroma is not None:
+        shape_chroma = picture.encoding.chroma_shape(height, width)
+        shift = _chroma_shift(picture, width / old_width, height / old_height)
+        chroma = (
+            _plane(_shifted(chroma[0], shift), shape_chroma),
+            _plane(_shifted(chroma[1], shift), shape_chroma),
+        )
+    return replace(
+        picture,
+        luma=None if picture.luma is None else _plane(picture.luma, shape),
+        chroma=chroma,
+        color=None if picture.color is None else _plane(picture.color, shape),
+        alpha=None if picture.alpha is None else _plane(picture.alpha, shape),
+    )
+
+
+def letterboxed(picture: Picture, width: int, height: int) -> Picture:
+    """The whole picture inside another size, as large as it goes, with black bars."""
+    old_height, old_width = picture.shape
+    scale = min(width / old_width, height / old_height)
+    inner_width = min(width, max(1, round(old_width * scale)))
+    inner_height = min(height, max(1, round(old_height * scale)))
+    inner = resized(picture, inner_width, inner_height)
+    across, down = picture.encoding.step
+    left = (width - inner_width) // 2 // across * across
+    top = (height - inner_height) // 2 // down * down
+    shape, corner = (height, width), (top, left)
+    black = round(picture.encoding.luma_levels[0])
+    neutral = round(picture.encoding.chroma_levels[0])
+    chroma = inner.chroma
+    if chroma is not None:
+        shape_chroma, corner_chroma = picture.encoding.chroma_shape(height, width), (top // down, left // across)
+        blue, red = (_framed(plane, shape_chroma, corner_chroma, neutral) for plane in chroma)
+        chroma = (blue, red)
+    opaque = 2 ** max(picture.encoding.depth, 0) - 1 if picture.encoding.depth else 1
+    return replace(
+        inner,
+        luma=None if inner.luma is None else _framed(inner.luma, shape, corner, black),
+        chroma=chroma,
+        color=None if inner.color is None else _framed(inner.color, shape, corner, 0),
+        alpha=None if inner.alpha is None else _framed(inner.alpha, shape, corner, opaque),
+    )
+
+
+def _plane(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Pixel areas are mapped, not pixel centres."""
+    shrinks = shape[0] <= plane.shape[0] and shape[1] <= plane.shape[1]
+    method = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
+    return cv2.resize(plane, (shape[1], shape[0]), interpolation=method)
+
+
+def _chroma_shift(picture: Picture, across: float, down: float) -> tuple[float, float]:
+    """By how many chroma samples to move the chroma first, so that scaling leaves its siting as it was.
+
+    A sample that lies off the middle of its luma pixels would come to lie `scale` times as far off it.
+    """
+    offsets = zip(picture.encoding.siting, picture.encoding.step, (across, down), strict=True)
+    x, y = ((scale - 1) * (first - (step - 1) / 2) / (step * scale) for first, step, scale in offsets)
+    return x, y
+
+
+def _shifted(plane: np.ndarray, shift: tuple[float, float]) -> np.ndarray:
+    x, y = shift
+    if max(abs(x), abs(y)) < LEAST_SHIFT:
+        return plane
+    move = np.array([[1, 0, x], [0, 1, y]])
+    size = (plane.shape[1], plane.shape[0])
+    return cv2.warpAffine(plane, move, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+
+
+def _framed(plane: np.ndarray, shape: tuple[int, int], corner: tuple[int, int], fill: int) -> np.ndarray:
+    frame = np.full(shape + plane.shape[2:], fill, plane.dtype)
+    top, left = corner
+    frame[top : top + plane.shape[0], left : left + plane.shape[1]] = plane
+    return frame

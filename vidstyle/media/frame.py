@@ -1,0 +1,178 @@
+"""Decoded frames as pictures and back: planes as they lie, no colour conversion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import av
+import cv2
+import numpy as np
+
+from vidstyle.errors import InputError
+from vidstyle.media.color_tags import FULL, ColorTags, matrix_from_tags, siting_from_codec, usual_tags
+from vidstyle.media.layout import Layout, format_name, layout_of
+from vidstyle.picture import Encoding, Picture
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture of a film and when it is shown.
+
+    Attributes:
+        picture: upright; views on the decoder's memory where possible.
+        pts: when it is shown, in `time_base` units; strictly increasing in a film.
+        time_base: seconds for each unit of `pts`.
+        duration: how long it is shown, in `time_base` units, if known.
+        native: the decoded frame when `picture` is exactly its planes, else None. Keeping it keeps them.
+        key: whether the source could be entered here.
+    """
+
+    picture: Picture
+    pts: int
+    time_base: Fraction
+    duration: int | None = None
+    native: av.VideoFrame | None = None
+    key: bool = False
+
+    @property
+    def time(self) -> Fraction:
+        """When it is shown, in seconds."""
+        return self.pts * self.time_base
+
+
+def shuffled(frame: av.VideoFrame, thing: object = "frame") -> av.VideoFrame:
+    """The frame itself, or the same samples in a format that lies as our planes do.
+
+    Raises:
+        InputError: a pixel format that we do not read; `thing` names the source.
+    """
+    layout = _layout(frame, thing)
+    if not layout.shuffled:
+        return frame
+    # The same range on both sides, whichever it is: swscale would otherwise assume one and convert.
+    reordered = frame.reformat(format=layout.shuffled, src_color_range=FULL, dst_color_range=FULL)
+    ColorTags.of(frame).put_on(reordered)
+    return reordered
+
+
+def picture_from_frame(
+    frame: av.VideoFrame, codec: str = "", tags: ColorTags | None = None, thing: object = "frame"
+) -> Picture:
+    """The frame's planes as a picture, row padding left out; views wherever the layout allows.
+
+    Args:
+        frame: in a layout of its own or one that `shuffled` has made.
+        codec: what it was decoded with; the chroma siting hangs on it.
+        tags: taken instead of the frame's own.
+        thing: names the source in errors.
+
+    Raises:
+        InputError: a pixel format or colour matrix that we do not read.
+    """
+    frame = shuffled(frame, thing)
+    layout = _layout(frame, thing)
+    tags = tags or ColorTags.of(frame)
+    encoding = _encoding(layout, tags, codec, frame, thing)
+    planes = [_view(plane, layout) for plane in frame.planes]
+    if layout.kind == "packed":
+        alpha = planes[0][..., 3] if layout.alpha else None
+        return Picture(encoding, color=planes[0][..., :3], alpha=alpha)
+    if layout.kind == "planar":
+        green, blue, red = planes[:3]
+        return Picture(encoding, color=cv2.merge([red, green, blue]), alpha=_fourth(planes, layout))
+    if layout.planes == 1 and layout.alpha:
+        luma, alpha = cv2.split(planes[0])
+        return Picture(encoding, luma=luma, alpha=alpha)
+    chroma = (planes[1], planes[2]) if layout.planes == 3 else None
+    return Picture(encoding, luma=planes[0], chroma=chroma, alpha=_fourth(planes, layout))
+
+
+def frame_from_picture(
+    picture: Picture, size: tuple[int, int] | None = None, tags: ColorTags | None = None
+) -> av.VideoFrame:
+    """A new frame that holds a copy of the picture's planes, tagged.
+
+    Args:
+        picture: of integers; the pixel format follows from its encoding.
+        size: height and width of the frame; what the picture lacks repeats its last row and column.
+        tags: primaries, transfer, matrix and range to write; None: those usual for the encoding.
+
+    Raises:
+        ValueError: float samples, or a depth and chroma step that FFmpeg has no format for.
+    """
+    encoding = picture.encoding
+    if encoding.depth == 0:
+        raise ValueError("float samples are brought to integers before they become a frame")
+    rgb, chroma, alpha = picture.color is not None, picture.chroma is not None, picture.alpha is not None
+    name = format_name(encoding.depth, encoding.step, rgb=rgb, chroma=chroma, alpha=alpha)
+    height, width = size or picture.shape
+    frame = av.VideoFrame(width, height, name)
+    for target, plane in zip(frame.planes, _planes(picture, name), strict=True):
+        _write(target, plane)
+    (tags or usual_tags(encoding, height)).put_on(frame)
+    return frame
+
+
+def _layout(frame: av.VideoFrame, thing: object) -> Layout:
+    layout = layout_of(frame.format.name)
+    if layout is None:
+        raise InputError(thing, f"its pixel format {frame.format.name} is not one that vidstyle reads")
+    return layout
+
+
+def _encoding(layout: Layout, tags: ColorTags, codec: str, frame: av.VideoFrame, thing: object) -> Encoding:
+    if layout.kind != "luma":
+        return Encoding("bt709", full_range=True, depth=layout.depth, step=(1, 1), siting=(0.0, 0.0))
+    gray = layout.planes == 1
+    full_range = layout.full_range or tags.range == FULL or (gray and tags.range == 0)
+    matrix = matrix_from_tags(thing, tags, frame.height, frame.width)
+    siting = siting_from_codec(codec, tags, layout.step)
+    return Encoding(matrix, full_range, layout.depth, layout.step, siting)
+
+
+def _view(plane: av.video.plane.VideoPlane, layout: Layout) -> np.ndarray:
+    """The plane's samples as H x W, or H x W x channels for packed formats; rows may lie apart."""
+    dtype = np.dtype(np.uint8 if layout.depth <= 8 else ">u2" if layout.big_endian else "<u2")
+    channels = (layout.planes if layout.kind != "luma" or layout.planes == 1 else 1) + layout.alpha
+    if layout.kind == "planar" or (layout.kind == "luma" and layout.planes == 3):
+        channels = 1
+    shape: tuple[int, ...] = (plane.height, plane.width) + ((channels,) if channels > 1 else ())
+    pixel = channels * dtype.itemsize
+    strides = (plane.line_size, pixel) + ((dtype.itemsize,) if channels > 1 else ())
+    first = max(0, -plane.line_size) * (plane.height - 1)
+    view: np.ndarray = np.ndarray(shape, dtype, buffer=plane, offset=first, strides=strides)  # type: ignore[call-overload]
+    # Rows from the bottom up and foreign byte orders are beyond OpenCV: those are copied.
+    upside_down, swapped = plane.line_size < 0, layout.big_endian and layout.depth > 8
+    return view.astype(np.uint8 if layout.depth <= 8 else np.uint16) if upside_down or swapped else view
+
+
+def _fourth(planes: Sequence[np.ndarray], layout: Layout) -> np.ndarray | None:
+    return planes[3] if layout.alpha else None
+
+
+def _planes(picture: Picture, name: str) -> list[np.ndarray]:
+    """The planes in the order that FFmpeg's format has them."""
+    alpha = [] if picture.alpha is None else [picture.alpha]
+    if picture.color is not None:
+        if name.startswith("gbr"):
+            red, green, blue = (picture.color[..., channel] for channel in range(3))
+            return [green, blue, red, *alpha]
+        return [cv2.merge([*cv2.split(picture.color), *alpha])] if alpha else [picture.color]
+    assert picture.luma is not None
+    if picture.chroma is None:
+        return [cv2.merge([picture.luma, *alpha])] if alpha else [picture.luma]
+    return [picture.luma, *picture.chroma, *alpha]
+
+
+def _write(target: av.video.plane.VideoPlane, plane: np.ndarray) -> None:
+    height, width = target.height, target.width
+    plane = plane[:height, :width]
+    channels = plane.shape[2:]
+    strides = (target.line_size, plane.itemsize * int(np.prod(channels, dtype=int))) + (plane.itemsize,) * len(channels)
+    rows: np.ndarray = np.ndarray((height, width, *channels), plane.dtype, buffer=target, strides=strides)  # type: ignore[call-overload]
+    filled_height, filled_width = plane.shape[:2]
+    rows[:filled_height, :filled_width] = plane
+    rows[:filled_height, filled_width:] = plane[:, -1:]
+    rows[filled_height:] = rows[filled_height - 1]

@@ -1,0 +1,110 @@
+"""Pictures set upright: quarter turns and mirrorings of every plane, and of what the planes mean."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, replace
+
+import av
+import cv2
+import numpy as np
+from av.sidedata.sidedata import Type as SideDataType
+
+from vidstyle.picture import Encoding, Picture
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """How stored rows and columns become upright ones: first transposed, then mirrored.
+
+    Attributes:
+        transpose: rows become columns.
+        mirror_x, mirror_y: left and right, top and bottom change places after that.
+    """
+
+    transpose: bool = False
+    mirror_x: bool = False
+    mirror_y: bool = False
+
+    @property
+    def is_upright(self) -> bool:
+        """Whether there is nothing to do."""
+        return not (self.transpose or self.mirror_x or self.mirror_y)
+
+    @classmethod
+    def of_turn(cls, degrees: int) -> Orientation:
+        """A turn clockwise by a multiple of 90 degrees.
+
+        Raises:
+            ValueError: another angle.
+
+        >>> Orientation.of_turn(90)
+        Orientation(transpose=True, mirror_x=True, mirror_y=False)
+        """
+        if degrees % 90:
+            raise ValueError(f"pictures are turned by multiples of 90 degrees, not by {degrees}")
+        turned = {0: cls(), 90: cls(True, True, False), 180: cls(False, True, True), 270: cls(True, False, True)}
+        return turned[degrees % 360]
+
+    @classmethod
+    def of_matrix(cls, matrix: bytes) -> Orientation:
+        """From a display matrix: nine native 32-bit integers, of which (a, b, c, d) turn (FFmpeg, display.h).
+
+        A column x and a row y are shown at a x + c y across and b x + d y down. Other angles than quarter
+        turns become the nearest one.
+        """
+        a, b, _, c, d = struct.unpack("=9i", matrix[:36])[:5]
+        if abs(a) + abs(d) >= abs(b) + abs(c):
+            return cls(False, a < 0, d < 0)
+        return cls(True, c < 0, b < 0)
+
+    def size(self, width: int, height: int) -> tuple[int, int]:
+        """Width and height once upright."""
+        return (height, width) if self.transpose else (width, height)
+
+    def apply(self, picture: Picture) -> Picture:
+        """The picture upright; its planes are copies unless it is so already."""
+        if self.is_upright:
+            return picture
+        return Picture(
+            self.encoding(picture),
+            luma=self._maybe(picture.luma),
+            chroma=picture.chroma and (self.plane(picture.chroma[0]), self.plane(picture.chroma[1])),
+            color=self._maybe(picture.color),
+            alpha=self._maybe(picture.alpha),
+        )
+
+    def plane(self, plane: np.ndarray) -> np.ndarray:
+        """One plane upright, H x W or H x W x 3."""
+        if self.transpose:
+            plane = cv2.transpose(plane)
+        if self.mirror_x or self.mirror_y:
+            plane = cv2.flip(plane, -1 if self.mirror_x and self.mirror_y else 1 if self.mirror_x else 0)
+        return plane
+
+    def encoding(self, picture: Picture) -> Encoding:
+        """What the upright planes mean: chroma step and siting turn with them."""
+        encoding = picture.encoding
+        (across, down), (x, y) = encoding.step, encoding.siting
+        height, width = picture.shape
+        if self.transpose:
+            across, down, x, y, height, width = down, across, y, x, width, height
+        if picture.chroma is not None:
+            x = _mirrored(x, across, width) if self.mirror_x else x
+            y = _mirrored(y, down, height) if self.mirror_y else y
+        return replace(encoding, step=(across, down), siting=(x, y))
+
+    def _maybe(self, plane: np.ndarray | None) -> np.ndarray | None:
+        return None if plane is None else self.plane(plane)
+
+
+def _mirrored(first: float, step: int, pixels: int) -> float:
+    """Where the first chroma sample lies once the last one has become it, in pixels."""
+    samples = -(-pixels // step)
+    return pixels - 1 - first - (samples - 1) * step
+
+
+def orientation_of(frame: av.VideoFrame) -> Orientation:
+    """How the frame asks to be turned and mirrored: a phone's rotation, a photograph's EXIF tag."""
+    matrix = frame.side_data.get(SideDataType.DISPLAYMATRIX)
+    return Orientation.of_matrix(bytes(matrix)) if matrix is not None else Orientation()
