@@ -23,10 +23,14 @@ MAY_MISS_SECONDS = 2.0
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--times", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--within", type=float, default=4.0, help="kill at most so many seconds after the start")
+    parser.add_argument(
+        "--within", type=float, default=4.0, help="kill at most so many seconds after the start"
+    )
     parser.add_argument("--options", default="--style plain --size 1280x720", help="for vidstyle render")
     arguments = parser.parse_args()
     delays = random.Random(arguments.seed)
@@ -36,7 +40,9 @@ def main() -> None:
         make_film(film)
         for number in range(arguments.times):
             target = Path(folder, f"killed-{number}.mp4")
-            reached = kill_render(film, target, arguments.options.split(), delays.uniform(0, arguments.within))
+            reached = kill_render(
+                film, target, arguments.options.split(), delays.uniform(0, arguments.within)
+            )
             left = seconds_left(target)
             good += reached - left <= MAY_MISS_SECONDS
             print(f"killed at {reached:.2f} s of the film: {left:.2f} s play")
@@ -46,7 +52,17 @@ def main() -> None:
 
 def kill_render(film: Path, target: Path, options: list[str], delay: float) -> float:
     """Start a render and kill it `delay` seconds after its first frame; how far it had come, in seconds."""
-    command = [sys.executable, "-m", "vidstyle", "render", film, target, "--progress", "json", *options]
+    command = [
+        sys.executable,
+        "-m",
+        "vidstyle",
+        "render",
+        str(film),
+        str(target),
+        "--progress",
+        "json",
+        *options,
+    ]
     lines: list[str] = []
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         listener = threading.Thread(target=lambda: lines.extend(process.stderr or ()))
@@ -67,7 +83,9 @@ def seconds_left(target: Path) -> float:
         return 0.0
     reader = open_reader(film, ReadOptions())
     try:
-        ends = [item.time + (item.duration or 0) * item.time_base for item in reader if isinstance(item, Frame)]
+        ends = [
+            item.time + (item.duration or 0) * item.time_base for item in reader if isinstance(item, Frame)
+        ]
     finally:
         reader.close()
     return float(max(ends, default=0))

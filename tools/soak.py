@@ -28,7 +28,9 @@ SAMPLE_RATE = 16000
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--frames", type=int, default=10_000)
     parser.add_argument("--style", default="plain")
     parser.add_argument("--size", type=int, nargs=2, default=(192, 108), metavar=("WIDTH", "HEIGHT"))
@@ -77,7 +79,8 @@ def pictures(count: int, width: int, height: int) -> Iterator[Picture]:
 
 def tune(seconds: int) -> np.ndarray:
     """A soft tone."""
-    return (0.1 * np.sin(np.arange(seconds * SAMPLE_RATE) * 0.2)).astype(np.float32)
+    tone: np.ndarray = np.sin(np.arange(seconds * SAMPLE_RATE, dtype=np.float32) * 0.2)
+    return tone * np.float32(0.1)
 
 
 if __name__ == "__main__":

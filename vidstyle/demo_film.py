@@ -52,7 +52,8 @@ def film_sound() -> np.ndarray:
     for _, delay, radius, _ in _BALLS:
         for touch in np.arange(delay, SECONDS, _BEAT):
             _add(sound, touch, _thump(4000 / radius) * 0.3)
-    return (0.8 * sound / np.abs(sound).max()).astype(np.float32)
+    sound *= 0.8 / np.abs(sound).max()
+    return sound.astype(np.float32)
 
 
 def _sky(time: float) -> np.ndarray:
@@ -85,8 +86,9 @@ def _draw_sun(canvas: np.ndarray, time: float) -> None:
 def _hill_line(time: float, depth: int) -> np.ndarray:
     """The height of the hills' upper edge at each column, in pixels from above; nearer ones pass faster."""
     across = np.arange(WIDTH * _LARGER) / _LARGER + time * 12 * (depth + 1)
-    waves = 22 * np.sin(across / (70 + 20 * depth) + depth * 2) + 9 * np.sin(across / 29 + depth)
-    return (190 + 50 * depth + waves * (1 - depth / 4)) * _LARGER
+    waves: np.ndarray = 22 * np.sin(across / (70 + 20 * depth) + depth * 2) + 9 * np.sin(across / 29 + depth)
+    waves *= 1 - depth / 4
+    return (waves + 190 + 50 * depth) * _LARGER
 
 
 def _draw_hills(canvas: np.ndarray, time: float, depth: int) -> None:

@@ -56,7 +56,7 @@ def render(
         VidstyleError: of one of its kinds. A note names the partial file, if there is one.
     """
     began = time.monotonic()
-    restyler = Restyler(style, device, compare)
+    restyler = Restyler(load_style(style), device, compare)
     reader = open_reader(source, read or ReadOptions())
     stages: Stages | None = None
     try:
@@ -72,17 +72,16 @@ def render(
         # A thread that still waits for data would read from freed memory.
         if stages is None or not stages.alive:
             reader.close()
+            restyler.close()
 
 
 class Restyler:
     """Turns a frame of the source into the frame to be written."""
 
-    def __init__(
-        self, style: Style | str | Path | dict[str, Any], device: str, compare: Compare | None
-    ) -> None:
+    def __init__(self, style: Style, device: str, compare: Compare | None) -> None:
         if device == "gpu":
             raise DeviceError("--device gpu", "there is no GPU renderer yet", "use --device cpu")
-        self._renderer = CpuRenderer(style if isinstance(style, Style) else load_style(style))
+        self._renderer = CpuRenderer(style)
         self._plain = CpuRenderer(load_style("plain"))
         self._compare = compare
 
@@ -92,6 +91,11 @@ class Restyler:
         if self._compare:
             picture = compared(self._run(self._plain, frame, writer), picture, self._compare)
         return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
+
+    def close(self) -> None:
+        """Let the renderers' threads go."""
+        self._renderer.close()
+        self._plain.close()
 
     def _run(self, renderer: CpuRenderer, frame: Frame, writer: Writer) -> Picture:
         return renderer.run(frame.picture, float(frame.time), writer.encoding, writer.wants_rgb)

@@ -65,7 +65,7 @@ def conclusion(error: BaseException) -> tuple[int, str]:
             return USAGE, printable(error.format_message())
         case click.Abort() | KeyboardInterrupt():
             return 130, "stopped"
-        case BrokenPipeError():
+        case BrokenPipeError() | SystemExit():  # click makes the second of the first
             _forget_output()
             return OutputError.exit_code, "standard output: nobody reads it any more"
     reason = printable(f"{type(error).__name__}: {error}")

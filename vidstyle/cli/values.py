@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 
-class Seconds(click.ParamType):
+class Seconds(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
     """A time: seconds, or [hours:]minutes:seconds."""
 
     name = "time"
@@ -26,7 +26,7 @@ class Seconds(click.ParamType):
         return seconds
 
 
-class Size(click.ParamType):
+class Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
     """A width and a height in pixels, as 1280x720."""
 
     name = "WxH"
@@ -43,7 +43,7 @@ class Size(click.ParamType):
         return int(match[1]), int(match[2])
 
 
-class Rate(click.ParamType):
+class Rate(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
     """Frames per second, a whole, decimal or broken number."""
 
     name = "rate"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+from typing import Any
+
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software")
 """Words in the names of renderers that draw on the CPU; those do not count as a GPU (design, section 1)."""
 EGL_LIBRARIES = ("libEGL.so.1", "libOpenGL.so.0", "libGL.so.1")
@@ -10,8 +13,8 @@ EGL_LIBRARIES = ("libEGL.so.1", "libOpenGL.so.0", "libGL.so.1")
 
 def gl_renderer() -> str:
     """The name and version of the renderer, or why there is none."""
-    import moderngl
-
+    # Any: moderngl declares its keyword arguments as dictionaries.
+    moderngl: Any = importlib.import_module("moderngl")
     reason = "none"
     for library in EGL_LIBRARIES:
         try:

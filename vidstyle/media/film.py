@@ -29,7 +29,7 @@ def write_film(
         sample_rate: samples per second.
     """
     chunks = _sound_frames(sound, sample_rate)
-    chunk = next(chunks, None)
+    spoken = 0
     with av.open(str(path.absolute()), "w", format="mp4", options={"movflags": "faststart"}) as container:
         screen = container.add_stream("libx264", rate=rate, options={"crf": "18", "preset": "fast"})
         speaker = container.add_stream("aac", rate=sample_rate, layout="mono")
@@ -40,9 +40,9 @@ def write_film(
                 _describe(screen, frame)
             container.mux(screen.encode(frame))
             # Sound goes beside its picture, so that a player need not look for it.
-            while chunk is not None and chunk.pts * rate < number * sample_rate:
+            while spoken * rate < number * sample_rate and (chunk := next(chunks, None)) is not None:
                 container.mux(speaker.encode(chunk))
-                chunk = next(chunks, None)
+                spoken += SAMPLES
         container.mux(screen.encode(None))
         container.mux(speaker.encode(None))
 

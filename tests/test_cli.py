@@ -1,0 +1,143 @@
+"""The program: what it answers, on which stream, with which exit code."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from vidstyle import cli
+from vidstyle.blocks import all_blocks
+from vidstyle.style import style_names
+
+HEAVY = ("av", "cv2", "numpy", "numba", "moderngl", "rich", "tomlkit")
+
+
+def run(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of the program with these arguments, run in-process."""
+    exit_code = cli.main([str(argument) for argument in arguments])
+    return exit_code, *capfd.readouterr()
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["-h"], [], ["render", "--help"]])
+def test_help_loads_nothing_heavy_and_is_quick(arguments):
+    program = (
+        "import sys; from vidstyle.cli import main; code = main(sys.argv[1:]);"
+        f"print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr); sys.exit(code)"
+    )
+    command = [sys.executable, "-c", program, *arguments]
+    began = time.perf_counter()
+    ended = subprocess.run(command, capture_output=True, text=True)
+    assert time.perf_counter() - began < 3  # 0.1 s here; the figure is for the bench, this is for accidents
+    assert (ended.returncode, ended.stderr) == (0, "[]\n")
+    assert "Usage: vidstyle" in ended.stdout
+
+
+def test_help_has_one_line_for_each_command(capfd):
+    _, out, _ = run(capfd, "--help")
+    for name in ("blocks", "demo", "doctor", "render", "styles"):
+        line = next(line for line in out.splitlines() if line.startswith(f"  {name} "))
+        assert len(line.split()) > 3
+
+
+def test_python_minus_m_is_the_program():
+    ended = subprocess.run([sys.executable, "-m", "vidstyle", "--version"], capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout.startswith("vidstyle, version ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["rendre"], "rendre"),
+        (["render"], "INPUT"),
+        (["render", "a.mp4", "b.mp4"], "--style"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "x"], "--crf"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "-1"], "--start"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "1:2:3:4"], "--start"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--size", "0x10"], "--size"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--size", "10"], "--size"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--fps", "0"], "--fps"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--fps", "30/0"], "--fps"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--frames", "0"], "--frames"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--compare", "wipe"], "--compare"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--bogus"], "--bogus"),
+        (["blocks", "posterise"], "posterize"),
+    ],
+)
+def test_bad_usage_is_one_line_and_exit_2(capfd, arguments, words):
+    exit_code, out, err = run(capfd, *arguments)
+    assert (exit_code, out) == (2, "")
+    assert err.startswith("vidstyle: ") and err.count("\n") == 1
+    assert words in err
+
+
+def test_an_unknown_style_is_one_line_and_exit_3(capfd):
+    exit_code, out, err = run(capfd, "render", "a.mp4", "b.mp4", "--style", "plian")
+    assert (exit_code, out, err.count("\n")) == (3, "", 1)
+    assert "plain" in err
+
+
+def test_a_bug_of_ours_is_one_line_unless_debugging(capfd, monkeypatch):
+    def broken() -> None:
+        raise RuntimeError("two\nlines")
+
+    monkeypatch.setattr("vidstyle.style.style_names", broken)
+    exit_code, _, err = run(capfd, "styles")
+    assert (exit_code, err.count("\n")) == (1, 1)
+    assert r"a bug of ours: RuntimeError: two\nlines" in err and "--debug" in err
+    exit_code, _, err = run(capfd, "styles", "--debug")
+    assert exit_code == 1 and "Traceback" in err
+
+
+def test_every_style_is_listed_and_described(capfd):
+    _, out, _ = run(capfd, "styles")
+    assert [line.split()[0] for line in out.splitlines()] == style_names()
+    described = json.loads(run(capfd, "styles", "--json")[1])
+    assert [style["name"] for style in described] == style_names()
+    for name in style_names():
+        exit_code, out, err = run(capfd, "styles", name)
+        assert (exit_code, err) == (0, "") and out.startswith(name)
+        assert json.loads(run(capfd, "styles", name, "--json")[1])["name"] == name
+
+
+def test_the_schema_of_style_files_is_printed(capfd):
+    schema = json.loads(run(capfd, "styles", "--schema")[1])
+    assert schema["properties"]["format"] == {"const": 1}
+
+
+def test_every_block_is_listed_with_all_that_can_be_set(capfd):
+    _, out, _ = run(capfd, "blocks")
+    assert [line.split()[0] for line in out.splitlines()] == list(all_blocks())
+    described = {block["name"]: block for block in json.loads(run(capfd, "blocks", "--json")[1])}
+    for name, block in all_blocks().items():
+        _, out, _ = run(capfd, "blocks", name)
+        assert block.help in out
+        for parameter in block.parameters.values():
+            assert f"  {parameter.name} = " in out and parameter.control.range_text in out
+        assert set(described[name]["parameters"]) == set(block.parameters)
+
+
+def test_the_doctor_names_what_bug_reports_need(capfd):
+    exit_code, out, err = run(capfd, "doctor", "--json")
+    assert (exit_code, err) == (0, "")
+    facts = json.loads(out)
+    assert facts["encoders"]["libx264"] == "works"
+    assert facts["encoders"]["h264_nvenc"] != "works" or Path("/dev/nvidiactl").exists()
+    assert facts["libraries"]["av"][0].isdigit() and facts["ffmpeg"][0].isdigit()
+    assert "llvmpipe" not in facts["gpu"] or "software" in facts["gpu"]
+    exit_code, out, _ = run(capfd, "doctor")
+    assert exit_code == 0
+    for name in facts:
+        assert f"\n{name} " in f"\n{out}"
+
+
+def test_a_closed_standard_output_is_no_traceback():
+    command = f"{sys.executable} -m vidstyle styles --schema | true; exit ${{PIPESTATUS[0]}}"
+    ended = subprocess.run(["bash", "-c", command], capture_output=True, text=True)
+    assert ended.returncode in (0, 5)
+    assert ended.stderr.count("\n") <= 1 and "bug" not in ended.stderr and "Exception" not in ended.stderr
