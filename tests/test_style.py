@@ -83,8 +83,8 @@ def test_coloured_paper_alone_is_not_plain() -> None:
         ({"format": 1, "papper": "#ffffff"}, "'papper' is not a field of a style; did you mean paper?"),
         ({"format": 1, "ink": "red"}, "ink: 'red' is not a colour such as #1a2b3c (#rrggbb)"),
         ({"format": 1, "height": 0}, "height: 0 is outside 16 to 65536 px"),
-        ({"format": 1, "name": 7}, "name: 7 is not a line of at most 200 characters"),
-        ({"format": 1, "note": "\x1b[2J"}, "note: '\\x1b[2J' is not a line of at most 200 characters"),
+        ({"format": 1, "name": 7}, "name: 7 is not a text of at most 100 characters"),
+        ({"format": 1, "note": "\x1b[2J"}, "note: '\\x1b[2J' is not a text of at most 1000 characters"),
         ({"format": 1, "base": {"block": "hue"}}, "base is not a list of steps; write [[base]] above each"),
         (step(block="posterise"), "background step 1: 'posterise' is not a block; did you mean posterize?"),
         (step(block="posterize", levls=5), "'levls' is not a parameter; did you mean levels?"),
@@ -233,6 +233,10 @@ def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
     assert mistakes_of("nul\0.toml") == ["cannot be read: no file has such a name"]
     assert "did you mean plain?" in mistakes_of("plian")[0]
     assert "is not a style" in mistakes_of("..")[0]
+
+
+def test_a_note_of_several_lines_becomes_one(tmp_path: Path) -> None:
+    assert load_style(write(tmp_path, 'format = 1\nnote = """\nOne\r\n  two."""')).note == "One two."
 
 
 def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:

@@ -105,6 +105,13 @@ def test_a_field_that_is_written_out_stays_so(tmp_path: Path) -> None:
     assert path.read_text(encoding="utf-8") == "format = 1\nname = 'i'\nink = \"#000000\" # navy\n"
 
 
+def test_the_line_breaks_of_a_note_stay(tmp_path: Path) -> None:
+    path = tmp_path / "noted.toml"
+    path.write_text('format = 1\nname = "n"\nnote = """\nOne\ntwo."""\n', encoding="utf-8")
+    save_style(replace(load_style(path), ink="#ff0000"), path)
+    assert 'note = """\nOne\ntwo."""\nink' in path.read_text(encoding="utf-8")
+
+
 def test_line_ends_of_windows_stay(path: Path) -> None:
     path.write_bytes(COMMENTED.replace("\n", "\r\n").encode())
     save_style(replace(load_style(path), ink="#ff0000"), path)

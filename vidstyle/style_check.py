@@ -13,11 +13,12 @@ from vidstyle.block import Parameter
 from vidstyle.errors import StyleError
 from vidstyle.style_graph import FIELDS, LAYERS, Style
 from vidstyle.style_steps import StepReader
-from vidstyle.style_values import LONGEST_TEXT, nearest, read_values, shown
+from vidstyle.style_values import nearest, read_values, shown
 
 FORMAT = 1
 MOST_MISTAKES = 50
-TEXTS = ("name", "note")
+TEXTS = {"name": 100, "note": 1000}
+"""The fields that are words for people, and how many characters each may have."""
 
 
 def style_from_table(
@@ -69,10 +70,11 @@ def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mis
 
 
 def _read_text(key: str, value: object, mistakes: list[str]) -> str:
-    if not isinstance(value, str) or len(value) > LONGEST_TEXT or not value.isprintable():
-        mistakes.append(f"{key}: {shown(value)} is not a line of at most {LONGEST_TEXT} characters")
-        return ""
-    return value
+    """The text on one line, so that nothing of it can play tricks on a terminal."""
+    text = " ".join(value.split()) if isinstance(value, str) else "\n"
+    if len(text) > TEXTS[key] or not text.isprintable():
+        mistakes.append(f"{key}: {shown(value)} is not a text of at most {TEXTS[key]} characters")
+    return text
 
 
 def _read_fields(table: Mapping[str, object], mistakes: list[str]) -> dict[str, Any]:

@@ -55,7 +55,7 @@ class _Part:
         for key in [key for key in table if key not in wanted]:
             del table[key]
         for key, value in wanted.items():
-            if key not in table or table[key] != value:
+            if key not in table or not _same(table[key], value):
                 table[key] = value
         return _Part(self.layer, document.as_string(), self.tail)
 
@@ -70,12 +70,20 @@ def edited_text(text: str, table: dict[str, Any], path: Path) -> str:
         return text
     try:
         edited = _edit(text.replace("\r\n", "\n"), table)
-        if _without_defaults(tomllib.loads(edited)) == table:
+        if _same(_without_defaults(tomllib.loads(edited)), table):
             return edited.replace("\n", "\r\n") if "\r\n" in text else edited
     except (TOMLKitError, tomllib.TOMLDecodeError, _UnusualLayoutError):
         pass
     log.warning("%s: written anew without its comments: its layout cannot be edited", path)
     return tomlkit.dumps(table)
+
+
+def _same(one: object, other: object) -> bool:
+    """Whether two values mean the same; how a text is broken into lines does not count."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    texts = isinstance(one, str) and isinstance(other, str)
+    return one == other or (texts and str(one).split() == str(other).split())
 
 
 def _without_defaults(table: dict[str, Any]) -> dict[str, Any]:

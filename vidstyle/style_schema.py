@@ -6,10 +6,9 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
-from vidstyle.style_check import FORMAT
+from vidstyle.style_check import FORMAT, TEXTS
 from vidstyle.style_graph import FIELDS, LAYERS, Step, Style
 from vidstyle.style_steps import MOST_STEPS
-from vidstyle.style_values import LONGEST_TEXT
 
 
 def style_schema() -> dict[str, Any]:
@@ -61,11 +60,11 @@ def _describe_step(step: Step) -> dict[str, Any]:
 
 
 def _field_schemas() -> dict[str, Any]:
-    text = {"type": "string", "maxLength": LONGEST_TEXT}
+    texts = {key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()}
     values = {
         key: control.schema(whole=False) | {"description": control.help} for key, control in FIELDS.items()
     }
-    return {"format": {"const": FORMAT}, "name": text, "note": text} | values
+    return {"format": {"const": FORMAT}} | texts | values
 
 
 def _layer_schema() -> dict[str, Any]:

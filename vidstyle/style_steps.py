@@ -28,6 +28,7 @@ class StepReader:
         self.count = 0
 
     def read_layer(self, layer: str, tables: object) -> tuple[Step, ...]:
+        """The steps of a layer, or none where it is no list of them."""
         if not isinstance(tables, list | tuple) or not all(isinstance(table, Mapping) for table in tables):
             self.mistakes.append(f"{layer} is not a list of steps; write [[{layer}]] above each")
             return ()
@@ -39,6 +40,7 @@ class StepReader:
         return tuple(self.read_step(layer, number, table) for number, table in enumerate(tables, 1))
 
     def read_step(self, layer: str, number: int, table: Mapping[str, object]) -> Step:
+        """One step, as far as it has no mistakes."""
         block, where = self.read_block(f"{layer} step {number}", table)
         source = self.read_name("from", table, where)
         if source:
@@ -65,6 +67,7 @@ class StepReader:
         return None, f"{step}: "
 
     def read_parameters(self, block: Block, table: Mapping[str, object], where: str) -> dict[str, Any]:
+        """The values given for a block, and a check of what those not given refer to."""
         for key in table:
             if key not in block.parameters and key not in STEP_WORDS:
                 hint = nearest(str(key), block.parameters)
@@ -89,11 +92,13 @@ class StepReader:
                 self.mistakes.append(f"{where}{parameter.name}: {error}")
 
     def check_saved(self, key: str, name: str, where: str) -> None:
+        """The name must be that of a picture saved before."""
         names = [*self.saved, *self.implied.difference(self.saved)]
         if name not in names:
             self.mistakes.append(f"{where}{key}: no step before it saves {name!r}; {nearest(name, names)}")
 
     def read_name(self, key: str, table: Mapping[str, object], where: str) -> str:
+        """What `from` or `save` says, or nothing."""
         name = table.get(key, "")
         if key in table and not (isinstance(name, str) and re.fullmatch(NAME_PATTERN, name)):
             self.mistakes.append(f"{where}{key}: {shown(name)} is not a name of letters and digits")
@@ -101,6 +106,7 @@ class StepReader:
         return str(name)
 
     def keep(self, name: str, where: str) -> None:
+        """Let later steps use the name."""
         if name == SOURCE:
             self.mistakes.append(f"{where}save: {SOURCE!r} is the untouched picture; choose another name")
         elif name in self.saved:

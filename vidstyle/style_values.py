@@ -16,6 +16,7 @@ LARGEST_WHOLE = 2**53
 def read_values(
     parameters: Mapping[str, Parameter], table: Mapping[str, object], where: str, mistakes: list[str]
 ) -> dict[str, Any]:
+    """The table's values for the parameters, all of which it holds; those with mistakes are left out."""
     values = {}
     for name, parameter in parameters.items():
         try:

@@ -1,0 +1,125 @@
+"""Who may know whom: a file imports only from subjects that stand before its own."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+FILES = sorted([*(ROOT / "vidstyle").rglob("*.py"), *(ROOT / "tools").rglob("*.py")])
+
+ORDER = """
+    errors assets picture kernels resample cuts planes
+    media
+    block
+    blade
+    blocks
+    style measured prepared
+    cpu
+    gpu
+    channel progress stopping compare stages renderer pipeline
+    comic explore cluster
+    designer
+    demo doctor
+    cli
+    tools
+""".split()
+"""The subjects: a package, or a file with all those whose names begin with its own and an underscore."""
+
+STRANGERS = {"media", "cpu", "gpu"}
+"""These do not know one another."""
+
+HOMES = {
+    "av": "media",
+    "click": "cli",
+    "moderngl": "gpu",
+    "nicegui": "designer",
+    "ray": "cluster",
+    "rich": "cli",
+    "tomlkit": "style",
+}
+"""The one subject that imports a library."""
+
+
+def subject_of(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return "tools" if parts[0] == "tools" else subject_named(parts[1])
+
+
+def subject_named(name: str) -> str:
+    return name if name in ORDER else name.partition("_")[0]
+
+
+def imports(path: Path, types: bool = True) -> Iterator[str]:
+    """The full names of all that a file imports, wherever in it; with or without what only types need."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not types:
+            node.body = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: import by full names"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def wrong_imports(path: Path) -> Iterator[str]:
+    subject = subject_of(path)
+    libraries = {name.partition(".")[0] for name in imports(path, types=False)}
+    for library in sorted(libraries & HOMES.keys()):
+        if subject not in (HOMES[library], "tools"):
+            yield f"{library} belongs to {HOMES[library]}"
+    known = {subject_named(f"{name}.".split(".")[1]) for name in imports(path) if name.startswith("vidstyle")}
+    for other in sorted(known & set(ORDER) - {subject}):
+        if ORDER.index(other) > ORDER.index(subject) or {other, subject} <= STRANGERS:
+            yield f"{subject} must not know {other}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_file_imports_only_from_before_itself(path: Path) -> None:
+    if path.parent.name == "vidstyle" and path.name in ("__init__.py", "__main__.py"):
+        return
+    assert subject_of(path) in ORDER, "give it a place in ORDER"
+    assert list(wrong_imports(path)) == []
+
+
+@pytest.mark.parametrize(
+    ("place", "line", "wrong"),
+    [
+        ("vidstyle/media/x.py", "from vidstyle.style import load_style", "media must not know style"),
+        ("vidstyle/cpu/x.py", "import vidstyle.media.reader", "cpu must not know media"),
+        ("vidstyle/style_x.py", "def f():\n    import vidstyle.cpu", "style must not know cpu"),
+        ("vidstyle/blocks/x.py", "import av", "av belongs to media"),
+        ("vidstyle/pipeline.py", "from rich.progress import Progress", "rich belongs to cli"),
+    ],
+)
+def test_a_wrong_import_is_seen(
+    place: str, line: str, wrong: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    path = tmp_path / place
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(line, encoding="utf-8")
+    assert list(wrong_imports(path)) == [wrong]
+
+
+@pytest.mark.parametrize(
+    ("code", "heavy"),
+    [
+        ("import vidstyle", "av cv2 numba moderngl numpy click rich tomlkit"),
+        ("from vidstyle.cli import main", "av cv2 numba moderngl"),
+    ],
+)
+def test_importing_loads_nothing_heavy(code: str, heavy: str) -> None:
+    """`vidstyle --help` answers at once because libraries are imported when they are used."""
+    program = f"{code}\nimport sys\nprint(*sys.modules)"
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert set(heavy.split()).isdisjoint(run.stdout.split())
