@@ -21,6 +21,9 @@ MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "add": lambda below, above: np.minimum(below + above, 1),
     "subtract": lambda below, above: np.maximum(below - above, 0),
     "difference": lambda below, above: np.abs(below - above),
+    "grain_extract": lambda below, above: np.clip(below - above + np.float32(0.5), 0, 1),
+    "grain_merge": lambda below, above: np.clip(below + above - np.float32(0.5), 0, 1),
+    "divide": lambda below, above: np.clip(below / np.maximum(above, 1 / 255), 0, 1),
     "dodge": lambda below, above: np.clip(below / np.maximum(1 - above, 1 / 255), 0, 1),
     "burn": lambda below, above: 1 - np.clip((1 - below) / np.maximum(above, 1 / 255), 0, 1),
 }
@@ -31,7 +34,9 @@ MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 def blend(
     picture: np.ndarray,
     other: Annotated[Any, Saved("the picture laid over the current one")] = "source",
-    mode: Annotated[str, Choice(tuple(MODES), "how the two are mixed", explore=("multiply", "overlay"))] = "normal",
+    mode: Annotated[
+        str, Choice(tuple(MODES), "how the two are mixed", explore=("multiply", "overlay"))
+    ] = "normal",
     opacity: Annotated[float, Slider(0, 1, "0 leaves the current picture", explore=(0.3, 1))] = 0.5,
     mask: Annotated[Any, Saved("picture whose luma multiplies the opacity", on="luma", optional=True)] = "",
 ) -> np.ndarray:

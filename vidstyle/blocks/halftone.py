@@ -63,7 +63,9 @@ def _averaged(picture: np.ndarray, cell: float) -> np.ndarray:
     return cv2.blur(picture, (size, size), borderType=cv2.BORDER_REPLICATE)
 
 
-def _lattice_bounds(cosine: float, sine: float, top: int, height: int, width: int) -> tuple[int, int, int, int]:
+def _lattice_bounds(
+    cosine: float, sine: float, top: int, height: int, width: int
+) -> tuple[int, int, int, int]:
     """The first and last cell in both directions of the turned screen that the rows touch."""
     corners = [(x, y) for x in (0, width) for y in (top, top + height)]
     along = [math.floor(x * cosine + y * sine) for x, y in corners]
@@ -120,7 +122,10 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
     least_slope, step, turn = half * per_pixel, np.float32(cosine), np.float32(sine)
-    start, side = np.float32(0.5 * cosine + y * sine - screen[2]), np.float32(y * cosine - 0.5 * sine - screen[3])
+    start, side = (
+        np.float32(0.5 * cosine + y * sine - screen[2]),
+        np.float32(y * cosine - 0.5 * sine - screen[3]),
+    )
     columns, flat = np.int32(levels.shape[1]), levels.reshape(-1)
     red, green, blue = one - ink[0], one - ink[1], one - ink[2]
     for x in range(left.shape[1]):

@@ -35,7 +35,9 @@ def hue(
 def _turn(weights: np.ndarray, angle: float) -> np.ndarray:
     """The 3 x 3 matrix on RGB that turns chroma anticlockwise, blue difference to the right."""
     red, _, blue = (float(weight) for weight in weights)
-    to_chroma = np.array([weights, (-weights + [0, 0, 1]) / (2 - 2 * blue), (-weights + [1, 0, 0]) / (2 - 2 * red)])
+    to_chroma = np.array(
+        [weights, (-weights + [0, 0, 1]) / (2 - 2 * blue), (-weights + [1, 0, 0]) / (2 - 2 * red)]
+    )
     cosine, sine = math.cos(angle), math.sin(angle)
     turn = np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
     return np.asarray(np.linalg.inv(to_chroma) @ turn @ to_chroma)

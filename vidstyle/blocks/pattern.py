@@ -56,7 +56,9 @@ def pattern(
     layout: Annotated[str, Choice(tuple(DIRECTIONS), "how darker strokes lie to lighter ones")] = "cross",
     wobble: Annotated[float, Slider(0, 1, "unsteadiness of the hand")] = 0.5,
     softness: Annotated[float, Slider(0, 1, "part of each level in which its strokes fade in")] = 0.35,
-    tiles: Annotated[Any, Asset("folder of .png tiles, one for each level, in place of strokes", read_tiles)] = "",
+    tiles: Annotated[
+        Any, Asset("folder of .png tiles, one for each level, in place of strokes", read_tiles)
+    ] = "",
 ) -> np.ndarray:
     """Draw the tones as hatching in black on white, more strokes the darker it is.
 
@@ -90,7 +92,14 @@ def _risen(above_border: np.ndarray, softness: float) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def _stroke_sets(
-    levels: int, spacing: float, width: float, angle: float, layout: str, wobble: float, rows: int, columns: int
+    levels: int,
+    spacing: float,
+    width: float,
+    angle: float,
+    layout: str,
+    wobble: float,
+    rows: int,
+    columns: int,
 ) -> np.ndarray:
     """How much of each pixel the strokes of each set cover, (levels - 1) x rows x columns uint8.
 
@@ -103,7 +112,13 @@ def _stroke_sets(
         # Strokes that come again in a direction lie between those that are there already.
         shift = 0.5 * (number // len(turns)) + 0.37 * (number % len(turns))
         _draw_strokes(
-            math.cos(direction) / spacing, -math.sin(direction) / spacing, shift, width / 2, wobble, spacing, sets[number]
+            math.cos(direction) / spacing,
+            -math.sin(direction) / spacing,
+            shift,
+            width / 2,
+            wobble,
+            spacing,
+            sets[number],
         )
     return sets
 

@@ -81,7 +81,7 @@ class CpuRenderer:
         base = frame.run_layer("base", self._layers["base"], Work(Whole.of(picture)))
         steps = self._layers["background"], self._layers["lines"]
         background = lines = None
-        if steps[0] or self._layers["base"] or not steps[1]:
+        if steps[0] or not steps[1]:
             background = frame.run_layer("background", steps[0], base)
         if steps[1]:
             lines = frame.run_layer("lines", steps[1], base)
@@ -144,7 +144,9 @@ class _FrameRun:
         assert step.block is not None
         self._back = step.values["back"]
         whole = work.done(self._pool)
-        return Work(at_size(whole, step.block.function(whole.main.shape, **step.values), step.values["method"]))
+        return Work(
+            at_size(whole, step.block.function(whole.main.shape, **step.values), step.values["method"])
+        )
 
 
 def _small_luma(whole: Whole) -> np.ndarray:

@@ -54,7 +54,9 @@ class Band:
     def is_color(self) -> bool:
         """Whether the rows are held as RGB."""
         loaded = self._luma is not None or self._chroma is not None
-        return self._color is not None or (not loaded and self._main is self.tint and self._main.color is not None)
+        return self._color is not None or (
+            not loaded and self._main is self.tint and self._main.color is not None
+        )
 
     @property
     def own_chroma(self) -> Chroma | None:

@@ -91,7 +91,9 @@ def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: b
     reach = max((work.reach for work in (page.background, page.lines) if work is not None), default=0)
     if rgb:
         color = np.empty((*source.shape, 3), target.dtype)
-        in_bands(pool, source.shape, reach, lambda top, bottom: _store_color(page.band(top, bottom), target, color))
+        in_bands(
+            pool, source.shape, reach, lambda top, bottom: _store_color(page.band(top, bottom), target, color)
+        )
         return Picture(replace(target, full_range=True, step=(1, 1)), color=color, alpha=source.alpha)
     planes = _Planes(source, target)
     above, below = chroma_reach(target)

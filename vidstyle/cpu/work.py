@@ -155,14 +155,14 @@ class _Canvas:
 
     def _plane(self, name: str, *depth: int) -> np.ndarray:
         # setdefault is one step for all threads: the plane that loses the race is dropped unused.
-        return self._planes.get(name) if name in self._planes else self._planes.setdefault(
-            name, np.empty((*self._shape, *depth), np.float32)
+        return (
+            self._planes.get(name)
+            if name in self._planes
+            else self._planes.setdefault(name, np.empty((*self._shape, *depth), np.float32))
         )
 
 
-def in_bands(
-    pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]
-) -> None:
+def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]) -> None:
     """Call `run(top, bottom)` for bands that cover all rows, on all cores.
 
     Bands begin at multiples of four rows, which every chroma step divides.
