@@ -33,4 +33,4 @@ clean:  ## remove all that was made here
 
 .venv/bin/python:
 	$(if $(PYTHON),,$(error vidstyle needs Python 3.11 or newer; name one with make PYTHON=/path/to/python))
-	$(PYTHON) -m venv .venv
+	$(PYTHON) -m venv .venv || { rm -rf .venv; exit 1; }

@@ -68,6 +68,12 @@ def test_a_style_may_be_given_in_every_form(tmp_path: Path, monkeypatch: pytest.
     assert load_style(style := Style("mine")) is style
 
 
+def test_the_style_in_the_readme_opens(tmp_path: Path) -> None:
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    style = load_style(write(tmp_path, readme.partition("```toml\n")[2].partition("```")[0]))
+    assert style.background and style.lines
+
+
 def test_coloured_paper_alone_is_not_plain() -> None:
     assert Style("white").is_plain
     assert not Style("tinted", paper="#ffeedd").is_plain
