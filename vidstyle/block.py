@@ -82,7 +82,7 @@ class Choice:
         """The value if it is one of the options, or ValueError."""
         if value not in self.options:
             raise ValueError(f"{value!r} is not one of {self.range_text}")
-        return cast(str, value)
+        return str(value)
 
     @property
     def range_text(self) -> str:
@@ -266,7 +266,7 @@ class Block:
         return self.function(*arrays, **self.complete(values))
 
     def complete(self, values: dict[str, Any]) -> dict[str, Any]:
-        """The values with the defaults for those not given, colours as three floats 0..1, empty names as None."""
+        """The values and the defaults of the rest; colours as three floats 0..1, empty names as None."""
         complete = {name: parameter.default for name, parameter in self.parameters.items()} | values
         for name, parameter in self.parameters.items():
             if isinstance(parameter.control, Color) and isinstance(complete[name], str):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 StyleLike = Style | str | Path | Mapping[str, object]
 """What `load_style` takes: a style, a name, a path or a table."""
-
-FrameLike = TypeVar("FrameLike", "np.ndarray", "av.VideoFrame")
 
 DEVICES = ("auto", "cpu", "gpu")
 
@@ -67,7 +65,15 @@ class Renderer:
         """Let the device go."""
         self._renderer.close()
 
-    def __call__(self, frame: FrameLike, time: float | None = None) -> FrameLike:
+    @overload
+    def __call__(self, frame: np.ndarray, time: float | None = None) -> np.ndarray: ...
+
+    @overload
+    def __call__(self, frame: av.VideoFrame, time: float | None = None) -> av.VideoFrame: ...
+
+    def __call__(
+        self, frame: np.ndarray | av.VideoFrame, time: float | None = None
+    ) -> np.ndarray | av.VideoFrame:
         """The frame in the style, of the kind that was given.
 
         Args:

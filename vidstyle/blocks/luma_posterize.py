@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from vidstyle.block import Block, Slider, block
+from vidstyle.block import Block, block
 from vidstyle.blocks.posterize import posterize
 
 

@@ -38,11 +38,6 @@ class Page:
         """A page with the style's colours."""
         return cls(background, lines, rgb_from_text(style.ink), rgb_from_text(style.paper))
 
-    @property
-    def is_bare(self) -> bool:
-        """Whether nothing is laid over or under the background."""
-        return self.lines is None and self.paper == (1, 1, 1)
-
     def band(self, top: int, bottom: int) -> Band:
         """These rows of the finished page."""
         if self.background is None:
@@ -58,9 +53,10 @@ class Page:
     def _lines_on_paper(self, band: Band) -> Band:
         luma = band.luma()
         if len({*self.ink}) == 1 and len({*self.paper}) == 1:
-            ink, paper = np.float32(self.ink[0]), np.float32(self.paper[0])
+            ink, paper = self.ink[0], self.paper[0]
             band.take_tint(None)
-            band.set_luma(luma if (ink, paper) == (0, 1) else ink + luma * (paper - ink))
+            if (ink, paper) != (0, 1):
+                band.set_luma(np.float32(ink) + luma * np.float32(paper - ink))
         else:
             ink_color, paper_color = np.array(self.ink, np.float32), np.array(self.paper, np.float32)
             band.set_color(ink_color + luma[..., None] * (paper_color - ink_color))

@@ -119,7 +119,7 @@ class Work:
         return band
 
     def done(self, pool: Executor) -> Whole:
-        """The picture with all calls made, as float32 planes; chroma that no call touched stays where it is."""
+        """The picture with all calls made, as float32 planes; untouched chroma stays where it is."""
         if not self.calls:
             return self.whole
         canvas = _Canvas(self.shape)
@@ -154,12 +154,10 @@ class _Canvas:
         return Whole(Picture(encoding, luma=planes["luma"]), self._last.tint)
 
     def _plane(self, name: str, *depth: int) -> np.ndarray:
-        # setdefault is one step for all threads: the plane that loses the race is dropped unused.
-        return (
-            self._planes.get(name)
-            if name in self._planes
-            else self._planes.setdefault(name, np.empty((*self._shape, *depth), np.float32))
-        )
+        plane = self._planes.get(name)
+        if plane is None:  # the plane of the thread that loses this race is dropped unused
+            plane = self._planes.setdefault(name, np.empty((*self._shape, *depth), np.float32))
+        return plane
 
 
 def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]) -> None:
