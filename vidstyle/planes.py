@@ -6,6 +6,7 @@ them gamma-encoded as the picture is. Rows outside the picture repeat the row at
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -81,11 +82,11 @@ def store(values: np.ndarray, black: float, white: float, depth: int, out: np.nd
 
 def chroma_reach(encoding: Encoding) -> tuple[int, int]:
     """How many rows above and below a band of whole chroma rows its samples average over."""
-    offset, first, last = encoding.siting[1], 0, encoding.step[1] - 1
-    if encoding.step[1] == 1:
+    step, offset = encoding.step[1], encoding.siting[1]
+    if step == 1:
         return 0, 0
-    half = encoding.step[1] / 2
-    return int(np.ceil(first - 0.5 - (offset - half))), int(np.ceil(offset + half - (last + 0.5)))
+    above, below = step / 2 - 0.5 - offset, offset + 0.5 - step / 2
+    return max(math.ceil(above), 0), max(math.ceil(below), 0)
 
 
 def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) -> np.ndarray:
