@@ -1,0 +1,74 @@
+"""Small pictures for the tests of planes, blocks and the CPU runner, and a short way to run a style on them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Step, Style
+
+FLOAT = Encoding(depth=0, full_range=True, step=(1, 1))
+"""float32 planes at full chroma resolution."""
+
+
+def step(block: str = "", save: str = "", source: str = "", **values: Any) -> Step:
+    return Step(block, values, save, source)
+
+
+def style(*background: Step, **fields: Any) -> Style:
+    return Style("test", background=background, **fields)
+
+
+def run(chosen: Style, picture: Picture, threads: int = 2, **options: Any) -> Picture:
+    with CpuRenderer(chosen, threads) as renderer:
+        return renderer.run(picture, **options)
+
+
+def run_luma(chosen: Style, luma: np.ndarray, **options: Any) -> np.ndarray:
+    """A style on a gray float picture; luma of the result, float32."""
+    result = run(chosen, Picture(FLOAT, luma=np.asarray(luma, np.float32)), **options).luma
+    assert result is not None
+    return result
+
+
+def run_color(chosen: Style, color: np.ndarray, **options: Any) -> np.ndarray:
+    """A style on an RGB float picture; RGB of the result, float32."""
+    result = run(chosen, Picture(FLOAT, color=np.asarray(color, np.float32)), rgb=True, **options).color
+    assert result is not None
+    return result
+
+
+def noise(*shape: int, seed: int = 1, low: float = 0, high: float = 1) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(low, high, shape).astype(np.float32)
+
+
+def codes(encoding: Encoding, height: int, width: int, seed: int = 1) -> Picture:
+    """Random planes in the legal range of an encoding: middling colours, so that RGB stays within 0..1."""
+    random = np.random.default_rng(seed)
+
+    def plane(shape: tuple[int, int], low: float, high: float) -> np.ndarray:
+        values = random.uniform(low, high, shape)
+        return (values if encoding.depth == 0 else np.rint(values)).astype(encoding.dtype)
+
+    (black, white), (neutral, span) = encoding.luma_levels, encoding.chroma_levels
+    chroma_shape = encoding.chroma_shape(height, width)
+    luma = plane((height, width), black + 0.4 * (white - black), black + 0.6 * (white - black))
+    blue, red = (plane(chroma_shape, neutral - 0.12 * span, neutral + 0.12 * span) for _ in range(2))
+    return Picture(encoding, luma=luma, chroma=(blue, red))
+
+
+def planes(picture: Picture) -> list[np.ndarray]:
+    """All arrays that a picture holds."""
+    held = (picture.luma, *(picture.chroma or ()), picture.color, picture.alpha)
+    return [plane for plane in held if plane is not None]
+
+
+def same_bits(first: Picture, second: Picture) -> bool:
+    pairs = zip(planes(first), planes(second), strict=True)
+    return first.encoding == second.encoding and all(
+        one.dtype == two.dtype and one.shape == two.shape and one.tobytes() == two.tobytes()
+        for one, two in pairs
+    )

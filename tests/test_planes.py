@@ -1,0 +1,219 @@
+"""Between planes and working values: closed forms written here once more, and chroma siting."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from pictures import codes
+
+from vidstyle.picture import SITINGS, Encoding, Picture
+from vidstyle.planes import (
+    chroma_reach,
+    chroma_rows,
+    color_rows,
+    luma_rows,
+    rgb_from_yuv,
+    shrunk_chroma,
+    store,
+    yuv_from_rgb,
+)
+
+WEIGHTS = {"bt601": (0.299, 0.587, 0.114), "bt709": (0.2126, 0.7152, 0.0722), "bt2020": (0.2627, 0.678, 0.0593)}
+ENCODINGS = [
+    Encoding(matrix, full, depth, (1, 1)) for matrix, full, depth in product(WEIGHTS, (False, True), (8, 10, 16))
+]
+SUBSAMPLED = [
+    *[((2, 2), siting) for siting in SITINGS.values()],
+    # What turning by 90, 180 and 270 degrees makes of "left" and "topleft".
+    *[((2, 2), siting) for siting in [(1.0, 0.5), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)]],
+    *[((2, 1), (x, 0.0)) for x in (0.0, 0.5, 1.0)],
+    *[((1, 2), (0.0, y)) for y in (0.0, 0.5, 1.0)],
+    *[((4, 1), (x, 0.0)) for x in (0.0, 1.5, 3.0)],
+    *[((1, 4), (0.0, y)) for y in (0.0, 1.5, 3.0)],
+    *[((4, 4), siting) for siting in [(0.0, 1.5), (1.5, 1.5), (3.0, 0.0)]],
+]
+
+every_encoding = pytest.mark.parametrize(
+    "encoding", ENCODINGS, ids=lambda e: f"{e.matrix}-{'full' if e.full_range else 'limited'}-{e.depth}"
+)
+every_subsampling = pytest.mark.parametrize(("step", "siting"), SUBSAMPLED, ids=str)
+
+
+def expected_rgb(luma: np.ndarray, blue: np.ndarray, red: np.ndarray, encoding: Encoding) -> np.ndarray:
+    """RGB of integer codes by the formulas of H.273, section 8.3, in float64."""
+    unit, top = 2 ** (encoding.depth - 8), 2**encoding.depth - 1
+    luma, blue, red = (plane.astype(np.float64) for plane in (luma, blue, red))
+    if encoding.full_range:
+        luma, blue, red = luma / top, (blue - (top + 1) // 2) / top, (red - (top + 1) // 2) / top
+    else:
+        luma = (luma / unit - 16) / 219
+        blue, red = (blue / unit - 128) / 224, (red / unit - 128) / 224
+    of_red, of_green, of_blue = WEIGHTS[encoding.matrix]
+    r, b = luma + 2 * (1 - of_red) * red, luma + 2 * (1 - of_blue) * blue
+    return np.stack([r, (luma - of_red * r - of_blue * b) / of_green, b], axis=2)
+
+
+@every_encoding
+def test_planes_to_rgb(encoding: Encoding) -> None:
+    picture = codes(encoding, 9, 13)
+    assert picture.luma is not None and picture.chroma is not None
+    rgb = expected_rgb(picture.luma, *picture.chroma, encoding)
+    np.testing.assert_allclose(color_rows(picture, 0, 9), rgb, atol=1e-6)
+    np.testing.assert_allclose(color_rows(picture, 4, 7), rgb[4:7], atol=1e-6)
+    np.testing.assert_allclose(luma_rows(picture, 0, 9), rgb @ WEIGHTS[encoding.matrix], atol=1e-6)
+
+
+@every_encoding
+def test_planes_to_rgb_and_back_are_the_same_codes(encoding: Encoding) -> None:
+    picture = codes(encoding, 40, 50)
+    assert picture.luma is not None and picture.chroma is not None
+    luma, *chroma = yuv_from_rgb(color_rows(picture, 0, 40), encoding)
+    neutral, span = encoding.chroma_levels
+    levels = [encoding.luma_levels, (neutral, neutral + span), (neutral, neutral + span)]
+    for values, (black, white), plane in zip((luma, *chroma), levels, (picture.luma, *picture.chroma), strict=True):
+        out = np.empty_like(plane)
+        store(values, black, white, encoding.depth, out)
+        np.testing.assert_array_equal(out, plane)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "color", "code"),
+    [
+        (Encoding("bt601"), (1, 0, 0), (81, 90, 240)),
+        (Encoding("bt601"), (0, 1, 0), (145, 54, 34)),
+        (Encoding("bt601"), (0, 0, 1), (41, 240, 110)),
+        (Encoding("bt709"), (1, 0, 0), (63, 102, 240)),
+        (Encoding("bt709"), (0, 1, 0), (173, 42, 26)),
+        (Encoding("bt709"), (0, 0, 1), (32, 240, 118)),
+        (Encoding("bt709"), (1, 1, 1), (235, 128, 128)),
+        (Encoding("bt601", full_range=True), (1, 0, 0), (76, 85, 255)),
+        (Encoding("bt2020", depth=10), (1, 0, 0), (294, 387, 960)),
+    ],
+)
+def test_colour_bars(encoding: Encoding, color: tuple[int, ...], code: tuple[int, ...]) -> None:
+    """The codes of pure colours, as colour bar tables print them."""
+    values = yuv_from_rgb(np.full((1, 1, 3), color, np.float32), encoding)
+    neutral, span = encoding.chroma_levels
+    stored = []
+    for plane, levels in zip(values, [encoding.luma_levels, *[(neutral, neutral + span)] * 2], strict=True):
+        out = np.empty((1, 1), encoding.dtype)
+        store(plane, *levels, encoding.depth, out)
+        stored.append(int(out[0, 0]))
+    assert tuple(stored) == code
+
+
+def test_rgb_from_yuv_undoes_yuv_from_rgb_outside_the_cube_too() -> None:
+    color = np.random.default_rng(2).uniform(-1, 2, (7, 9, 3)).astype(np.float32)
+    luma, *chroma = yuv_from_rgb(color, Encoding())
+    np.testing.assert_allclose(rgb_from_yuv(luma, (chroma[0], chroma[1]), Encoding()), color, atol=2e-6)
+
+
+def ramp(shape: tuple[int, int], step: tuple[int, int], siting: tuple[float, float]) -> np.ndarray:
+    """A tilted plane of values, taken where the samples of the step and siting lie; eighths, so all is exact."""
+    x = np.arange(shape[1]) * step[0] + (siting[0] if step[0] > 1 else 0)
+    y = np.arange(shape[0])[:, None] * step[1] + (siting[1] if step[1] > 1 else 0)
+    return ((2 * x - 3 * y) / 1024).astype(np.float32)
+
+
+@every_subsampling
+@pytest.mark.parametrize("size", [(24, 32), (23, 31), (25, 33)], ids=str)
+def test_a_ramp_survives_both_ways(
+    step: tuple[int, int], siting: tuple[float, float], size: tuple[int, int]
+) -> None:
+    encoding = Encoding(depth=0, full_range=True, step=step, siting=siting)
+    small = ramp(encoding.chroma_shape(*size), step, siting)
+    large = ramp(size, (1, 1), (0, 0))
+    inside = (slice(4, -4), slice(4, -4))
+    blue, red = chroma_rows(Picture(encoding, luma=np.zeros(size, np.float32), chroma=(small, -small)), 0, size[0])
+    np.testing.assert_array_equal(blue[inside], large[inside])
+    np.testing.assert_array_equal(red, -blue)
+    back = shrunk_chroma(large, 0, size[0], encoding)
+    assert back.shape == small.shape
+    down, across = (-(-8 // each) for each in reversed(step))
+    inside = (slice(down, -down), slice(across, -across))
+    np.testing.assert_allclose(back[inside], small[inside], rtol=0, atol=1e-7)
+
+
+@every_subsampling
+def test_bands_of_chroma_are_those_of_the_whole(step: tuple[int, int], siting: tuple[float, float]) -> None:
+    encoding = Encoding(step=step, siting=siting)
+    picture = codes(encoding, 29, 31)
+    whole = chroma_rows(picture, 0, 29)
+    shrunk = shrunk_chroma(whole[0], 0, 29, encoding)
+    above, below = chroma_reach(encoding)
+    for top, bottom in ((0, 8), (8, 20), (20, 29)):
+        band = chroma_rows(picture, top, bottom)
+        np.testing.assert_array_equal(np.stack(band), np.stack(whole)[:, top:bottom])
+        first, last = max(top - above, 0), min(bottom + below, 29)
+        rows = shrunk_chroma(whole[0][first:last], top - first, bottom - top, encoding)
+        np.testing.assert_array_equal(rows, shrunk[top // step[1] : -(-bottom // step[1])])
+
+
+@every_subsampling
+@pytest.mark.parametrize("size", [(1, 1), (1, 7), (3, 2), (5, 5)], ids=str)
+def test_flat_chroma_stays_flat_to_the_edges(
+    step: tuple[int, int], siting: tuple[float, float], size: tuple[int, int]
+) -> None:
+    encoding = Encoding(depth=10, step=step, siting=siting)
+    shape = encoding.chroma_shape(*size)
+    plane = np.full(shape, 600, np.uint16)
+    picture = Picture(encoding, luma=np.zeros(size, np.uint16), chroma=(plane, plane))
+    blue, _ = chroma_rows(picture, 0, size[0])
+    assert blue.shape == size
+    np.testing.assert_allclose(blue, (600 - 512) / 896, atol=1e-6)
+    np.testing.assert_allclose(shrunk_chroma(blue, 0, size[0], encoding), (600 - 512) / 896, atol=1e-6)
+
+
+def test_smooth_subsampled_planes_come_back_through_rgb() -> None:
+    """4:2:0 with soft colours: luma exact, chroma where it is linear."""
+    encoding = Encoding()
+    chroma = np.rint(128 + 512 * ramp((12, 16), (2, 2), encoding.siting)).astype(np.uint8)
+    luma = codes(replace(encoding, step=(1, 1)), 24, 32).luma
+    picture = Picture(encoding, luma=luma, chroma=(chroma, chroma))
+    back, blue, _ = yuv_from_rgb(color_rows(picture, 0, 24), encoding)
+    out = np.empty((24, 32), np.uint8)
+    store(back, 16, 235, 8, out)
+    np.testing.assert_array_equal(out, luma)
+    small = np.empty((12, 16), np.uint8)
+    store(shrunk_chroma(blue, 0, 24, encoding), 128, 352, 8, small)
+    np.testing.assert_array_equal(small[1:-1, 1:-1], chroma[1:-1, 1:-1])
+
+
+def test_gray_has_neutral_chroma_and_equal_channels() -> None:
+    picture = Picture(Encoding(), luma=np.arange(16, 236, dtype=np.uint8).reshape(11, 20))
+    assert not np.any(chroma_rows(picture, 0, 11))
+    color = color_rows(picture, 0, 11)
+    np.testing.assert_array_equal(color, np.repeat(luma_rows(picture, 0, 11)[..., None], 3, axis=2))
+
+
+def test_rgb_planes_are_scaled_by_their_own_range() -> None:
+    color = np.array([[[0, 128, 255], [16, 235, 100]]], np.uint8)
+    full, limited = (Picture(Encoding(full_range=each, step=(1, 1)), color=color) for each in (True, False))
+    np.testing.assert_allclose(color_rows(full, 0, 1), color / 255, atol=1e-7)
+    np.testing.assert_allclose(color_rows(limited, 0, 1), (color - 16.0) / 219, atol=1e-6)
+    np.testing.assert_allclose(luma_rows(full, 0, 1), color / 255 @ WEIGHTS["bt709"], atol=1e-6)
+
+
+@pytest.mark.parametrize(("depth", "top"), [(8, 255), (10, 1023), (16, 65535)])
+def test_store_rounds_and_cuts_off_at_the_numbers_ends(depth: int, top: int) -> None:
+    values = np.array([[-1, -0.4 / top, 0.5 / top, 1.4999 / top, 1, 1 + 0.4 / top, 2]], np.float32)
+    out = np.empty(values.shape, Encoding(depth=depth).dtype)
+    store(values, 0, top, depth, out)
+    assert out.tolist() == [[0, 0, 1, 1, top, top, top]]
+
+
+def test_store_keeps_floats_as_they_are() -> None:
+    values = np.array([[-0.5, 0.25, 1.5]], np.float32)
+    out = np.empty_like(values)
+    store(values, 0, 1, 0, out)
+    assert out.tolist() == values.tolist()
+
+
+def test_limited_range_keeps_what_lies_beyond_black_and_white() -> None:
+    picture = Picture(Encoding(), luma=np.arange(1, 255, dtype=np.uint8)[None])
+    out = np.empty((1, 254), np.uint8)
+    store(luma_rows(picture, 0, 1), 16, 235, 8, out)
+    np.testing.assert_array_equal(out, picture.luma)
