@@ -1,0 +1,157 @@
+"""Encoders: how each names its quality and its speed, and which pixel format it gets."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field
+
+import av
+
+from vidstyle.errors import UsageError
+from vidstyle.media.layout import Layout, layout_of
+
+SOFTWARE = {
+    "h264": "libx264",
+    "hevc": "libx265",
+    "av1": "libsvtav1",
+    "vp9": "libvpx-vp9",
+    "vp8": "libvpx",
+    "mpeg2": "mpeg2video",
+    "mpeg4": "mpeg4",
+    "mjpeg": "mjpeg",
+    "prores": "prores_ks",
+}
+"""The software encoder that stands in for a hardware one of the same codec."""
+HARDWARE = ("nvenc", "qsv", "amf", "vaapi", "v4l2m2m", "videotoolbox", "mf", "vulkan", "rkmpp", "omx")
+"""What the names of hardware encoders end with, after an underscore."""
+
+COARSE = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte", "bgr4_byte", "pal8", "mono")
+"""What the names of formats begin with that hold less than eight bits of a colour."""
+
+
+@dataclass(frozen=True)
+class Knobs:
+    """How an encoder is told what we call crf and preset.
+
+    Attributes:
+        crf: its option for the quality, "q" for a fixed quantiser, or "" if it has none.
+        preset: its option for the speed, or "".
+        quality, speed: the values when none are asked for; "" leaves the encoder's own.
+        options: always set.
+    """
+
+    crf: str = ""
+    preset: str = ""
+    quality: str = ""
+    speed: str = ""
+    options: dict[str, str] = field(default_factory=dict)
+
+
+_QUANTISER = Knobs("q", quality="2")
+_NVENC = Knobs("cq", "preset", "19", "p4", {"rc": "vbr"})
+_QSV = Knobs("global_quality", "preset", "20", "medium")
+_AMF = Knobs("qvbr_quality_level", "quality")
+_WEBP = Knobs(options={"quality": "90"})
+KNOBS: dict[str, Knobs] = {
+    "libx264": Knobs("crf", "preset", "18", "veryfast"),
+    "libx264rgb": Knobs("crf", "preset", "18", "veryfast"),
+    "libx265": Knobs("crf", "preset", "20", "fast", {"x265-params": "log-level=error"}),
+    "libsvtav1": Knobs("crf", "preset", "26", "8"),
+    "libvpx-vp9": Knobs("crf", "cpu-used", "24", "4", {"b": "0", "row-mt": "1", "deadline": "good"}),
+    "libvpx": Knobs("crf", "cpu-used", "8", "4", {"b": "20M", "deadline": "good"}),
+    **dict.fromkeys(("h264_nvenc", "hevc_nvenc", "av1_nvenc"), _NVENC),
+    **dict.fromkeys(("h264_qsv", "hevc_qsv", "av1_qsv", "vp9_qsv"), _QSV),
+    **dict.fromkeys(("h264_amf", "hevc_amf", "av1_amf"), _AMF),
+    **dict.fromkeys(("mpeg4", "mpeg2video", "mpeg1video", "mjpeg", "wmv1", "wmv2", "flv"), _QUANTISER),
+    **dict.fromkeys(("libwebp", "libwebp_anim"), _WEBP),
+    "apng": Knobs(options={"pred": "mixed"}),
+}
+
+
+def find_encoder(name: str) -> tuple[str, str]:
+    """The encoder that a name means, and the canonical name of its codec: "hevc" gives libx265.
+
+    Raises:
+        UsageError: no video encoder is called so; it names those that come near.
+    """
+    try:
+        codec = av.Codec(SOFTWARE.get(name, name), "w")
+    except av.codec.codec.UnknownCodecError:
+        codec = None
+    if codec is not None and codec.type == "video":
+        return codec.name, codec.canonical_name
+    near = difflib.get_close_matches(name, [*KNOBS, *SOFTWARE, "prores_ks", "ffv1", "utvideo"], 3, 0.5)
+    remedy = f"did you mean {' or '.join(near)}?" if near else "libx264 plays everywhere"
+    raise UsageError("--codec", f"there is no video encoder {name!r} in this build", remedy)
+
+
+def software_encoder(name: str) -> str | None:
+    """The software encoder of the same codec if the name is a hardware encoder's, else None.
+
+    >>> software_encoder("hevc_nvenc"), software_encoder("libx264")
+    ('libx265', None)
+    """
+    codec, _, hardware = name.rpartition("_")
+    return SOFTWARE.get(codec) if hardware in HARDWARE else None
+
+
+def encoder_options(encoder: str, crf: float | None, preset: str | None) -> dict[str, str]:
+    """The encoder's own options for a quality and a speed, either of which may be None for the usual.
+
+    Raises:
+        UsageError: the encoder has no such setting.
+    """
+    knobs = KNOBS.get(encoder, Knobs())
+    if crf is not None and not knobs.crf:
+        raise UsageError("--crf", f"the encoder {encoder} has no such setting", "leave it out")
+    if preset is not None and not knobs.preset:
+        raise UsageError("--preset", f"the encoder {encoder} has no such setting", "leave it out")
+    quality = knobs.quality if crf is None else f"{crf:g}"
+    speed = knobs.speed if preset is None else preset
+    options = dict(knobs.options)
+    if quality and knobs.crf != "q":
+        options[knobs.crf] = quality
+    elif quality:
+        options |= {"flags": "+qscale", "global_quality": str(round(118 * float(quality)))}
+    return options | ({knobs.preset: speed} if speed else {})
+
+
+def choose_pix_fmt(encoder: str, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> str:
+    """The pixel format for an encoder that none was asked for: 4:2:0 for the codecs that play everywhere.
+
+    Other codecs get what keeps most of a source of that depth, chroma step, colour kind and alpha.
+    """
+    codec = av.Codec(encoder, "w")
+    names = [video_format.name for video_format in codec.video_formats or ()] or ["yuv420p"]
+    if codec.canonical_name in ("h264", "hevc", "av1", "vp8", "vp9") and encoder != "libx264rgb":
+        deep = depth > 8 and codec.canonical_name in ("hevc", "av1", "vp9")
+        wanted = ("yuv420p10le", "p010le") if deep else ("yuv420p", "nv12")
+        return next((name for name in wanted if name in names), names[0])
+    layouts = [layout for name in names if (layout := writable_layout(name))]
+    return min(layouts, key=lambda layout: _loss(layout, depth or 16, step, rgb, alpha)).name
+
+
+def writable_layout(pix_fmt: str) -> Layout | None:
+    """The layout of a pixel format, or None if pictures cannot be put into it without loss.
+
+    Raises:
+        ValueError: there is no such format.
+    """
+    layout = layout_of(pix_fmt)
+    backward = layout is not None and layout.big_endian and not layout.shuffled
+    return None if backward or pix_fmt.startswith(COARSE) else layout
+
+
+def _loss(layout: Layout, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> tuple[int, ...]:
+    """Sorts layouts by what they would lose, then by what they would waste."""
+    steps = list(zip(layout.step, step, strict=True))
+    return (
+        layout.planes < 3,
+        alpha and not layout.alpha,
+        (layout.kind != "luma") != rgb,
+        max(0, depth - layout.depth),
+        sum(max(0, its - wanted) for its, wanted in steps),
+        layout.alpha and not alpha,
+        max(0, layout.depth - depth) + sum(max(0, wanted - its) for its, wanted in steps),
+        bool(layout.shuffled),
+    )

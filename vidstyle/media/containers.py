@@ -1,0 +1,250 @@
+"""Kinds of files that we write: what each may hold, and what fits it best."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field
+from pathlib import PurePath
+from typing import Literal
+
+from vidstyle.errors import UsageError
+
+Way = Literal["film", "gif", "picture"]
+"""How a file is made: packet by packet; at the end, with a palette for all; one file for each picture."""
+
+PCM = ("pcm_s16le", "pcm_s16be", "pcm_s24le", "pcm_s24be", "pcm_s32le", "pcm_s32be", "pcm_u8", "pcm_f32le")
+PCM_LITTLE = ("pcm_s16le", "pcm_s24le", "pcm_s32le", "pcm_u8", "pcm_f32le", "pcm_f64le")
+
+
+@dataclass(frozen=True)
+class ContainerKind:
+    """One kind of file.
+
+    Attributes:
+        muxer: FFmpeg's name for it.
+        endings: the file name endings that mean it, the usual one first.
+        codec, pix_fmt: the encoder and the pixel format used when none is named; "": what fits the source.
+        video: canonical names of the video codecs that players accept in it; empty: any.
+        way: how it is made.
+        alpha: the encoder and pixel format for pictures with alpha, or None where it has none.
+        audio: canonical names of audio codecs that players accept in it.
+        new_audio: the encoder for sound that must be encoded anew, or "" if it holds no sound.
+        subtitles: canonical names of the subtitle codecs it holds; text becomes the first of them.
+        data: canonical names of data codecs it holds.
+        attachments: whether it holds fonts and other files.
+        covers, chapters: whether it holds a cover picture, and chapters.
+        strict_rate: whether its frames come at one rate, without times of their own.
+        options: for the muxer; `piped_options` where it cannot seek.
+        piped: whether it can be written to a pipe.
+    """
+
+    muxer: str
+    endings: tuple[str, ...]
+    codec: str
+    video: tuple[str, ...] = ()
+    pix_fmt: str = ""
+    way: Way = "film"
+    alpha: tuple[str, str] | None = None
+    audio: tuple[str, ...] = ()
+    new_audio: str = ""
+    subtitles: tuple[str, ...] = ()
+    data: tuple[str, ...] = ()
+    attachments: bool = False
+    covers: bool = False
+    chapters: bool = False
+    strict_rate: bool = False
+    options: dict[str, str] = field(default_factory=dict)
+    piped_options: dict[str, str] = field(default_factory=dict)
+    piped: bool = False
+
+
+# delay_moov: without it the fragments carry no edit list, and times shift by the B-frames' delay.
+_HYBRID = {"movflags": "+hybrid_fragmented+delay_moov", "frag_duration": "500000", "movie_timescale": "90000"}
+_FRAGMENTED = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
+# Sound may begin a little before the pictures; without this all times would be moved by as much.
+_CLUSTERS = {"cluster_time_limit": "500", "avoid_negative_ts": "disabled"}
+
+KINDS: tuple[ContainerKind, ...] = (
+    # Vorbis and raw PCM have codes in MP4, but hardly a player reads them.
+    ContainerKind(
+        "mp4",
+        (".mp4", ".m4v"),
+        "libx264",
+        (
+            "h264",
+            "hevc",
+            "av1",
+            "vp9",
+            "mpeg4",
+            "mpeg2video",
+            "mpeg1video",
+            "mjpeg",
+            "vvc",
+            "png",
+            "jpeg2000",
+        ),
+        audio=("aac", "mp3", "mp2", "ac3", "eac3", "opus", "flac", "alac", "dts", "truehd"),
+        new_audio="aac",
+        subtitles=("mov_text",),
+        data=("bin_data",),
+        covers=True,
+        chapters=True,
+        options=_HYBRID,
+        piped_options=_FRAGMENTED,
+        piped=True,
+    ),
+    ContainerKind(
+        "mov",
+        (".mov",),
+        "libx264",
+        alpha=("prores_ks", "yuva444p10le"),
+        audio=("aac", "mp3", "ac3", "eac3", "alac", *PCM),
+        new_audio="aac",
+        subtitles=("mov_text",),
+        data=("bin_data",),
+        chapters=True,
+        options=_HYBRID,
+        piped_options=_FRAGMENTED,
+        piped=True,
+    ),
+    ContainerKind(
+        "matroska",
+        (".mkv",),
+        "libx264",
+        alpha=("ffv1", "yuva420p"),
+        audio=(
+            *("aac", "mp3", "mp2", "ac3", "eac3", "opus", "vorbis", "flac", "alac", "dts", "truehd", "mlp"),
+            *("tta", "wavpack", "wmav2", "adpcm_ms", "adpcm_ima_wav", *PCM_LITTLE),
+        ),
+        new_audio="flac",
+        subtitles=("subrip", "ass", "webvtt", "hdmv_pgs_subtitle", "dvd_subtitle", "dvb_subtitle"),
+        attachments=True,
+        covers=True,
+        chapters=True,
+        options=_CLUSTERS,
+        piped=True,
+    ),
+    ContainerKind(
+        "webm",
+        (".webm",),
+        "libvpx-vp9",
+        ("vp8", "vp9", "av1"),
+        alpha=("libvpx-vp9", "yuva420p"),
+        audio=("opus", "vorbis"),
+        new_audio="libopus",
+        subtitles=("webvtt",),
+        chapters=True,
+        options=_CLUSTERS,
+        piped=True,
+    ),
+    ContainerKind(
+        "avi",
+        (".avi",),
+        "mpeg4",
+        audio=("mp3", "mp2", "ac3", *PCM_LITTLE),
+        new_audio="libmp3lame",
+        strict_rate=True,
+    ),
+    ContainerKind(
+        "mpegts",
+        (".ts", ".mts", ".m2ts", ".m2t"),
+        "libx264",
+        ("h264", "hevc", "mpeg2video", "mpeg1video", "mpeg4"),
+        audio=("aac", "mp3", "mp2", "ac3", "eac3", "opus", "dts"),
+        new_audio="aac",
+        subtitles=("dvb_subtitle", "dvb_teletext"),
+        piped=True,
+    ),
+    ContainerKind(
+        "ogv",
+        (".ogv", ".ogg"),
+        "libvpx",
+        ("vp8", "theora"),
+        audio=("vorbis", "opus", "flac"),
+        new_audio="libopus",
+        piped=True,
+    ),
+    ContainerKind(
+        "flv",
+        (".flv",),
+        "libx264",
+        ("h264", "flv1", "hevc", "av1", "vp9"),
+        audio=("aac", "mp3"),
+        new_audio="aac",
+        piped=True,
+    ),
+    ContainerKind("asf", (".wmv", ".asf"), "wmv2", audio=("wmav1", "wmav2", "mp3"), new_audio="wmav2"),
+    ContainerKind(
+        "nut",
+        (".nut",),
+        "rawvideo",
+        audio=("aac", "mp3", "mp2", "ac3", "opus", "vorbis", "flac", *PCM_LITTLE),
+        new_audio="pcm_s16le",
+        piped=True,
+    ),
+    ContainerKind(
+        "yuv4mpegpipe",
+        (".y4m",),
+        "rawvideo",
+        ("rawvideo",),
+        strict_rate=True,
+        options={"strict": "-1"},
+        piped=True,
+    ),
+    ContainerKind("rawvideo", (".yuv", ".rgb"), "rawvideo", ("rawvideo",), strict_rate=True, piped=True),
+    # WebP is given RGB, since it knows but one matrix for YUV.
+    ContainerKind("webp", (".webp",), "libwebp_anim", ("webp",), pix_fmt="bgra", options={"loop": "0"}),
+    ContainerKind("apng", (".apng",), "apng", ("apng",), options={"plays": "0"}),
+    # What becomes a GIF is kept without loss until its palette is known.
+    ContainerKind(
+        *("matroska", (".gif",), "ffv1", ("ffv1",), "bgr0", "gif"), alpha=("ffv1", "bgra"), options=_CLUSTERS
+    ),
+    ContainerKind("image2", (".png",), "png", ("png",), way="picture"),
+    ContainerKind("image2", (".jpg", ".jpeg"), "mjpeg", ("mjpeg",), "yuv444p", "picture"),
+    ContainerKind("image2", (".tif", ".tiff"), "tiff", ("tiff",), way="picture"),
+    ContainerKind("image2", (".bmp",), "bmp", ("bmp",), way="picture"),
+)
+STILL_WEBP = ContainerKind("image2", (".webp",), "libwebp", ("webp",), "bgra", "picture")
+PIPE_FORMATS = {"y4m": "yuv4mpegpipe", "raw": "rawvideo", "mkv": "matroska", "ts": "mpegts"}
+"""Short names for `--format`, besides the muxers' own."""
+
+
+def kind_of(target: str, format_name: str | None, still: bool) -> ContainerKind:
+    """The kind of file that the target's ending means, or that `format_name` says.
+
+    Args:
+        target: a path, or "-" for standard output, which wants a `format_name`.
+        still: whether a single picture goes in or each goes to a file of its own.
+
+    Raises:
+        UsageError: an unknown ending or format; it names those that come near.
+    """
+    if format_name is not None:
+        return _kind_by_format(format_name, target)
+    if target == "-":
+        raise UsageError("standard output", "does not say what to write", "add --format nut or y4m")
+    ending = PurePath(target).suffix.lower()
+    if ending == ".webp" and still:
+        return STILL_WEBP
+    for kind in KINDS:
+        if ending in kind.endings:
+            return kind
+    endings = [known for kind in KINDS for known in kind.endings]
+    reason = f"unknown kind of file {ending!r}" if ending else "its name does not say what to write"
+    raise UsageError(target, reason, _suggestion(ending, endings, ".mp4"))
+
+
+def _kind_by_format(format_name: str, target: str) -> ContainerKind:
+    muxer = PIPE_FORMATS.get(format_name, format_name)
+    for kind in KINDS:
+        if kind.muxer == muxer and kind.way == "film":
+            if target == "-" and not kind.piped:
+                raise UsageError("--format", f"{format_name} cannot be written to a pipe", "use nut or mkv")
+            return kind
+    known = [kind.muxer for kind in KINDS if kind.way == "film"] + list(PIPE_FORMATS)
+    raise UsageError("--format", f"unknown format {format_name!r}", _suggestion(format_name, known, "nut"))
+
+
+def _suggestion(name: str, known: list[str], usual: str) -> str:
+    near = difflib.get_close_matches(name, known, 3, 0.5)
+    return "did you mean " + " or ".join(near) + "?" if near else f"use {usual}, or one of {', '.join(known)}"

@@ -1,0 +1,99 @@
+"""Puts an MP4's index before its pictures, so that it plays while it still loads.
+
+A file whose fragments are joined at the end (`hybrid_fragmented`) has its index last, and FFmpeg's own
+`faststart` does not go with it. Boxes and offsets: ISO/IEC 14496-12.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+_CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
+_LARGEST_INDEX = 2**28
+
+
+def move_index_first(source: Path, target: Path) -> bool:
+    """Write `source` to `target` with its index right after the file type box.
+
+    Returns:
+        False, with nothing written, where the index is first already or the file is not laid out as expected.
+
+    Raises:
+        OSError: `target` cannot be written.
+    """
+    with source.open("rb") as file:
+        boxes = list(_top_boxes(file))
+        names = [name for name, _, _ in boxes]
+        if names.count(b"moov") != 1 or names[0] != b"ftyp" or names[-1] != b"moov":
+            return False
+        _, start, size = boxes[-1]
+        file.seek(start)
+        index = bytearray(file.read(size)) if size <= _LARGEST_INDEX else bytearray()
+        if not index or not _shift_offsets(index, 0, len(index), size):
+            return False
+        head = boxes[0][2]
+        with target.open("wb") as out:
+            _copy(file, out, 0, head)
+            out.write(index)
+            out.flush()
+            _copy(file, out, head, start - head)
+    return True
+
+
+def _top_boxes(file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
+    """Name, start and size of each box of the file."""
+    end = file.seek(0, os.SEEK_END)
+    start = 0
+    while start + 8 <= end:
+        file.seek(start)
+        size, name = struct.unpack(">I4s", file.read(8))
+        if size == 1:
+            size = int.from_bytes(file.read(8), "big")
+        size = size or end - start
+        if size < 8:
+            return
+        yield name, start, size
+        start += size
+
+
+def _shift_offsets(index: bytearray, start: int, end: int, shift: int) -> bool:
+    """Add `shift` to every chunk offset in place; False if one does not fit, or a box is broken."""
+    while start + 8 <= end:
+        size, name = struct.unpack_from(">I4s", index, start)
+        if size < 8 or start + size > end:
+            return False
+        inside = start + 8
+        if name in _CONTAINERS and not _shift_offsets(index, inside, start + size, shift):
+            return False
+        if name in (b"stco", b"co64") and not _shift_table(index, inside, 4 if name == b"stco" else 8, shift):
+            return False
+        start += size
+    return True
+
+
+def _shift_table(index: bytearray, start: int, width: int, shift: int) -> bool:
+    count = int.from_bytes(index[start + 4 : start + 8], "big")
+    code = f">{count}{'I' if width == 4 else 'Q'}"
+    offsets = [offset + shift for offset in struct.unpack_from(code, index, start + 8)]
+    if any(offset >= 256**width for offset in offsets):
+        return False
+    struct.pack_into(code, index, start + 8, *offsets)
+    return True
+
+
+def _copy(file: BinaryIO, out: BinaryIO, start: int, length: int) -> None:
+    """Append part of a file to another, within the kernel where it can."""
+    out.flush()
+    while length:
+        if hasattr(os, "copy_file_range"):
+            done = os.copy_file_range(file.fileno(), out.fileno(), min(length, 2**30), start)
+        else:
+            file.seek(start)
+            done = out.write(file.read(min(length, 2**22)))
+        if not done:
+            raise OSError(5, "the file ends early")
+        start, length = start + done, length - done

@@ -1,0 +1,99 @@
+"""The clock before the muxer: every packet in order, and none that could break the file."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import logging
+from fractions import Fraction
+
+import av
+
+MOST_HELD = 32 * 2**20
+"""Bytes of copied packets that wait for the pictures at most."""
+
+_log = logging.getLogger("vidstyle")
+
+
+class Interleaver:
+    """Gives packets to a container in the order of their decoding times.
+
+    The muxer's own interleaving holds packets for up to ten seconds when a stream, subtitles say, has none;
+    what it holds is lost when the program is killed. So copied packets wait here for the pictures.
+
+    Attributes:
+        written: how many packets of pictures are with the muxer.
+        moved: how many copied packets came too early for their stream and were put right.
+        dropped: how many were left out, being repeated or without a time.
+        cut: how many came after the end of the pictures, where that was to be cut.
+    """
+
+    def __init__(self, container: av.container.OutputContainer) -> None:
+        self._container = container
+        self._waiting: list[tuple[Fraction, int, av.Packet]] = []
+        self._count = itertools.count()
+        self._held = 0
+        self._last: dict[int, int] = {}
+        self.written = self.moved = self.dropped = self.cut = 0
+
+    def picture(self, packet: av.Packet) -> None:
+        """Write a packet of the video stream, after all others that are due before it."""
+        due = packet.dts if packet.dts is not None else packet.pts
+        if due is not None:
+            self._release(due * packet.time_base)
+        self._container.mux(packet)
+        self.written += 1
+
+    def copied(self, packet: av.Packet) -> None:
+        """Take a packet of another stream of the container."""
+        if not self._clocked(packet):
+            self.dropped += 1
+            return
+        assert packet.dts is not None
+        heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
+        self._held += packet.size
+        while self._held > MOST_HELD:
+            self._write(heapq.heappop(self._waiting)[2])
+
+    def finish(self, end: Fraction | None) -> None:
+        """Write all that waits; with an `end` in seconds, what begins after it is left out."""
+        while self._waiting:
+            _, _, packet = heapq.heappop(self._waiting)
+            begin = packet.pts if packet.pts is not None else packet.dts
+            assert begin is not None
+            if end is not None and begin * packet.time_base >= end:
+                self.cut += 1
+            else:
+                self._write(packet)
+
+    def _release(self, due: Fraction) -> None:
+        while self._waiting and self._waiting[0][0] <= due:
+            self._write(heapq.heappop(self._waiting)[2])
+
+    def _write(self, packet: av.Packet) -> None:
+        self._held -= packet.size
+        try:
+            self._container.mux(packet)
+        except (av.error.ArgumentError, av.error.InvalidDataError) as error:
+            # Not ours to repair, and no reason to lose the pictures.
+            self.dropped += 1
+            _log.debug("a packet of stream %d was refused: %s", packet.stream_index, error)
+
+    def _clocked(self, packet: av.Packet) -> bool:
+        """Put the packet's decoding time after the last of its stream; False if that would move it far."""
+        if packet.dts is None:
+            packet.dts = packet.pts
+        if packet.dts is None:
+            return False
+        last = self._last.get(packet.stream_index)
+        # Two lines of subtitles may begin together; two packets of sound may not.
+        earliest = packet.dts if last is None else last + (packet.stream.type in ("audio", "video"))
+        if packet.dts < earliest:
+            if earliest - packet.dts > max(packet.duration or 0, 1):
+                return False
+            self.moved += 1
+            packet.dts = earliest
+        if packet.pts is not None:
+            packet.pts = max(packet.pts, packet.dts)
+        self._last[packet.stream_index] = packet.dts
+        return True
