@@ -11,14 +11,13 @@ from typing import Any
 
 from vidstyle.compare import Compare, compared, compared_info
 from vidstyle.cpu import CpuRenderer
-from vidstyle.errors import DeviceError
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import Reader, ReadOptions, VideoInfo, open_reader
 from vidstyle.media.writer import WriteOptions, Writer, open_writer
 from vidstyle.picture import Picture
 from vidstyle.progress import Progress, Summary
+from vidstyle.renderer import StyleLike, open_renderer
 from vidstyle.stages import Stages
-from vidstyle.style import Style, load_style
 
 DAMAGED_EXIT_CODE = 4
 """Done, but the input was damaged (design, section 6)."""
@@ -29,7 +28,7 @@ INTERLEAVING_SECONDS = 1
 def render(
     source: str | Path,
     target: str | Path,
-    style: Style | str | Path | dict[str, Any],
+    style: StyleLike,
     *,
     read: ReadOptions | None = None,
     write: WriteOptions | None = None,
@@ -56,7 +55,7 @@ def render(
         VidstyleError: of one of its kinds. A note names the partial file, if there is one.
     """
     began = time.monotonic()
-    restyler = Restyler(load_style(style), device, compare)
+    restyler = Restyler(style, device, compare)
     reader = open_reader(source, read or ReadOptions())
     stages: Stages | None = None
     try:
@@ -78,11 +77,9 @@ def render(
 class Restyler:
     """Turns a frame of the source into the frame to be written."""
 
-    def __init__(self, style: Style, device: str, compare: Compare | None) -> None:
-        if device == "gpu":
-            raise DeviceError("--device gpu", "there is no GPU renderer yet", "use --device cpu")
-        self._renderer = CpuRenderer(style)
-        self._plain = CpuRenderer(load_style("plain"))
+    def __init__(self, style: StyleLike, device: str, compare: Compare | None) -> None:
+        self._renderer = open_renderer(style, device)
+        self._plain = open_renderer("plain", "cpu")
         self._compare = compare
 
     def __call__(self, frame: Frame, writer: Writer) -> Frame:

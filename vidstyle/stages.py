@@ -9,14 +9,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vidstyle.channel import Channel, ChannelClosedError
+from vidstyle.errors import OutputError
 from vidstyle.media.frame import Frame
 
 if TYPE_CHECKING:
-    from vidstyle.media.writer import Writer
+    from vidstyle.media.output import Writer
 
 ROOM = 3
 """Batches that may wait between two stages: enough that none starves, few enough to keep memory small."""
@@ -58,7 +58,7 @@ class Stages:
         self.frames = 0
         self.start = self.end = 0.0
         self.finished = False
-        self.partial: Path | None = None
+        self.partial = writer.partial
 
     @property
     def alive(self) -> list[str]:
@@ -93,10 +93,9 @@ class Stages:
         deadline = time.monotonic() + END_SECONDS
         for thread in self._threads:
             thread.join(max(0.0, deadline - time.monotonic()))
-        if not self.finished:
-            self.partial = self.partial or self._writer.partial
-        if self._error is not None and self.partial is not None:
-            self._error.add_note(f"{self.frames} frames are kept in {self.partial}")
+        if self._error is not None and self.partial is not None and not isinstance(self._error, OutputError):
+            # The writer's own errors say so themselves.
+            self._error.add_note(f"{self.partial} keeps what was done")
 
     def _guard(self, stage: Callable[[], None]) -> None:
         try:
@@ -134,7 +133,7 @@ class Stages:
                 self._write_batch(batch)
             if not self._halted.is_set():
                 self._writer.finish()
-                self.finished = True
+                self.finished, self.partial = True, None
         finally:
             if not self.finished:
                 self._halt()

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 @click.option("--start", type=Seconds(), help="Begin here: seconds or h:mm:ss.")
 @click.option("--end", type=Seconds(), help="End here.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Write N frames at most.")
-@click.option("--size", type=Size(), help="Scale to this size.")
+@click.option("--size", type=Size(), help="Scale to this size; 1280x-2 keeps the shape.")
 @click.option("--fps", type=Rate(), help="Constant frame rate; without it every frame keeps its own time.")
 @click.option("--codec", metavar="NAME", help="Video encoder, such as libx265 or h264_nvenc.")
 @click.option("--crf", type=float, metavar="Q", help="Quality: lower is better and bigger.")
@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 @click.option(
     "--format", "file_format", metavar="NAME", help="Kind of file on '-', such as nut, yuv4mpegpipe."
 )
+@click.option("--input-size", type=Size(), help="Size of raw video that comes in on '-'.")
+@click.option("--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True, help="Its pixel format.")
+@click.option("--input-fps", type=Rate(), help="Frame rate of raw video or an image sequence.  [default: 25]")
 @click.option("--hwaccel", metavar="NAME", help="Decode on this device, such as cuda.")
 @click.option(
     "--rotate", type=click.Choice(["0", "90", "180", "270"]), help="Turn clockwise by this instead."
@@ -89,6 +92,9 @@ def _read_options(options: dict[str, Any], piped: bool) -> ReadOptions:
         end=options["end"],
         size=options["size"],
         fps=options["fps"],
+        rate=options["input_fps"],
+        raw_size=options["input_size"],
+        raw_pix_fmt=options["input_pix_fmt"],
         hwaccel=options["hwaccel"],
         rotate=0 if options["no_autorotate"] else None if rotate is None else int(rotate),
         allow_url=options["allow_url"],
@@ -110,7 +116,7 @@ def _tell(summary: Summary, quiet: bool) -> None:
         say(f"{printable(summary.source)}: {summary.damage}")
     target = printable(summary.target)
     if summary.stopped:
-        kept = f"; {summary.frames} frames are kept in {summary.partial}" if summary.partial else ""
+        kept = f"; {printable(summary.partial)} keeps what was done" if summary.partial else ""
         say(f"{target}: stopped before its end{kept}")
     elif not quiet:
         pace = f"{summary.frames / summary.elapsed:.3g} fps" if summary.elapsed else ""

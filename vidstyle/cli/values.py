@@ -27,7 +27,7 @@ class Seconds(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # gene
 
 
 class Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
-    """A width and a height in pixels, as 1280x720."""
+    """A width and a height in pixels, as 1280x720; -1 for one keeps the shape, -2 makes it even too."""
 
     name = "WxH"
 
@@ -37,8 +37,8 @@ class Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic
         """Width and height."""
         if isinstance(value, tuple):
             return value
-        match = re.fullmatch(r"([1-9]\d{0,4})[xX]([1-9]\d{0,4})", value)
-        if match is None:
+        match = re.fullmatch(r"(-[12]|[1-9]\d{0,4})[xX](-[12]|[1-9]\d{0,4})", value)
+        if match is None or match[1] + match[2] in ("-1-1", "-1-2", "-2-1", "-2-2"):
             self.fail(f"{value!r} is not a size such as 1280x720", param, ctx)
         return int(match[1]), int(match[2])
 

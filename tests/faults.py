@@ -1,0 +1,209 @@
+"""What the tests of bad input share: running the program under watch, and spoiling files."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from vidstyle import cli
+
+REACT_SECONDS = 10
+"""How long the program may take to say that something cannot be done."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Attributes:
+        exit_code: of the program.
+        lines: what it said on standard error.
+        target: the output asked for.
+    """
+
+    exit_code: int
+    lines: list[str]
+    target: Path
+
+    @property
+    def said(self) -> str:
+        """All lines as one text."""
+        return "\n".join(self.lines)
+
+    @property
+    def left(self) -> list[str]:
+        """The files in the target's folder that have its stem: the output, or its partial file."""
+        return sorted(path.name for path in self.target.parent.glob(f"{self.target.stem}.*"))
+
+
+class Program:
+    """Runs `vidstyle render` in-process and checks what holds for every run, good or bad."""
+
+    def __init__(self, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+        self.folder = folder
+        self._capfd = capfd
+
+    def __call__(
+        self, source: str | Path, target: str | Path = "out.mp4", *options: str, style: str = "plain"
+    ) -> Outcome:
+        """Render into the target, a name in the test's own folder, quietly."""
+        target = target if str(target) == "-" else self.folder / target
+        before = _digests(Path(source))
+        self._capfd.readouterr()
+        began = time.monotonic()
+        arguments = [
+            "render",
+            "--style",
+            style,
+            "--progress",
+            "none",
+            *options,
+            "--",
+            str(source),
+            str(target),
+        ]
+        exit_code = cli.main(arguments)
+        assert exit_code in (0, 4) or time.monotonic() - began < REACT_SECONDS
+        said = self._capfd.readouterr().err
+        assert "Traceback" not in said and "Exception" not in said and "bug" not in said
+        assert _digests(Path(source)) == before, "the input was changed"
+        assert not [thread.name for thread in threading.enumerate() if thread.name.startswith("vidstyle")]
+        return Outcome(exit_code, said.splitlines(), Path(target))
+
+    def refused(self, exit_code: int, words: str, *arguments: str | Path, **options: str) -> Outcome:
+        """Run what must fail: one line with these words, this exit code, and nothing left behind."""
+        outcome = self(*arguments, **options)
+        assert outcome.exit_code == exit_code, outcome.said
+        assert len(outcome.lines) == 1 and outcome.said.startswith("vidstyle: "), outcome.said
+        assert words in outcome.said
+        assert not list(self.folder.glob("**/*.partial.*"))
+        return outcome
+
+
+def video(path: Path) -> list[av.VideoFrame]:
+    """All frames, decoded by plain PyAV."""
+    with av.open(str(path.absolute())) as container:
+        return list(container.decode(video=0))
+
+
+def times(path: Path) -> list[float]:
+    """The presentation times of all frames in seconds."""
+    return [float(frame.pts * frame.time_base) for frame in video(path)]
+
+
+def packets(path: Path, kind: str, number: int = 0) -> list[tuple[float, bytes]]:
+    """Time in seconds and content of every packet of a stream, by its kind and number among those."""
+    with av.open(str(path.absolute())) as container:
+        stream = getattr(container.streams, kind)[number]
+        found = [packet for packet in container.demux(stream) if packet.size and packet.pts is not None]
+        return [(float(packet.pts * packet.time_base), bytes(packet)) for packet in found]
+
+
+def cut(path: Path, share: float) -> Path:
+    """Keep only the first part of the file."""
+    path.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
+    return path
+
+
+def spoil_packets(path: Path, numbers: slice, seed: int = 1) -> Path:
+    """Overwrite the content of some video packets, in the order of the file, with noise."""
+    with av.open(str(path.absolute())) as container:
+        places = [(packet.pos, packet.size) for packet in container.demux(video=0) if packet.size]
+    content = bytearray(path.read_bytes())
+    noise = np.random.default_rng(seed)
+    for start, size in places[numbers]:
+        # Past the length and the kind of the first unit, so that the container stays whole.
+        content[start + 5 : start + size] = noise.bytes(size - 5)
+    path.write_bytes(content)
+    return path
+
+
+def remux(
+    source: Path,
+    target: Path,
+    *,
+    stamp: dict[int, int] | None = None,
+    offset: float = 0,
+    kinds: tuple[str, ...] = ("video", "audio", "subtitle"),
+    **options: str,
+) -> Path:
+    """Copy all packets in the order of their times into another container.
+
+    Args:
+        source, target: two files.
+        stamp: gives the video packet of one number the presentation time of that of another.
+        offset: seconds to move everything by.
+        kinds: of streams to copy.
+        options: for the muxer.
+    """
+    with (
+        av.open(str(source.absolute())) as given,
+        av.open(str(target), "w", container_options=options) as made,
+    ):
+        streams = {
+            stream.index: made.add_stream_from_template(stream)
+            for stream in given.streams
+            if stream.type in kinds
+        }
+        found = [packet for packet in given.demux() if packet.size and packet.stream.index in streams]
+        pictures = [packet for packet in found if packet.stream.type == "video"]
+        stamps = [packet.pts for packet in pictures]
+        for number, other in (stamp or {}).items():
+            pictures[number].pts = stamps[other]
+        for packet in sorted(found, key=lambda packet: packet.dts * packet.time_base):
+            # Decoding times have to stay ahead of presentation times, wherever those were moved.
+            ahead = round(Fraction(1, 2) / packet.time_base) if stamp else 0
+            move = round(Fraction(offset) / packet.time_base)
+            packet.pts, packet.dts = packet.pts + move + ahead, packet.dts + move
+            packet.stream = streams[packet.stream.index]
+            made.mux(packet)
+    return target
+
+
+@contextmanager
+def unopened(path: Path) -> Iterator[None]:
+    """Assert that within the block nobody opens the file, by whatever library (Linux inotify)."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    watch = libc.inotify_init1(os.O_NONBLOCK)
+    in_open = 0x20
+    assert libc.inotify_add_watch(watch, os.fsencode(path), in_open) >= 0
+    try:
+        yield
+        with pytest.raises(BlockingIOError):
+            os.read(watch, 4096)
+        path.read_bytes()
+        assert struct.unpack_from("iI", os.read(watch, 4096))[1] & in_open, "the watch itself does not work"
+    finally:
+        os.close(watch)
+
+
+@contextmanager
+def as_nobody() -> Iterator[None]:
+    """Give up the rights of the superuser, which no file mode would stop, for the block."""
+    user = os.geteuid()
+    if user == 0:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        os.seteuid(user)
+
+
+def _digests(source: Path) -> str:
+    try:
+        return hashlib.sha256(source.read_bytes()).hexdigest() if source.is_file() else ""
+    except (OSError, ValueError):
+        return ""

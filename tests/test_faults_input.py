@@ -1,0 +1,198 @@
+"""Inputs that cannot be used, or only in part: rows 1 to 9, 24, 25 and 39 of the list of faults."""
+
+from __future__ import annotations
+
+import os
+import struct
+import subprocess
+import sys
+import time
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from faults import Program, as_nobody, cut, packets, remux, spoil_packets, times, unopened, video
+from media import make_clip, make_picture
+
+NOISE = np.random.default_rng(3).bytes(50_000)
+
+
+def test_1_a_missing_input(program: Program):
+    program.refused(3, "nope.mp4: no such file", program.folder / "nope.mp4")
+    assert list(program.folder.iterdir()) == []
+
+
+def test_2_a_folder_as_input(program: Program):
+    folder = program.folder / "folder.mp4"
+    folder.mkdir()
+    program.refused(3, "is a directory", folder)
+
+
+def test_2_an_input_that_may_not_be_read(program: Program):
+    program(make_clip(program.folder / "clip.mp4", frames=2))  # imports what the files' rights would hide
+    secret = make_clip(program.folder / "secret.mp4", frames=2)
+    secret.chmod(0)
+    with as_nobody():
+        outcome = program(secret, "other.mp4")
+    assert (outcome.exit_code, len(outcome.lines)) == (3, 1) and "permission denied" in outcome.said
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", bytes(100_000), NOISE, b"This is a letter.\n" * 1000],
+    ids=["empty", "zeros", "noise", "text"],
+)
+def test_3_no_film_at_all(program: Program, content):
+    path = program.folder / "film.mp4"
+    path.write_bytes(content)
+    began = time.monotonic()
+    program.refused(3, "not a readable video", path)
+    assert time.monotonic() - began < 1
+
+
+def test_4_sound_alone(program: Program):
+    clip = make_clip(program.folder / "clip.mkv", frames=10, audio_tracks=1)
+    sound = remux(clip, program.folder / "sound.m4a", kinds=("audio",))
+    program.refused(3, "no video stream", sound)
+
+
+def test_4_subtitles_alone(program: Program):
+    path = program.folder / "lines.srt"
+    path.write_text("1\n00:00:01,000 --> 00:00:02,000\nHello\n\n" * 3)
+    program.refused(3, "no video stream", path)
+
+
+def test_5_an_mp4_cut_short(program: Program):
+    options = {"g": "10"}
+    clip = make_clip(program.folder / "clip.mp4", frames=150, audio_tracks=1, options=options)
+    front = program.folder / "front.mp4"
+    remux(clip, front, movflags="faststart")
+    outcome = program(cut(front, 0.5))
+    frames = len(video(outcome.target))
+    assert outcome.exit_code == 4 and 40 < frames < 110
+    assert f"{150 - frames} frames missing of 150" in outcome.said
+    last_sound = packets(outcome.target, "audio")[-1][0]
+    assert last_sound <= frames / 30 + 0.05
+
+
+def test_6_an_mp4_without_its_index(program: Program):
+    clip = make_clip(program.folder / "clip.mp4", frames=60)
+    program.refused(3, "the recording was not finished (no index)", cut(clip, 0.9))
+
+
+@pytest.mark.parametrize("kind", ["mkv", "webm"])
+def test_7_a_matroska_cut_short(program: Program, kind):
+    codec = "libx264" if kind == "mkv" else "libvpx-vp9"
+    clip = make_clip(program.folder / f"clip.{kind}", frames=150, codec=codec, size=(160, 90))
+    outcome = program(cut(clip, 0.5))
+    assert outcome.exit_code == 4 and "5.0" in outcome.said
+    assert 30 < len(video(outcome.target)) < 140
+
+
+def test_8_one_picture_spoilt(program: Program):
+    options = {"bf": "0", "g": "300"}
+    clip = make_clip(program.folder / "clip.mp4", frames=60, options=options)
+    outcome = program(spoil_packets(clip, slice(20, 21)))
+    assert outcome.exit_code == 4 and "1 frame damaged" in outcome.said
+    assert times(outcome.target) == pytest.approx([number / 30 for number in range(60)], abs=0.001)
+
+
+def test_9_no_picture_decodes(program: Program):
+    clip = make_clip(program.folder / "clip.mp4", frames=30)
+    program.refused(3, "no frame could be decoded", spoil_packets(clip, slice(None)))
+    assert not (program.folder / "out.mp4").exists()
+
+
+def huge_png(path: Path, side: int) -> Path:
+    """A black picture of one bit for each pixel: a few kilobytes."""
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return (
+            struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+        )
+
+    rows = zlib.compress(bytes(side * (1 + -(-side // 8))), 9)
+    header = struct.pack(">IIBBBBB", side, side, 1, 0, 0, 0, 0)
+    path.write_bytes(
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+    )
+    return path
+
+
+def peak_memory(*arguments: str | Path) -> tuple[int, str, int]:
+    """Exit code, standard error and the most memory in bytes of the program, run by itself."""
+    command = [sys.executable, "-m", "vidstyle", "render", "--style", "plain", *map(str, arguments)]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    said = process.stderr.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return process.returncode, said, usage.ru_maxrss * 1024
+
+
+def test_24_a_picture_that_would_fill_memory(program: Program):
+    usual = peak_memory(make_picture(program.folder / "small.png"), program.folder / "small.mp4")
+    assert usual[0] == 0
+    exit_code, said, peak = peak_memory(
+        huge_png(program.folder / "huge.png", 14000), program.folder / "out.png"
+    )
+    assert exit_code == 3 and "larger than the limit of 64 MP" in said and said.count("\n") == 1
+    assert peak - usual[2] < 100 * 2**20
+    assert not (program.folder / "out.png").exists()
+
+
+def test_24_a_gif_that_says_it_is_huge(program: Program):
+    path = program.folder / "huge.gif"
+    path.write_bytes(b"GIF89a" + struct.pack("<HHBBB", 65535, 65535, 0, 0, 0) + b"\x2c" + bytes(100))
+    outcome = program(path)
+    assert outcome.exit_code == 3 and len(outcome.lines) == 1 and not outcome.target.exists()
+
+
+PLAYLISTS = {
+    "concat": "ffconcat version 1.0\nfile other.mp4\n",
+    "concat after a comment": "# a list\nffconcat version 1.0\nfile other.mp4\n",
+    "hls": "#EXTM3U\n#EXT-X-TARGETDURATION:5\n#EXTINF:5,\nother.mp4\n#EXT-X-ENDLIST\n",
+    "dash": '<?xml version="1.0"?><MPD xmlns="urn:mpeg:dash:schema:mpd:2011" type="static"><Period>'
+    '<AdaptationSet mimeType="video/mp4"><Representation id="1" bandwidth="1"><BaseURL>other.mp4</BaseURL>'
+    "</Representation></AdaptationSet></Period></MPD>",
+}
+
+
+@pytest.mark.parametrize("ending", ["mp4", "m3u8", "ffconcat", "mpd", "txt"])
+@pytest.mark.parametrize("kind", PLAYLISTS)
+def test_25_a_playlist_in_disguise_opens_nothing_else(program: Program, kind, ending):
+    other = make_clip(program.folder / "other.mp4", frames=2, size=(32, 32))
+    path = program.folder / f"film.{ending}"
+    path.write_text(PLAYLISTS[kind])
+    with unopened(other):
+        program.refused(3, "playlist" if "after" not in kind else "not a readable video", path)
+
+
+def test_25_a_playlist_on_standard_input_opens_nothing_else(program: Program):
+    other = make_clip(program.folder / "other.mp4", frames=2, size=(32, 32))
+    command = [sys.executable, "-m", "vidstyle", "render", "--style", "plain", "-", "out.mp4"]
+    for content in PLAYLISTS.values():
+        with unopened(other):
+            ended = subprocess.run(
+                command, input=content.encode(), capture_output=True, cwd=program.folder, timeout=10
+            )
+        assert ended.returncode == 3 and ended.stderr.count(b"\n") == 1
+
+
+HOSTILE_STYLES = {
+    "unknown format": "format = 99\n",
+    "infinite": 'format = 1\n[[background]]\nblock = "brightness"\nfactor = inf\n',
+    "too large": 'format = 1\n[[background]]\nblock = "brightness"\nfactor = 1e308\n',
+    "way out": 'format = 1\n[[background]]\nblock = "pattern"\ntiles = "../../etc/passwd"\n',
+    "no toml": "{",
+    "many steps": "format = 1\n" + '[[background]]\nblock = "hue"\n' * 20_000,
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE_STYLES)
+def test_39_a_hostile_style(program: Program, kind):
+    clip = make_clip(program.folder / "clip.mp4", frames=2, size=(32, 32))
+    path = program.folder / "style.toml"
+    path.write_text(HOSTILE_STYLES[kind])
+    program.refused(3, str(path), clip, style=str(path))

@@ -1,0 +1,181 @@
+"""Signals, kills, pipes and failing stages: rows 31 to 35 and 38 of the list of faults."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from faults import Program, packets, video
+from media import make_clip
+
+from vidstyle import cli
+from vidstyle.cpu import CpuRenderer
+from vidstyle.media.film_writer import FilmWriter
+from vidstyle.media.reader import Reader
+
+ROOT = Path(__file__).parent.parent
+RENDER = [sys.executable, "-m", "vidstyle", "render", "--style", "plain"]
+
+
+@pytest.fixture(scope="module")
+def long_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A film that takes some ten seconds to encode with the options of `start`."""
+    folder = tmp_path_factory.mktemp("long")
+    return make_clip(folder / "long.mp4", frames=300, size=(640, 360), audio_tracks=1)
+
+
+def start(clip: Path, target: Path) -> subprocess.Popen[str]:
+    """A render that has written its first frames."""
+    options = ["--size", "1280x720", "--preset", "slow", "--progress", "json"]
+    process = subprocess.Popen([*RENDER, *options, str(clip), str(target)], stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    for line in process.stderr:
+        if re.search(r'"frames": [1-9]\d', line):
+            return process
+    raise AssertionError("it never began")
+
+
+@pytest.mark.parametrize(("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_31_and_32_a_signal_closes_the_film(long_clip: Path, tmp_path: Path, number, exit_code):
+    process = start(long_clip, tmp_path / "out.mp4")
+    time.sleep(random.Random(number).uniform(0, 1))
+    process.send_signal(number)
+    began = time.monotonic()
+    _, said = process.communicate(timeout=10)
+    assert time.monotonic() - began < 2.5  # 2 s, and the interpreter's own end
+    assert process.returncode == exit_code, said
+    partial = tmp_path / "out.partial.mp4"
+    assert os.listdir(tmp_path) == [partial.name]
+    told = [line for line in said.splitlines() if not line.startswith("{")]
+    assert len(told) == 1 and str(partial) in told[0]
+    assert 5 < len(video(partial)) < 300
+    assert packets(partial, "audio") == packets(long_clip, "audio")[: len(packets(partial, "audio"))]
+
+
+def test_31_a_second_signal_ends_at_once_and_the_film_still_plays(long_clip: Path, tmp_path: Path):
+    process = start(long_clip, tmp_path / "out.mp4")
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    process.communicate(timeout=10)
+    assert process.returncode == 130 and time.monotonic() - began < 1
+    assert len(video(tmp_path / "out.partial.mp4")) > 5
+
+
+def test_33_killed_films_play(tmp_path: Path):
+    command = [sys.executable, str(ROOT / "tools" / "kill_test.py"), "--times", "3"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=ROOT)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def test_33_the_next_run_tells_of_the_leftover(program: Program):
+    clip = make_clip(program.folder / "clip.mp4", frames=3)
+    (program.folder / "out.partial.mp4").write_bytes(b"left over")
+    outcome = program(clip)
+    assert outcome.exit_code == 0 and "left over" in outcome.said
+    assert outcome.left == ["out.mp4"]
+
+
+def test_34_standard_output_closed_early(long_clip: Path):
+    options = ["--format", "nut", "--preset", "ultrafast", "--crf", "5"]
+    process = subprocess.Popen(
+        [*RENDER, *options, str(long_clip), "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.read(1_000_000)
+    process.stdout.close()
+    began = time.monotonic()
+    said = process.stderr.read()
+    process.wait(10)
+    assert time.monotonic() - began < 1.5  # 1 s, and the interpreter's own end
+    assert process.returncode in (0, 5)
+    assert said.count(b"\n") <= 1 and b"Traceback" not in said and b"bug" not in said
+
+
+def test_35_a_slow_reader_loses_nothing_and_fills_no_memory(long_clip: Path, tmp_path: Path):
+    options = [
+        "--format",
+        "nut",
+        "--preset",
+        "ultrafast",
+        "--crf",
+        "1",
+        "--progress",
+        "none",
+        "--frames",
+        "100",
+    ]
+    process = subprocess.Popen([*RENDER, *options, str(long_clip), "-"], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    target = tmp_path / "out.nut"
+    memory = []
+    with target.open("wb") as file:
+        while part := process.stdout.read(500_000):
+            file.write(part)
+            time.sleep(0.05)
+            memory.append(resident(process.pid))
+    assert process.wait(10) == 0
+    assert len(video(target)) == 100
+    last = [size for size in memory if size][len(memory) // 2 :]
+    assert max(last) - min(last) < 20 * 2**20
+
+
+def resident(pid: int) -> int:
+    """Memory in RAM, in bytes; 0 when the process is gone."""
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (FileNotFoundError, ProcessLookupError, IndexError):
+        return 0
+
+
+def fail_at(number: int, original):  # type: ignore[no-untyped-def]
+    """The function, raising at its call of this number."""
+    calls = iter(range(1, 10_000))
+
+    def failing(*arguments, **named):  # type: ignore[no-untyped-def]
+        if next(calls) == number:
+            raise RuntimeError("injected")
+        return original(*arguments, **named)
+
+    return failing
+
+
+def failing_reader(original):  # type: ignore[no-untyped-def]
+    def iterate(self):  # type: ignore[no-untyped-def]
+        for number, item in enumerate(original(self)):
+            if number == 40:
+                raise RuntimeError("injected")
+            yield item
+
+    return iterate
+
+
+@pytest.mark.parametrize("stage", ["read", "style", "write"])
+def test_38_a_stage_that_fails_ends_all(tmp_path: Path, monkeypatch, capfd, stage):
+    clip = make_clip(tmp_path / "clip.mp4", frames=90)
+    target = tmp_path / "out.mp4"
+    if stage == "read":
+        monkeypatch.setattr(Reader, "__iter__", failing_reader(Reader.__iter__))
+    elif stage == "style":
+        monkeypatch.setattr(CpuRenderer, "run", fail_at(40, CpuRenderer.run))
+    else:
+        monkeypatch.setattr(FilmWriter, "write", fail_at(40, FilmWriter.write))
+    began = time.monotonic()
+    exit_code = cli.main(["render", "--style", "plain", "--progress", "none", str(clip), str(target)])
+    assert time.monotonic() - began < 3
+    said = capfd.readouterr().err
+    partial = tmp_path / "out.partial.mp4"
+    assert exit_code == 1 and said.count("\n") == 1, said
+    assert "injected" in said and str(partial) in said
+    assert 10 < len(video(partial)) <= 40 and not target.exists()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")]
