@@ -89,6 +89,12 @@ def test_a_file_imports_only_from_before_itself(path: Path) -> None:
     assert list(wrong_imports(path)) == []
 
 
+def test_every_folder_with_code_is_a_package() -> None:
+    """Else its files would be taken for modules of their own, such as media/codecs.py for `codecs`."""
+    folders = {path.parent for path in (ROOT / "vidstyle").rglob("*.py")}
+    assert [folder.name for folder in folders if not (folder / "__init__.py").exists()] == []
+
+
 @pytest.mark.parametrize(
     ("place", "line", "wrong"),
     [

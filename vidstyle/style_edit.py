@@ -72,7 +72,7 @@ def edited_text(text: str, table: dict[str, Any], path: Path) -> str:
         edited = _edit(text.replace("\r\n", "\n"), table)
         if _same(_without_defaults(tomllib.loads(edited)), table):
             return edited.replace("\n", "\r\n") if "\r\n" in text else edited
-    except (TOMLKitError, tomllib.TOMLDecodeError, _UnusualLayoutError):
+    except (TOMLKitError, tomllib.TOMLDecodeError, RecursionError, _UnusualLayoutError):
         pass
     log.warning("%s: written anew without its comments: its layout cannot be edited", path)
     return tomlkit.dumps(table)

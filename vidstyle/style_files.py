@@ -17,6 +17,9 @@ from vidstyle.style_graph import Style, table_from_style
 LARGEST_FILE = 64 * 1024
 """Bytes; a hand-written style stays well below."""
 
+MOST_DOTS = 1000
+"""Of one line; a key with n dots takes tomllib time in proportion to n squared."""
+
 
 def read_style_file(path: Path) -> Style:
     """The style in a file.
@@ -81,6 +84,9 @@ def _read_bytes(path: Path) -> bytes:
 
 
 def _parse(path: Path, text: str) -> dict[str, Any]:
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") > MOST_DOTS:
+            raise StyleError(path, [f"line {number} is nested too deeply for a style"])
     try:
         return tomllib.loads(text)
     except RecursionError:
