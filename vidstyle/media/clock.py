@@ -45,7 +45,7 @@ def start_shift(container: av.container.InputContainer) -> Fraction:
 
 
 class PacketClock:
-    """Moves the stamps of packets by the same time in all streams, and bridges jumps of the container's clock.
+    """Moves the stamps of packets by the same time in all streams, and bridges jumps of their clock.
 
     Attributes:
         shift: seconds that are taken off every stamp just now.
@@ -64,9 +64,7 @@ class PacketClock:
             return
         time = stamp * packet.time_base - self.shift
         expected = self._expected.get(packet.stream_index)
-        if expected is not None and (
-            time < expected - RESTART or (self._leaps and time > expected + LEAP)
-        ):
+        if expected is not None and (time < expected - RESTART or (self._leaps and time > expected + LEAP)):
             self._bridge(time - expected)
             time = expected
         duration = (packet.duration or 0) * packet.time_base

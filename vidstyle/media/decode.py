@@ -37,9 +37,9 @@ class Decoded:
 class Decoder:
     """Decodes one video stream packet by packet and keeps the books on what fails."""
 
-    def __init__(self, stream: av.video.stream.VideoStream, damage: Damage) -> None:
+    def __init__(self, stream: av.video.stream.VideoStream, damage: Damage, max_pixels: int) -> None:
         self.damage = damage
-        self._context: Any = _context(stream)
+        self._context: Any = _context(stream, max_pixels)
         self._awaited: list[int] = []
         self._failures = 0
         self._in_a_row = 0
@@ -109,7 +109,7 @@ class Decoder:
         self._awaited = [stamp for stamp in self._awaited if pts is not None and stamp > pts]
 
 
-def _context(stream: av.video.stream.VideoStream) -> Any:
+def _context(stream: av.video.stream.VideoStream, max_pixels: int) -> Any:
     """The stream's decoder, on as many threads as are worth it, or the one that knows alpha."""
     codec = stream.codec_context.codec.canonical_name
     if stream.metadata.get("alpha_mode") == "1" and codec in ALPHA_DECODERS:
@@ -118,4 +118,6 @@ def _context(stream: av.video.stream.VideoStream) -> Any:
     else:
         context = stream.codec_context
     context.thread_type = "AUTO"
+    # av.open's option reaches only the probing.
+    context.options = {"max_pixels": str(max_pixels)}
     return context

@@ -25,7 +25,9 @@ def wanted_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, 
     """
     across, down = wanted
     if min(across, down) < -2 or 0 in wanted or max(across, down) < 0:
-        raise UsageError(f"size {across}x{down}", "is not a size", "give WxH in pixels, one of them perhaps -1 or -2")
+        raise UsageError(
+            f"size {across}x{down}", "is not a size", "give WxH in pixels, one of them perhaps -1 or -2"
+        )
     if across < 0:
         across = _rounded(down * width / height, even=across == -2)
     elif down < 0:
@@ -75,7 +77,10 @@ def letterboxed(picture: Picture, width: int, height: int) -> Picture:
     neutral = round(picture.encoding.chroma_levels[0])
     chroma = inner.chroma
     if chroma is not None:
-        shape_chroma, corner_chroma = picture.encoding.chroma_shape(height, width), (top // down, left // across)
+        shape_chroma, corner_chroma = (
+            picture.encoding.chroma_shape(height, width),
+            (top // down, left // across),
+        )
         blue, red = (_framed(plane, shape_chroma, corner_chroma, neutral) for plane in chroma)
         chroma = (blue, red)
     opaque = 2 ** max(picture.encoding.depth, 0) - 1 if picture.encoding.depth else 1

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any, cast
 
 import av
 import cv2
 import numpy as np
+from av.sidedata.sidedata import Type as SideDataType
 
 from vidstyle.errors import InputError
 from vidstyle.media.color_tags import FULL, ColorTags, matrix_from_tags, siting_from_codec, usual_tags
@@ -115,6 +117,12 @@ def frame_from_picture(
     return frame
 
 
+def side_data_of(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
+    """What the stream says beside the frame's pixels, as FFmpeg lays it out, or None."""
+    found: Any = frame.side_data.get(cast(Any, kind))
+    return None if found is None else bytes(found)
+
+
 def _layout(frame: av.VideoFrame, thing: object) -> Layout:
     layout = layout_of(frame.format.name)
     if layout is None:
@@ -132,7 +140,7 @@ def _encoding(layout: Layout, tags: ColorTags, codec: str, frame: av.VideoFrame,
     return Encoding(matrix, full_range, layout.depth, layout.step, siting)
 
 
-def _view(plane: av.video.plane.VideoPlane, layout: Layout) -> np.ndarray:
+def _view(plane: Any, layout: Layout) -> np.ndarray:
     """The plane's samples as H x W, or H x W x channels for packed formats; rows may lie apart."""
     dtype = np.dtype(np.uint8 if layout.depth <= 8 else ">u2" if layout.big_endian else "<u2")
     channels = (layout.planes if layout.kind != "luma" or layout.planes == 1 else 1) + layout.alpha
@@ -142,7 +150,7 @@ def _view(plane: av.video.plane.VideoPlane, layout: Layout) -> np.ndarray:
     pixel = channels * dtype.itemsize
     strides = (plane.line_size, pixel) + ((dtype.itemsize,) if channels > 1 else ())
     first = max(0, -plane.line_size) * (plane.height - 1)
-    view: np.ndarray = np.ndarray(shape, dtype, buffer=plane, offset=first, strides=strides)  # type: ignore[call-overload]
+    view: np.ndarray = np.ndarray(shape, dtype, buffer=plane, offset=first, strides=strides)
     # Rows from the bottom up and foreign byte orders are beyond OpenCV: those are copied.
     upside_down, swapped = plane.line_size < 0, layout.big_endian and layout.depth > 8
     return view.astype(np.uint8 if layout.depth <= 8 else np.uint16) if upside_down or swapped else view
@@ -166,12 +174,14 @@ def _planes(picture: Picture, name: str) -> list[np.ndarray]:
     return [picture.luma, *picture.chroma, *alpha]
 
 
-def _write(target: av.video.plane.VideoPlane, plane: np.ndarray) -> None:
+def _write(target: Any, plane: np.ndarray) -> None:
     height, width = target.height, target.width
     plane = plane[:height, :width]
     channels = plane.shape[2:]
-    strides = (target.line_size, plane.itemsize * int(np.prod(channels, dtype=int))) + (plane.itemsize,) * len(channels)
-    rows: np.ndarray = np.ndarray((height, width, *channels), plane.dtype, buffer=target, strides=strides)  # type: ignore[call-overload]
+    strides = (target.line_size, plane.itemsize * int(np.prod(channels, dtype=int))) + (
+        plane.itemsize,
+    ) * len(channels)
+    rows: np.ndarray = np.ndarray((height, width, *channels), plane.dtype, buffer=target, strides=strides)
     filled_height, filled_width = plane.shape[:2]
     rows[:filled_height, :filled_width] = plane
     rows[:filled_height, filled_width:] = plane[:, -1:]

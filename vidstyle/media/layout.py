@@ -124,7 +124,9 @@ def layout_of(name: str) -> Layout | None:
 def _is_foreign(name: str, format: VideoFormat) -> bool:
     packed = len(format.components) > 1 and not format.is_planar
     known_packed = ("rgb24", "rgba", "rgb48le", "rgba64le", "ya8", "ya16le", "ya16be")
-    semi_planar = format.is_planar and len({part.plane for part in format.components}) < len(format.components)
+    semi_planar = format.is_planar and len({part.plane for part in format.components}) < len(
+        format.components
+    )
     return (packed and name not in known_packed) or semi_planar or format.is_bayer or "msb" in name
 
 

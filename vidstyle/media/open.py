@@ -144,7 +144,6 @@ def _open(
 
 
 def _cap(source: Any, stream: Any, max_pixels: int, container: av.container.InputContainer) -> None:
-    """av.open's option reaches only the probing: the decoder has its own."""
     context = stream.codec_context
     if context is None:
         return
@@ -152,7 +151,6 @@ def _cap(source: Any, stream: Any, max_pixels: int, container: av.container.Inpu
         size = f"{context.width}x{context.height}"
         container.close()
         raise _too_large(source, size, max_pixels)
-    context.options = {"max_pixels": str(max_pixels)}
 
 
 def _too_large(source: Any, size: str, max_pixels: int) -> InputError:

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from av.sidedata.sidedata import Type as SideDataType
 
+from vidstyle.media.frame import side_data_of
 from vidstyle.picture import Encoding, Picture
 
 
@@ -43,7 +44,12 @@ class Orientation:
         """
         if degrees % 90:
             raise ValueError(f"pictures are turned by multiples of 90 degrees, not by {degrees}")
-        turned = {0: cls(), 90: cls(True, True, False), 180: cls(False, True, True), 270: cls(True, False, True)}
+        turned = {
+            0: cls(),
+            90: cls(True, True, False),
+            180: cls(False, True, True),
+            270: cls(True, False, True),
+        }
         return turned[degrees % 360]
 
     @classmethod
@@ -106,5 +112,5 @@ def _mirrored(first: float, step: int, pixels: int) -> float:
 
 def orientation_of(frame: av.VideoFrame) -> Orientation:
     """How the frame asks to be turned and mirrored: a phone's rotation, a photograph's EXIF tag."""
-    matrix = frame.side_data.get(SideDataType.DISPLAYMATRIX)
-    return Orientation.of_matrix(bytes(matrix)) if matrix is not None else Orientation()
+    matrix = side_data_of(frame, SideDataType.DISPLAYMATRIX)
+    return Orientation.of_matrix(matrix) if matrix else Orientation()

@@ -1,0 +1,153 @@
+"""HDR pictures brought to SDR: PQ or HLG with BT.2020 colours in, BT.709 out.
+
+The light is compressed by ITU-R BT.2390's knee on the largest of R, G and B, so that hues stay; reference
+white becomes the white of SDR; colours outside BT.709 are clipped.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+
+import av
+import numpy as np
+from av.sidedata.sidedata import Type as SideDataType
+
+from vidstyle.media.color_tags import BT2020_PRIMARIES, HLG, LIMITED, PQ, ColorTags
+from vidstyle.media.frame import side_data_of
+from vidstyle.media.hdr_curves import (
+    HLG_GAMMA,
+    HLG_PEAK,
+    REFERENCE_WHITE,
+    SDR_GAMMA,
+    compressed_nits,
+    hlg_to_scene,
+    pq_to_nits,
+)
+from vidstyle.media.hdr_kernels import map_colors, map_planes
+from vidstyle.picture import Encoding, Picture
+
+SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
+TABLE = 4096
+USUAL_PEAK = 1000.0
+"""What PQ masters are mostly graded to, in cd/m2; taken where the stream does not say."""
+BT2020_TO_BT709 = np.array(
+    [[1.660491, -0.587641, -0.072850], [-0.124550, 1.132900, -0.008349], [-0.018151, -0.100579, 1.118730]],
+    np.float32,
+)
+"""Linear light (ITU-R BT.2407, section 2)."""
+
+
+@dataclass(frozen=True)
+class ToneMap:
+    """Brings pictures of one transfer and peak to SDR.
+
+    Attributes:
+        transfer: PQ or HLG, by H.273 code.
+        peak: the brightest light of a PQ source, in cd/m2.
+        wide: whether the primaries are BT.2020's; else they are taken for BT.709's.
+    """
+
+    transfer: int
+    peak: float = USUAL_PEAK
+    wide: bool = True
+
+    @classmethod
+    def of(cls, frame: av.VideoFrame, tags: ColorTags) -> ToneMap:
+        """For a stream that starts with this frame."""
+        peak = HLG_PEAK if tags.transfer == HLG else brightest(frame)
+        return cls(tags.transfer, peak, tags.primaries in (0, 2, BT2020_PRIMARIES))
+
+    @property
+    def description(self) -> str:
+        """The kind of HDR, for people."""
+        return "HLG" if self.transfer == HLG else f"PQ, up to {self.peak:g} cd/m2"
+
+    def apply(self, picture: Picture) -> Picture:
+        """The picture in SDR: limited-range BT.709 at its own depth and chroma step, or full-range RGB.
+
+        Gray pictures are treated as RGB whose channels are equal.
+        """
+        if picture.color is not None:
+            return self._colors(picture, picture.color)
+        assert picture.luma is not None
+        height, width = picture.shape
+        encoding = replace(picture.encoding, matrix="bt709", full_range=False)
+        encoding = replace(encoding, siting=(0.0, (encoding.step[1] - 1) / 2))
+        neutral = np.full((height, width), picture.encoding.chroma_levels[0], picture.luma.dtype)
+        blue, red = picture.chroma or (neutral, neutral)
+        shape = encoding.chroma_shape(height, width)
+        out = [np.empty(size, picture.luma.dtype) for size in ((height, width), shape, shape)]
+        meaning = _levels(picture.encoding), _levels(encoding), picture.encoding.to_rgb, encoding.from_rgb
+        place = np.array([*encoding.step, *picture.encoding.siting], np.float32)
+
+        def run(first: int, end: int) -> None:
+            map_planes(picture.luma, blue, red, *out, first, end, *meaning, place, self._tables)
+
+        _in_strips(run, height, encoding.step[1])
+        chroma = None if picture.chroma is None else (out[1], out[2])
+        return Picture(encoding, luma=out[0], chroma=chroma, alpha=picture.alpha)
+
+    def _colors(self, picture: Picture, color: np.ndarray) -> Picture:
+        out = np.empty_like(color, order="C")
+        top = picture.encoding.luma_levels[1]
+        _in_strips(
+            lambda first, end: map_colors(color, out, first, end, top, self._tables), color.shape[0], 1
+        )
+        return replace(picture, color=out)
+
+    @cached_property
+    def _tables(self) -> tuple[np.ndarray, ...]:
+        """Light in units of reference white, gain, HLG's OOTF, the gamut matrix and the display's gamma."""
+        signal = np.linspace(0, 1, TABLE)
+        display = (signal**2) ** (1 / SDR_GAMMA)
+        gamut = BT2020_TO_BT709 if self.wide else np.eye(3, dtype=np.float32)
+        if self.transfer == PQ:
+            nits = pq_to_nits(signal)
+            light, gain, ootf = nits / REFERENCE_WHITE, _gain(nits, self.peak), np.empty(0)
+        else:
+            light, ootf = hlg_to_scene(signal), (signal**4) ** (HLG_GAMMA - 1)
+            gain = _gain(signal**4 * HLG_PEAK, HLG_PEAK) * HLG_PEAK / REFERENCE_WHITE
+        tables = (light, gain, ootf, gamut, display)
+        return tuple(np.ascontiguousarray(table, np.float32) for table in tables)
+
+
+def brightest(frame: av.VideoFrame) -> float:
+    """The brightest light that the stream announces, in cd/m2: MaxCLL, else what it was mastered on."""
+    light = side_data_of(frame, SideDataType.CONTENT_LIGHT_LEVEL)
+    levels = [float(np.frombuffer(light, np.uint32)[0])] if light else []
+    mastering = side_data_of(frame, SideDataType.MASTERING_DISPLAY_METADATA)
+    if mastering:
+        # AVMasteringDisplayMetadata: six primaries, two of the white point, then min and max, as rationals.
+        numbers = np.frombuffer(mastering, np.int32)[:20].reshape(10, 2)
+        levels.append(float(numbers[9, 0] / max(numbers[9, 1], 1)))
+    return next((level for level in levels if REFERENCE_WHITE < level <= 10000), USUAL_PEAK)
+
+
+def _gain(nits: np.ndarray, peak: float) -> np.ndarray:
+    """What light is to be multiplied with; towards black that is 1."""
+    return compressed_nits(nits, peak) / np.maximum(nits, 1e-9) * (nits > 1e-6) + (nits <= 1e-6)
+
+
+def _levels(encoding: Encoding) -> np.ndarray:
+    black, white = encoding.luma_levels
+    neutral, span = encoding.chroma_levels
+    return np.array([black, white - black, neutral, span], np.float32)
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(os.cpu_count() or 1, "tone mapping")
+
+
+def _in_strips(run: Callable[[int, int], None], height: int, step: int) -> None:
+    """Run over all rows, in as many strips as there are processors, cut where chroma rows begin."""
+    count = min(os.cpu_count() or 1, max(1, height // 64))
+    cuts = [round(height * number / count / step) * step for number in range(count)] + [height]
+    if count == 1:
+        run(0, height)
+    else:
+        list(_pool().map(run, cuts[:-1], cuts[1:]))

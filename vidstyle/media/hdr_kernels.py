@@ -1,0 +1,170 @@
+"""The loops of tone mapping. Curves come as tables; signals and light are floats 0..1."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vidstyle.kernels import compiled
+
+
+@compiled(fastmath=True)
+def look_up(table, position):  # type: ignore[no-untyped-def]
+    """The table's value at a position 0..1, between its entries by a straight line."""
+    last = table.size - 1
+    place = min(max(position, np.float32(0)), np.float32(1)) * np.float32(last)
+    index = min(int(place), last - 1)
+    return table[index] + (place - np.float32(index)) * (table[index + 1] - table[index])
+
+
+@compiled(fastmath=True)
+def map_pixel(red, green, blue, light, gain, ootf, gamut, display):  # type: ignore[no-untyped-def]
+    """The SDR signal of one pixel of HDR signal.
+
+    Args:
+        light: from signal to light.
+        gain: what to multiply with, by the largest signal (PQ) or the fourth root of the largest light (HLG).
+        ootf: what HLG's scene light is multiplied with, by the fourth root of its luminance; empty for PQ.
+        gamut: 3 x 3, linear light to BT.709 primaries.
+        display: from the square root of light to signal.
+    """
+    linear_red, linear_green, linear_blue = look_up(light, red), look_up(light, green), look_up(light, blue)
+    if ootf.size:
+        luminance = np.float32(0.2627) * linear_red + np.float32(0.6780) * linear_green
+        luminance += np.float32(0.0593) * linear_blue
+        brighter = look_up(ootf, math.sqrt(math.sqrt(luminance)))
+        most = max(linear_red, linear_green, linear_blue) * brighter
+        factor = brighter * look_up(gain, math.sqrt(math.sqrt(most)))
+    else:
+        factor = look_up(gain, max(red, green, blue))
+    linear_red, linear_green, linear_blue = linear_red * factor, linear_green * factor, linear_blue * factor
+    new_red = gamut[0, 0] * linear_red + gamut[0, 1] * linear_green + gamut[0, 2] * linear_blue
+    new_green = gamut[1, 0] * linear_red + gamut[1, 1] * linear_green + gamut[1, 2] * linear_blue
+    new_blue = gamut[2, 0] * linear_red + gamut[2, 1] * linear_green + gamut[2, 2] * linear_blue
+    return (
+        look_up(display, math.sqrt(max(new_red, np.float32(0)))),
+        look_up(display, math.sqrt(max(new_green, np.float32(0)))),
+        look_up(display, math.sqrt(max(new_blue, np.float32(0)))),
+    )
+
+
+@compiled(fastmath=True)
+def mix_rows(plane, row, weights):  # type: ignore[no-untyped-def]
+    """One chroma row interpolated between the rows above and below a place, in rows."""
+    last = plane.shape[0] - 1
+    place = min(max(row, 0.0), float(last))
+    above = min(int(place), max(last - 1, 0))
+    share = np.float32(place - above)
+    below = min(above + 1, last)
+    for column in range(plane.shape[1]):
+        first = np.float32(plane[above, column])
+        weights[column] = first + share * (np.float32(plane[below, column]) - first)
+
+
+@compiled(fastmath=True)
+def between(row, place):  # type: ignore[no-untyped-def]
+    """The value of a row of chroma at a place, in samples."""
+    last = row.size - 1
+    place = min(max(place, np.float32(0)), np.float32(last))
+    index = min(int(place), max(last - 1, 0))
+    return row[index] + (place - np.float32(index)) * (row[min(index + 1, last)] - row[index])
+
+
+@compiled(fastmath=True)
+def map_planes(  # type: ignore[no-untyped-def]
+    luma,
+    blue,
+    red,
+    out_luma,
+    out_blue,
+    out_red,
+    first,
+    end,
+    levels,
+    out_levels,
+    to_rgb,
+    from_rgb,
+    place,
+    tables,
+):
+    """Tone-map rows `first` to `end` (a multiple of the chroma step, or the last) of a picture with chroma.
+
+    Args:
+        levels, out_levels: luma black, luma span, chroma neutral, chroma span; in codes.
+        to_rgb, from_rgb: the 3 x 3 matrices of the source and of the result.
+        place: chroma step across and down, siting across and down.
+        tables: what `map_pixel` takes after its three signals.
+    """
+    light, gain, ootf, gamut, display = tables
+    step_x, step_y = int(place[0]), int(place[1])
+    width = luma.shape[1]
+    blue_row = np.empty(blue.shape[1], np.float32)
+    red_row = np.empty(blue.shape[1], np.float32)
+    new_blue = np.zeros(width, np.float32)
+    new_red = np.zeros(width, np.float32)
+    across = np.float32(1) / np.float32(step_x)
+    for top in range(first, end, step_y):
+        bottom = min(top + step_y, end)
+        new_blue[:] = 0
+        new_red[:] = 0
+        for row in range(top, bottom):
+            mix_rows(blue, (row - place[3]) / step_y, blue_row)
+            mix_rows(red, (row - place[3]) / step_y, red_row)
+            for column in range(width):
+                where = (np.float32(column) - place[2]) * across
+                bright = (np.float32(luma[row, column]) - levels[0]) / levels[1]
+                cb = (between(blue_row, where) - levels[2]) / levels[3]
+                cr = (between(red_row, where) - levels[2]) / levels[3]
+                r, g, b = map_pixel(
+                    bright + to_rgb[0, 2] * cr,
+                    bright + to_rgb[1, 1] * cb + to_rgb[1, 2] * cr,
+                    bright + to_rgb[2, 1] * cb,
+                    light,
+                    gain,
+                    ootf,
+                    gamut,
+                    display,
+                )
+                bright = from_rgb[0, 0] * r + from_rgb[0, 1] * g + from_rgb[0, 2] * b
+                out_luma[row, column] = int(out_levels[0] + out_levels[1] * bright + np.float32(0.5))
+                new_blue[column] += from_rgb[1, 0] * r + from_rgb[1, 1] * g + from_rgb[1, 2] * b
+                new_red[column] += from_rgb[2, 0] * r + from_rgb[2, 1] * g + from_rgb[2, 2] * b
+        scale = out_levels[3] / np.float32(bottom - top)
+        store_chroma(new_blue, out_blue[top // step_y], step_x, out_levels[2], scale)
+        store_chroma(new_red, out_red[top // step_y], step_x, out_levels[2], scale)
+
+
+@compiled(fastmath=True)
+def store_chroma(row, out, step, neutral, scale):  # type: ignore[no-untyped-def]
+    """A row of chroma at every `step` pixels, left-sited: weights 1 2 1 where the step is 2."""
+    last = row.size - 1
+    for index in range(out.size):
+        column = index * step
+        value = row[column]
+        if step == 2:
+            value = np.float32(0.5) * value
+            value += np.float32(0.25) * (row[max(column - 1, 0)] + row[min(column + 1, last)])
+        out[index] = int(neutral + scale * value + np.float32(0.5))
+
+
+@compiled(fastmath=True)
+def map_colors(color, out, first, end, top, tables):  # type: ignore[no-untyped-def]
+    """Tone-map rows of an RGB picture of integers up to `top`."""
+    light, gain, ootf, gamut, display = tables
+    scale = np.float32(1) / np.float32(top)
+    for row in range(first, end):
+        for column in range(color.shape[1]):
+            r, g, b = map_pixel(
+                color[row, column, 0] * scale,
+                color[row, column, 1] * scale,
+                color[row, column, 2] * scale,
+                light,
+                gain,
+                ootf,
+                gamut,
+                display,
+            )
+            out[row, column, 0] = int(r * np.float32(top) + np.float32(0.5))
+            out[row, column, 1] = int(g * np.float32(top) + np.float32(0.5))
+            out[row, column, 2] = int(b * np.float32(top) + np.float32(0.5))

@@ -1,0 +1,73 @@
+"""What can be asked of the reader, and what it says about what it reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.open import PIXELS
+from vidstyle.picture import Encoding
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """How to read a source.
+
+    Attributes:
+        start, end: seconds of the source between which to read; `start` becomes time zero.
+        size: width and height to deliver; one of them may be -1 to keep the shape, or -2 to be even too.
+        fps: deliver a constant rate, by the nearest frame.
+        rate: the rate of sources that have none of their own, picture sequences and raw video; None: 25.
+        hwaccel: the kind of device to decode on, such as "cuda".
+        rotate: degrees clockwise to turn by, instead of what the source asks for.
+        allow_url: whether the source may be a URL.
+        format: of what comes on "-", where its content does not tell: "rawvideo".
+        raw_size, raw_pix_fmt: width and height and FFmpeg's pixel format of raw video.
+        max_pixels: larger pictures are refused.
+    """
+
+    start: Fraction | None = None
+    end: Fraction | None = None
+    size: tuple[int, int] | None = None
+    fps: Fraction | None = None
+    rate: Fraction | None = None
+    hwaccel: str | None = None
+    rotate: int | None = None
+    allow_url: bool = False
+    format: str | None = None
+    raw_size: tuple[int, int] | None = None
+    raw_pix_fmt: str = "yuv420p"
+    max_pixels: int = PIXELS
+
+
+@dataclass(frozen=True)
+class VideoInfo:
+    """The pictures that a reader delivers.
+
+    Attributes:
+        width, height: upright, as delivered.
+        encoding: of the first picture.
+        color_tags: what an encoder is to be told; nothing in them is left unspecified.
+        time_base: of the frames' stamps.
+        rate: frames a second, if known.
+        sample_aspect: width of a pixel for each unit of height; None: square or not said.
+        duration: seconds, and
+        frames: how many, as the headers have it: estimates.
+        alpha: whether the pictures have an alpha channel.
+        is_rgb: whether they are RGB rather than luma and chroma.
+        still: whether the source is a single picture.
+    """
+
+    width: int
+    height: int
+    encoding: Encoding
+    color_tags: ColorTags
+    time_base: Fraction
+    rate: Fraction | None = None
+    sample_aspect: Fraction | None = None
+    duration: Fraction | None = None
+    frames: int | None = None
+    alpha: bool = False
+    is_rgb: bool = False
+    still: bool = False
