@@ -33,7 +33,7 @@ def blocks(name: str | None, as_json: bool) -> None:
 
 def _find(name: str) -> Block:
     from vidstyle.blocks import all_blocks
-    from vidstyle.style_values import nearest
+    from vidstyle.style.values import nearest
 
     if name not in all_blocks():
         raise click.UsageError(f"{name!r} is not a block; {nearest(name, all_blocks())}")

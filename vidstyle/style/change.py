@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from vidstyle.block import Asset, Block, Choice, Color, Control, On, Saved
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, UsageError
-from vidstyle.style_check import style_from_table
-from vidstyle.style_graph import FIELDS, LAYERS, Step, Style, table_from_style
-from vidstyle.style_values import nearest
+from vidstyle.style.check import style_from_table
+from vidstyle.style.graph import FIELDS, LAYERS, Step, Style, table_from_style
+from vidstyle.style.values import nearest
 
 _STEP = re.compile(rf"(?:({'|'.join(LAYERS)})\.)?(\w+)(?:#([0-9]{{1,3}}))?")
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from vidstyle.assets import asset_folder
 from vidstyle.errors import StyleError
-from vidstyle.style_change import expand, override
-from vidstyle.style_check import style_from_table
-from vidstyle.style_files import read_style_file, save_style
-from vidstyle.style_graph import LAYERS, SOURCE, Step, Style, table_from_style
-from vidstyle.style_schema import describe, style_schema
-from vidstyle.style_values import asset_path, nearest
+from vidstyle.style.change import expand, override
+from vidstyle.style.check import style_from_table
+from vidstyle.style.files import read_style_file, save_style
+from vidstyle.style.graph import LAYERS, SOURCE, Step, Style, table_from_style
+from vidstyle.style.schema import describe, style_schema
+from vidstyle.style.values import asset_path, nearest
 
 __all__ = [
     "LAYERS",

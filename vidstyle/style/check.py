@@ -11,9 +11,9 @@ from typing import Any
 
 from vidstyle.block import Parameter
 from vidstyle.errors import StyleError
-from vidstyle.style_graph import FIELDS, LAYERS, Style
-from vidstyle.style_steps import StepReader
-from vidstyle.style_values import nearest, read_values, shown
+from vidstyle.style.graph import FIELDS, LAYERS, Style
+from vidstyle.style.steps import StepReader
+from vidstyle.style.values import nearest, read_values, shown
 
 FORMAT = 1
 MOST_MISTAKES = 50

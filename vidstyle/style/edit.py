@@ -19,7 +19,7 @@ from typing import Any, cast
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from vidstyle.style_graph import FIELDS, LAYERS, Style
+from vidstyle.style.graph import FIELDS, LAYERS, Style
 
 log = logging.getLogger("vidstyle")
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
-from vidstyle.style_check import FORMAT, TEXTS
-from vidstyle.style_graph import FIELDS, LAYERS, Step, Style
-from vidstyle.style_steps import MOST_STEPS
+from vidstyle.style.check import FORMAT, TEXTS
+from vidstyle.style.graph import FIELDS, LAYERS, Step, Style
+from vidstyle.style.steps import MOST_STEPS
 
 
 def style_schema() -> dict[str, Any]:

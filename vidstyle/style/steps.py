@@ -9,8 +9,8 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, Saved
 from vidstyle.blocks import all_blocks
-from vidstyle.style_graph import SOURCE, Step
-from vidstyle.style_values import asset_path, nearest, read_values, shown
+from vidstyle.style.graph import SOURCE, Step
+from vidstyle.style.values import asset_path, nearest, read_values, shown
 
 MOST_STEPS = 256
 STEP_WORDS = ("block", "from", "save")

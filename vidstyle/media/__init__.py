@@ -1,0 +1,1 @@
+"""Everything that touches PyAV: films, pictures and pipes, in and out."""
