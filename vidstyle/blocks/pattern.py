@@ -14,7 +14,7 @@ import numpy as np
 from vidstyle.block import Asset, Choice, Place, Slider, block
 from vidstyle.kernels import compiled
 
-TILE_SIDE = 2048
+TILE_SIDE = 1024
 """The longest side of a tile in pixels."""
 
 DIRECTIONS = {"cross": (0.0, 90.0, 45.0, 135.0), "parallel": (0.0,), "weave": (0.0, 90.0)}
@@ -25,7 +25,7 @@ def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
     """The PNG pictures of a folder as gray tiles, float32 0..1, darkest first.
 
     Raises:
-        ValueError: fewer than two, not a PNG, or larger than TILE_SIDE.
+        ValueError: fewer than two, a link, not a PNG, or larger than TILE_SIDE.
     """
     files = sorted(path.glob("*.png"))
     if not 2 <= len(files) <= 32:
@@ -34,6 +34,8 @@ def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
 
 
 def _read_tile(file: Path) -> np.ndarray:
+    if file.is_symlink():
+        raise ValueError(f"{file.name} is a link, which might lead out of the style's folder")
     with file.open("rb") as stream:
         head = stream.read(24)
     size = struct.unpack(">II", head[16:24]) if head[:4] == b"\x89PNG" and len(head) == 24 else (0, 0)
