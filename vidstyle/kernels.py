@@ -16,6 +16,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, overload
 
+import numpy as np
+
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
@@ -110,3 +112,25 @@ def user_cache() -> Path:
         return Path(chosen) / "vidstyle"
     home = Path(os.path.expanduser("~"))
     return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "vidstyle"
+
+
+def mix_channels(color: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """RGB, N x W x 3 float32, through a 3 x 4 matrix whose last column is added; cut off to 0..1, new.
+
+    Not `cv2.transform`, which rounds the last pixels of an array otherwise than the rest, so that the
+    result would depend on how a picture is divided into bands.
+    """
+    out = np.empty(color.shape, np.float32)
+    _mix_channels(color, matrix.astype(np.float32), out)
+    return out
+
+
+@compiled
+def _mix_channels(color, matrix, out):  # type: ignore[no-untyped-def]
+    zero, one = np.float32(0), np.float32(1)
+    for row in range(color.shape[0]):
+        for x in range(color.shape[1]):
+            red, green, blue = color[row, x, 0], color[row, x, 1], color[row, x, 2]
+            for channel in range(3):
+                mixed = matrix[channel, 0] * red + matrix[channel, 1] * green + matrix[channel, 2] * blue
+                out[row, x, channel] = min(max(mixed + matrix[channel, 3], zero), one)

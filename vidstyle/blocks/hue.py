@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-import cv2
 import numpy as np
 
 from vidstyle.block import LumaWeights, Slider, block
+from vidstyle.kernels import mix_channels
 
 
 @block("pixel", on="color")
@@ -28,8 +28,7 @@ def hue(
     matrix = np.empty((3, 4))
     matrix[:, :3] = _turn(weights, math.radians(angle))
     matrix[:, 3] = red / 255, green / 255, blue / 255
-    out = cv2.transform(picture, matrix)
-    return np.clip(out, 0, 1, out=out)
+    return mix_channels(picture, matrix)
 
 
 def _turn(weights: np.ndarray, angle: float) -> np.ndarray:

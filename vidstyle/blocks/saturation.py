@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import cv2
 import numpy as np
 
 from vidstyle.block import LumaWeights, Slider, block
+from vidstyle.kernels import mix_channels
 
 
 @block("pixel", on="color")
@@ -22,6 +22,6 @@ def saturation(
 
     gray + factor (RGB - gray), cut off to 0..1. Paper, section 3.2 A.
     """
-    matrix = factor * np.eye(3) + (1 - factor) * np.tile(weights, (3, 1))
-    out = cv2.transform(picture, matrix)
-    return np.clip(out, 0, 1, out=out)
+    matrix = factor * np.eye(3, 4)
+    matrix[:, :3] += (1 - factor) * weights
+    return mix_channels(picture, matrix)
