@@ -94,7 +94,7 @@ def _ink_levels(averaged, ink, screen, top, spread, levels):  # type: ignore[no-
             else:
                 value = red if ink == 0 else green if ink == 1 else blue
                 share = (one - value - key) / max(one - key, np.float32(1e-3))
-            share = min(max(share, np.float32(0)), one) * dot
+            share = min(min(max(share, np.float32(0)), one) * dot, one)
             share = min(share + np.float32(4) * gain * share * (one - share), one)
             levels[i, j] = _cut(share, per_pixel)
 
@@ -122,11 +122,13 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
     least_slope, step, turn = half * per_pixel, np.float32(cosine), np.float32(sine)
-    start, side = (
-        np.float32(0.5 * cosine + y * sine - screen[2]),
-        np.float32(y * cosine - 0.5 * sine - screen[3]),
-    )
+    # Counted from the row's own lowest cell, not the band's: float32 then rounds alike in every band.
+    first = np.floor(0.5 * cosine + y * sine)
+    second = np.floor(y * cosine - left.shape[1] * sine)
+    start = np.float32(0.5 * cosine + y * sine - first)
+    side = np.float32(y * cosine - 0.5 * sine - second)
     columns, flat = np.int32(levels.shape[1]), levels.reshape(-1)
+    origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
     red, green, blue = one - ink[0], one - ink[1], one - ink[2]
     for x in range(left.shape[1]):
         along, across = start + np.float32(x) * step, side - np.float32(x) * turn
@@ -135,7 +137,7 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
         height = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
         down, right = s * (one - s), t * (one - t)
         slope = np.float32(6) * per_pixel * np.sqrt(down * down + right * right)
-        cover = (height - flat[i * columns + j]) / max(slope, least_slope) + half
+        cover = (height - flat[origin + i * columns + j]) / max(slope, least_slope) + half
         cover = min(max(cover, np.float32(0)), one)
         left[0, x] *= one - red * cover
         left[1, x] *= one - green * cover
