@@ -93,10 +93,15 @@ class Program:
         return outcome
 
 
-def video(path: Path) -> list[av.VideoFrame]:
-    """All frames, decoded by plain PyAV."""
+def video(path: Path, cut_off: bool = False) -> list[av.VideoFrame]:
+    """All frames, decoded by plain PyAV; where it was `cut_off`, up to the last whole one."""
+    frames: list[av.VideoFrame] = []
     with av.open(str(path.absolute())) as container:
-        return list(container.decode(video=0))
+        try:
+            frames.extend(container.decode(video=0))
+        except av.FFmpegError:
+            assert cut_off
+    return frames
 
 
 def times(path: Path) -> list[float]:

@@ -123,11 +123,11 @@ def huge_png(path: Path, side: int) -> Path:
 def peak_memory(*arguments: str | Path) -> tuple[int, str, int]:
     """Exit code, standard error and the most memory in bytes of the program, run by itself."""
     command = [sys.executable, "-m", "vidstyle", "render", "--style", "plain", *map(str, arguments)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    assert process.stderr is not None
-    said = process.stderr.read()
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        said = process.stderr.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
     return process.returncode, said, usage.ru_maxrss * 1024
 
 

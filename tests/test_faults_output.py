@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import resource
 import socket
 import subprocess
@@ -121,7 +122,7 @@ def test_28_links_in_a_circle(program: Program):
         ("out.webm", ["--codec", "libx264"], (2,)),
         ("out.mp4", ["--pix-fmt", "nonsense"], (2,)),
         ("out.mp4", ["--pix-fmt", "yuva420p"], (2,)),
-        ("out.mp4", ["--codec", "libvpx-vp9", "--size", "20000x16"], (2,)),
+        ("out.mp4", ["--codec", "mpeg4", "--size", "16384x16"], (2,)),
         ("out.mp4", ["--preset", "nonsense"], (2,)),
         ("out.mp4", ["--crf", "9000"], (2,)),
         ("out.mp4", ["--audio", "nonsense"], (2,)),
@@ -176,7 +177,8 @@ def test_30_a_full_disk_keeps_what_there_is(program: Program):
     )
     assert ended.returncode == 5 and ended.stderr.count("\n") == 1, ended.stderr
     partial = program.folder / "out.partial.mp4"
-    frames = len(video(partial))
-    assert 5 < frames < 150
-    assert str(partial) in ended.stderr and f"{frames} frames" in ended.stderr
+    said = re.search(r"the first (\d+) frames", ended.stderr)
+    assert str(partial) in ended.stderr and said is not None, ended.stderr
+    frames = len(video(partial, cut_off=True))
+    assert 5 < int(said[1]) <= frames < 150
     assert not (program.folder / "out.mp4").exists()

@@ -87,47 +87,34 @@ def test_33_the_next_run_tells_of_the_leftover(program: Program):
 
 
 def test_34_standard_output_closed_early(long_clip: Path):
-    options = ["--format", "nut", "--preset", "ultrafast", "--crf", "5"]
-    process = subprocess.Popen(
-        [*RENDER, *options, str(long_clip), "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    assert process.stdout is not None and process.stderr is not None
-    process.stdout.read(1_000_000)
-    process.stdout.close()
-    began = time.monotonic()
-    said = process.stderr.read()
-    process.wait(10)
+    options = ["--format", "nut", "--codec", "libx264", "--preset", "ultrafast", "--crf", "1"]
+    command = [*RENDER, *options, str(long_clip), "-"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.read(1_000_000)
+        process.stdout.close()
+        began = time.monotonic()
+        said = process.stderr.read()
     assert time.monotonic() - began < 1.5  # 1 s, and the interpreter's own end
     assert process.returncode in (0, 5)
     assert said.count(b"\n") <= 1 and b"Traceback" not in said and b"bug" not in said
 
 
 def test_35_a_slow_reader_loses_nothing_and_fills_no_memory(long_clip: Path, tmp_path: Path):
-    options = [
-        "--format",
-        "nut",
-        "--preset",
-        "ultrafast",
-        "--crf",
-        "1",
-        "--progress",
-        "none",
-        "--frames",
-        "100",
-    ]
+    options = ["--format", "y4m", "--progress", "none", "--frames", "100"]
     process = subprocess.Popen([*RENDER, *options, str(long_clip), "-"], stdout=subprocess.PIPE)
-    assert process.stdout is not None
-    target = tmp_path / "out.nut"
+    target = tmp_path / "out.y4m"
     memory = []
-    with target.open("wb") as file:
+    with target.open("wb") as file, process:
+        assert process.stdout is not None
         while part := process.stdout.read(500_000):
             file.write(part)
-            time.sleep(0.05)
+            time.sleep(0.02)
             memory.append(resident(process.pid))
-    assert process.wait(10) == 0
+    assert process.returncode == 0
     assert len(video(target)) == 100
-    last = [size for size in memory if size][len(memory) // 2 :]
-    assert max(last) - min(last) < 20 * 2**20
+    settled = [size for size in memory if size][len(memory) // 3 :]
+    assert max(settled) - min(settled) < 10 * 2**20
 
 
 def resident(pid: int) -> int:

@@ -40,7 +40,7 @@ def test_13_no_times_and_two_sizes_in_raw_h264(program: Program):
     assert outcome.exit_code == 0, outcome.said
     assert [(frame.width, frame.height) for frame in video(outcome.target)] == [(320, 180)] * 35
     assert sum("timestamps" in line for line in outcome.lines) == 1
-    assert sum("160x120" in line for line in outcome.lines) == 1
+    assert sum("size" in line for line in outcome.lines) == 1
 
 
 def test_14_nine_sizes_in_one_stream(program: Program):
@@ -74,7 +74,7 @@ def test_14_nine_sizes_in_one_stream(program: Program):
 @pytest.mark.parametrize("rotation", [90, 180, 270])
 def test_15_turned_films_come_out_upright_once(program: Program, rotation):
     clip = make_clip(program.folder / "clip.mp4", frames=3, size=(160, 96), rotation=rotation)
-    outcome = program(clip)
+    outcome = program(clip, "out.mp4", "--crf", "5")
     stored, shown = video(clip)[1], video(outcome.target)[1]
     # The matrix turns counterclockwise, as np.rot90 does.
     upright = np.rot90(rgb_from_frame(stored), rotation // 90)
@@ -95,7 +95,7 @@ def test_16_of_two_video_tracks_the_longer_is_taken_and_named(program: Program):
                     made.mux(packet)
     outcome = program(both)
     assert outcome.exit_code == 0
-    assert len(video(outcome.target)) == 30 and "track" in outcome.said
+    assert len(video(outcome.target)) == 30 and "stream 1 is taken" in outcome.said
 
 
 def test_17_every_track_of_sound_and_subtitles_is_kept(program: Program):
@@ -143,7 +143,7 @@ def combing(frame: av.VideoFrame) -> float:
 
 def test_20_ten_bits_stay_in_colour(program: Program):
     clip = make_clip(program.folder / "clip.mkv", frames=4, codec="libx265", pix_fmt="yuv420p10le")
-    outcome = program(clip, "out.mp4")
+    outcome = program(clip, "out.mp4", "--crf", "5")
     assert outcome.exit_code == 0
     pairs = zip(video(clip), video(outcome.target), strict=True)
     assert max(rms_error(rgb_from_frame(one), rgb_from_frame(other)) for one, other in pairs) < 3

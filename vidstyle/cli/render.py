@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @click.option("--size", type=Size(), help="Scale to this size; 1280x-2 keeps the shape.")
 @click.option("--fps", type=Rate(), help="Constant frame rate; without it every frame keeps its own time.")
 @click.option("--codec", metavar="NAME", help="Video encoder, such as libx265 or h264_nvenc.")
-@click.option("--crf", type=float, metavar="Q", help="Quality: lower is better and bigger.")
+@click.option("--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality: lower is better and bigger.")
 @click.option("--preset", metavar="NAME", help="How much time the encoder takes.")
 @click.option("--pix-fmt", metavar="NAME", help="Pixel format to write, such as yuv420p10le.")
 @click.option(
@@ -42,7 +42,9 @@ if TYPE_CHECKING:
     "--format", "file_format", metavar="NAME", help="Kind of file on '-', such as nut, yuv4mpegpipe."
 )
 @click.option("--input-size", type=Size(), help="Size of raw video that comes in on '-'.")
-@click.option("--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True, help="Its pixel format.")
+@click.option(
+    "--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True, help="Its pixel format."
+)
 @click.option("--input-fps", type=Rate(), help="Frame rate of raw video or an image sequence.  [default: 25]")
 @click.option("--hwaccel", metavar="NAME", help="Decode on this device, such as cuda.")
 @click.option(
@@ -114,7 +116,7 @@ def _tell(summary: Summary, quiet: bool) -> None:
     """The outcome; what a user must know is said even when quiet."""
     if summary.damage:
         say(f"{printable(summary.source)}: {summary.damage}")
-    target = printable(summary.target)
+    target = "standard output" if summary.target == "-" else printable(summary.target)
     if summary.stopped:
         kept = f"; {printable(summary.partial)} keeps what was done" if summary.partial else ""
         say(f"{target}: stopped before its end{kept}")
