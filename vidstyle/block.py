@@ -269,9 +269,10 @@ class Block:
         """The values and the defaults of the rest; colours as three floats 0..1, empty names as None."""
         complete = {name: parameter.default for name, parameter in self.parameters.items()} | values
         for name, parameter in self.parameters.items():
-            if isinstance(parameter.control, Color) and isinstance(complete[name], str):
-                complete[name] = rgb_from_text(complete[name])
-            elif isinstance(parameter.control, Saved | Asset) and complete[name] == "":
+            text = complete[name] if isinstance(complete[name], str) else None
+            if isinstance(parameter.control, Color) and text is not None:
+                complete[name] = rgb_from_text(text)
+            elif isinstance(parameter.control, Saved | Asset) and text == "":
                 complete[name] = None
         return complete
 
