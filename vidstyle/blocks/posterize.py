@@ -28,11 +28,14 @@ def posterize(
 
 @compiled
 def _quantize(values, levels, softness, out):  # type: ignore[no-untyped-def]
-    half, one = np.float32(0.5), np.float32(1)
+    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     sharpness = one / max(softness, np.float32(1e-6))
     for i in range(values.size):
         position = values[i] * levels
         border = min(max(np.floor(position + half), one), levels - one)
-        ramp = min(max((position - border) * sharpness + half, np.float32(0)), one)
-        ramp = ramp * ramp * (np.float32(3) - np.float32(2) * ramp)
+        if softness > 0:
+            ramp = min(max((position - border) * sharpness + half, zero), one)
+            ramp = ramp * ramp * (np.float32(3) - np.float32(2) * ramp)
+        else:
+            ramp = one if position >= border else zero
         out[i] = (border - one + ramp) / (levels - one)
