@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -102,7 +103,6 @@ class _FrameRun:
     ) -> None:
         self._pool, self._time, self._memories = pool, time, memories
         self._saved: dict[str, Work] = {SOURCE: Work(Whole.of(source))}
-        self._back = "bicubic"
 
     def run_layer(self, layer: str, steps: tuple[PreparedStep, ...], work: Work) -> Work:
         """The work after all steps of a layer."""
@@ -116,7 +116,7 @@ class _FrameRun:
 
     def fit(self, work: Work, shape: tuple[int, int]) -> Work:
         """The work back at the page's own size."""
-        return work if work.shape == shape else Work(at_size(work.done(self._pool), shape, self._back))
+        return work if work.shape == shape else Work(at_size(work.done(self._pool), shape, work.back))
 
     def _run_step(self, step: PreparedStep, work: Work, memory: Settling | None) -> Work:
         block = step.block
@@ -135,18 +135,16 @@ class _FrameRun:
         return work.then(Call(step, numbers, pictures, work.shape))
 
     def _done(self, work: Work) -> Work:
-        return Work(work.done(self._pool))
+        return replace(work, whole=work.done(self._pool), calls=())
 
     def _saved_at(self, name: str, shape: tuple[int, int]) -> Whole:
         return at_size(self._saved[name].whole, shape, "bilinear")
 
     def _resize(self, step: PreparedStep, work: Work) -> Work:
         assert step.block is not None
-        self._back = step.values["back"]
-        whole = work.done(self._pool)
-        return Work(
-            at_size(whole, step.block.function(whole.main.shape, **step.values), step.values["method"])
-        )
+        size = step.block.function(work.shape, **step.values)
+        resized = at_size(work.done(self._pool), size, step.values["method"])
+        return Work(resized, back=step.values["back"])
 
 
 def _small_luma(whole: Whole) -> np.ndarray:

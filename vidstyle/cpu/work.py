@@ -89,10 +89,15 @@ class Call:
 
 @dataclass(frozen=True)
 class Work:
-    """A whole picture and the calls that are still to be made on it; only the first may be a filter."""
+    """A whole picture and the calls that are still to be made on it; only the first may be a filter.
+
+    Attributes:
+        back: the method by which it goes back to the page's size, if it has another one.
+    """
 
     whole: Whole
     calls: tuple[Call, ...] = ()
+    back: str = "bicubic"
 
     @property
     def shape(self) -> tuple[int, int]:
