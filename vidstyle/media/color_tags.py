@@ -31,7 +31,9 @@ UNDOABLE_MATRICES = {
 }
 HD_LINES, HD_COLUMNS = 720, 1280
 """From this height or this width on, untagged video is taken for BT.709, as players do."""
-CENTERED_CODECS = frozenset({"mjpeg", "jpeg2000", "jpegls", "webp", "amv", "mjpegb", "ljpeg"})
+JPEG_CODECS = frozenset({"mjpeg", "jpegls", "webp", "amv", "mjpegb", "ljpeg"})
+"""Codecs whose own rules say BT.601 at every size."""
+CENTERED_CODECS = JPEG_CODECS | {"jpeg2000"}
 """Codecs whose 4:2:0 chroma lies between the luma samples, as in JPEG (JFIF); elsewhere it is left-sited."""
 
 
@@ -90,8 +92,8 @@ def usual_tags(encoding: Encoding, height: int = 0) -> ColorTags:
     return replace(ColorTags(code, code, code), range=seen_range)
 
 
-def matrix_from_tags(thing: object, tags: ColorTags, height: int, width: int) -> str:
-    """The matrix, a key of LUMA_WEIGHTS: as tagged, else from the size of the stored picture.
+def matrix_from_tags(thing: object, tags: ColorTags, codec: str, height: int, width: int) -> str:
+    """The matrix, a key of LUMA_WEIGHTS: as tagged, else from the codec or the size of the stored picture.
 
     Raises:
         InputError: a matrix that we cannot do; `thing` names the source.
@@ -101,6 +103,8 @@ def matrix_from_tags(thing: object, tags: ColorTags, height: int, width: int) ->
         raise InputError(thing, f"its colours are coded with {name}", "convert it to BT.709 first")
     if tags.matrix in MATRICES:
         return MATRICES[tags.matrix]
+    if codec in JPEG_CODECS:
+        return "bt601"
     return "bt709" if height >= HD_LINES or width >= HD_COLUMNS else "bt601"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from fractions import Fraction
+from pathlib import Path
 
 import av
 from av.stream import Discard, Disposition
@@ -13,12 +14,15 @@ from vidstyle.errors import InputError
 from vidstyle.media.clock import BROADCAST, FrameClock, PacketClock, start_shift
 from vidstyle.media.damage import TAIL, Damage
 from vidstyle.media.decode import PATIENCE, Decoded, Decoder
+from vidstyle.media.orientation import Orientation
+from vidstyle.media.picture_header import HEAD, exif_orientation
 from vidstyle.media.source import Stamped
 
 log = logging.getLogger("vidstyle")
 
 USUAL_RATE = Fraction(25)
 HIGHEST_RATE = 480
+STILL_BRANDS = frozenset({"avif", "heic", "heix", "mif1"})
 UNSORTED = frozenset({"avi"})
 """Formats that store no display times, so that those of packed B-frames come out of order."""
 SORTING_WINDOW = 2
@@ -54,7 +58,9 @@ class FilmSource:
         self.frames = self.stream.frames or (
             round(self.duration * self.rate) if self.duration and self.rate else None
         )
-        self.may_be_still = any(name.endswith("_pipe") or name in ("gif", "apng") for name in formats)
+        pictures = any(name.endswith("_pipe") or name in ("gif", "apng") for name in formats)
+        self.may_be_still = pictures or container.metadata.get("major_brand") in STILL_BRANDS
+        self.orientation = _photograph_orientation(name) if self.codec == "mjpeg" and pictures else None
         self._formats = formats
         self._seen_packets = 0
         self._seen_end = Fraction(0)
@@ -181,6 +187,15 @@ def choose_stream(container: av.container.InputContainer, name: str) -> av.video
     if chosen.codec_context is None:
         raise InputError(name, "its video codec is not one that this build decodes")
     return chosen
+
+
+def _photograph_orientation(name: str) -> Orientation | None:
+    """From the file itself, for PyAV tells how a photograph is turned, but not that it is mirrored."""
+    path = Path(name)
+    if not path.is_file():
+        return None
+    with path.open("rb") as file:
+        return Orientation.of_exif(exif_orientation(file.read(HEAD)))
 
 
 def is_attached_picture(stream: av.stream.Stream) -> bool:

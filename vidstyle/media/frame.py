@@ -119,7 +119,10 @@ def frame_from_picture(
 
 def side_data_of(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
     """What the stream says beside the frame's pixels, as FFmpeg lays it out, or None."""
-    found: Any = frame.side_data.get(cast(Any, kind))
+    try:
+        found: Any = frame.side_data.get(cast(Any, kind))
+    except ValueError:  # PyAV 18 refuses the lot where it does not know one kind, such as EXIF
+        return None
     return None if found is None else bytes(found)
 
 
@@ -135,7 +138,7 @@ def _encoding(layout: Layout, tags: ColorTags, codec: str, frame: av.VideoFrame,
         return Encoding("bt709", full_range=True, depth=layout.depth, step=(1, 1), siting=(0.0, 0.0))
     gray = layout.planes == 1
     full_range = layout.full_range or tags.range == FULL or (gray and tags.range == 0)
-    matrix = matrix_from_tags(thing, tags, frame.height, frame.width)
+    matrix = matrix_from_tags(thing, tags, codec, frame.height, frame.width)
     siting = siting_from_codec(codec, tags, layout.step)
     return Encoding(matrix, full_range, layout.depth, layout.step, siting)
 

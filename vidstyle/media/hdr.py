@@ -80,16 +80,20 @@ class ToneMap:
         neutral = np.full((height, width), picture.encoding.chroma_levels[0], picture.luma.dtype)
         blue, red = picture.chroma or (neutral, neutral)
         shape = encoding.chroma_shape(height, width)
-        out = [np.empty(size, picture.luma.dtype) for size in ((height, width), shape, shape)]
-        meaning = _levels(picture.encoding), _levels(encoding), picture.encoding.to_rgb, encoding.from_rgb
+        luma, new_blue, new_red = (
+            np.empty(size, picture.luma.dtype) for size in ((height, width), shape, shape)
+        )
+        planes, out = (picture.luma, blue, red), (luma, new_blue, new_red)
+        levels = _levels(picture.encoding), _levels(encoding)
+        matrices = picture.encoding.to_rgb, encoding.from_rgb
         place = np.array([*encoding.step, *picture.encoding.siting], np.float32)
 
         def run(first: int, end: int) -> None:
-            map_planes(picture.luma, blue, red, *out, first, end, *meaning, place, self._tables)
+            map_planes(planes, out, first, end, levels, matrices, place, self._tables)
 
         _in_strips(run, height, encoding.step[1])
-        chroma = None if picture.chroma is None else (out[1], out[2])
-        return Picture(encoding, luma=out[0], chroma=chroma, alpha=picture.alpha)
+        chroma = None if picture.chroma is None else (new_blue, new_red)
+        return Picture(encoding, luma=luma, chroma=chroma, alpha=picture.alpha)
 
     def _colors(self, picture: Picture, color: np.ndarray) -> Picture:
         out = np.empty_like(color, order="C")

@@ -72,30 +72,20 @@ def between(row, place):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def map_planes(  # type: ignore[no-untyped-def]
-    luma,
-    blue,
-    red,
-    out_luma,
-    out_blue,
-    out_red,
-    first,
-    end,
-    levels,
-    out_levels,
-    to_rgb,
-    from_rgb,
-    place,
-    tables,
-):
+def map_planes(planes, out, first, end, levels, matrices, place, tables):  # type: ignore[no-untyped-def]
     """Tone-map rows `first` to `end` (a multiple of the chroma step, or the last) of a picture with chroma.
 
     Args:
-        levels, out_levels: luma black, luma span, chroma neutral, chroma span; in codes.
-        to_rgb, from_rgb: the 3 x 3 matrices of the source and of the result.
+        planes, out: luma, blue and red difference; the first are read, the second written.
+        levels: of planes and of out: luma black, luma span, chroma neutral, chroma span; in codes.
+        matrices: 3 x 3 from the source's luma and chroma to RGB, and from RGB to the result's.
         place: chroma step across and down, siting across and down.
         tables: what `map_pixel` takes after its three signals.
     """
+    luma, blue, red = planes
+    out_luma, out_blue, out_red = out
+    in_levels, out_levels = levels
+    to_rgb, from_rgb = matrices
     light, gain, ootf, gamut, display = tables
     step_x, step_y = int(place[0]), int(place[1])
     width = luma.shape[1]
@@ -113,9 +103,9 @@ def map_planes(  # type: ignore[no-untyped-def]
             mix_rows(red, (row - place[3]) / step_y, red_row)
             for column in range(width):
                 where = (np.float32(column) - place[2]) * across
-                bright = (np.float32(luma[row, column]) - levels[0]) / levels[1]
-                cb = (between(blue_row, where) - levels[2]) / levels[3]
-                cr = (between(red_row, where) - levels[2]) / levels[3]
+                bright = (np.float32(luma[row, column]) - in_levels[0]) / in_levels[1]
+                cb = (between(blue_row, where) - in_levels[2]) / in_levels[3]
+                cr = (between(red_row, where) - in_levels[2]) / in_levels[3]
                 r, g, b = map_pixel(
                     bright + to_rgb[0, 2] * cr,
                     bright + to_rgb[1, 1] * cb + to_rgb[1, 2] * cr,

@@ -14,6 +14,7 @@ from av.codec.hwaccel import HWAccel
 
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.atoms import has_no_index
+from vidstyle.media.picture_header import HEAD, is_jpeg, picture_size
 
 log = logging.getLogger("vidstyle")
 
@@ -62,6 +63,11 @@ def open_media(
         InputError: nothing there, not readable, not a video; the reason is named.
         UsageError: a URL, and they are not allowed.
     """
+    if isinstance(source, str | os.PathLike) and str(source) != "-" and not is_url(source):
+        head = _checked_head(Path(source))
+        _check_size(source, picture_size(head), max_pixels)
+        # FFmpeg would go by a picture's name, and take it for a sequence.
+        format = format or ("jpeg_pipe" if _is_still_jpeg(Path(source), head) else None)
     options = {"max_pixels": str(max_pixels)} | (options or {})
     options["format_whitelist"] = f"{FORMATS},{NETWORK_FORMATS}" if allow_url else FORMATS
     target = _target(source, allow_url)
@@ -69,8 +75,13 @@ def open_media(
         container = _open(target, format, options, hwaccel)
     except (av.FFmpegError, OSError, ValueError) as error:
         raise _input_error(source, error) from error
-    for stream in container.streams.video:
-        _cap(source, stream, max_pixels, container)
+    try:
+        for stream in container.streams.video:
+            if stream.codec_context is not None:
+                _check_size(source, (stream.width, stream.height), max_pixels)
+    except InputError:
+        container.close()
+        raise
     return container
 
 
@@ -91,27 +102,34 @@ def _target(source: Any, allow_url: bool) -> Any:
             return str(source)
         raise UsageError(source, "is a URL", "allow it with --allow-url")
     path = Path(source)
-    _check_file(path)
     # As a file object, for FFmpeg sees a pattern in a name with "%".
     return _Nameless(path) if "%" in str(path) else "file:" + os.path.abspath(path)
 
 
 class _Nameless:
-    """A file that does not tell FFmpeg its name."""
+    """A file that does not tell FFmpeg its name; closed when the container lets go of it."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("rb")
         self.read, self.seek, self.tell = self._file.read, self._file.seek, self._file.tell
-        self.close, self.seekable = self._file.close, self._file.seekable
+        self.seekable = self._file.seekable
+
+    def __del__(self) -> None:
+        self._file.close()
 
 
-def _check_file(path: Path) -> None:
-    """One plain reason for what FFmpeg would say in many ways."""
+def _is_still_jpeg(path: Path, head: bytes) -> bool:
+    return is_jpeg(head) and path.suffix.lower() in (".jpg", ".jpeg", ".jpe", ".jfif")
+
+
+def _checked_head(path: Path) -> bytes:
+    """The first bytes of a file; one plain reason for what FFmpeg would say in many ways."""
     try:
-        if path.is_dir():
-            raise InputError(path, "is a directory", "give a file, or a pattern such as frames/%05d.png")
         with path.open("rb") as file:
-            start = file.read(4096)
+            start = file.read(HEAD)
+    except IsADirectoryError:
+        remedy = "give a file, or a pattern such as frames/%05d.png"
+        raise InputError(path, "is a directory", remedy) from None
     except FileNotFoundError:
         raise InputError(path, "no such file") from None
     except PermissionError:
@@ -120,8 +138,12 @@ def _check_file(path: Path) -> None:
         raise InputError(path, f"cannot be opened: {getattr(error, 'strerror', None) or error}") from None
     if not start and path.is_file():
         raise InputError(path, "not a readable video: the file is empty")
-    if any(start.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(mark) for mark in PLAYLISTS) or b"<MPD" in start:
+    if (
+        any(start.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(mark) for mark in PLAYLISTS)
+        or b"<MPD" in start[:4096]
+    ):
         raise InputError(path, "playlist formats are not accepted", "give the film itself")
+    return start
 
 
 def _open(
@@ -143,18 +165,10 @@ def _open(
     return av.open(target, "r", format, options, timeout=timeout, metadata_errors="replace")
 
 
-def _cap(source: Any, stream: Any, max_pixels: int, container: av.container.InputContainer) -> None:
-    context = stream.codec_context
-    if context is None:
-        return
-    if context.width * context.height > max_pixels:
-        size = f"{context.width}x{context.height}"
-        container.close()
-        raise _too_large(source, size, max_pixels)
-
-
-def _too_large(source: Any, size: str, max_pixels: int) -> InputError:
-    return InputError(source, f"{size} is larger than the limit of {max_pixels / 2**20:g} MP")
+def _check_size(source: Any, size: tuple[int, int] | None, max_pixels: int) -> None:
+    if size is not None and size[0] * size[1] > max_pixels:
+        limit = f"the limit of {max_pixels / 2**20:g} MP"
+        raise InputError(source, f"{size[0]}x{size[1]} is larger than {limit}")
 
 
 def _input_error(source: Any, error: Exception) -> InputError:

@@ -27,6 +27,17 @@ class Orientation:
     mirror_x: bool = False
     mirror_y: bool = False
 
+    @classmethod
+    def of_exif(cls, number: int) -> Orientation:
+        """From the EXIF orientation, 1 to 8.
+
+        >>> Orientation.of_exif(6) == Orientation.of_turn(90)
+        True
+        """
+        mirrors = {1: (0, 0, 0), 2: (0, 1, 0), 3: (0, 1, 1), 4: (0, 0, 1), 5: (1, 0, 0), 6: (1, 1, 0)}
+        transpose, mirror_x, mirror_y = (mirrors | {7: (1, 1, 1), 8: (1, 0, 1)})[number]
+        return cls(bool(transpose), bool(mirror_x), bool(mirror_y))
+
     @property
     def is_upright(self) -> bool:
         """Whether there is nothing to do."""
@@ -111,6 +122,8 @@ def _mirrored(first: float, step: int, pixels: int) -> float:
 
 
 def orientation_of(frame: av.VideoFrame) -> Orientation:
-    """How the frame asks to be turned and mirrored: a phone's rotation, a photograph's EXIF tag."""
+    """How the frame asks to be turned and mirrored."""
     matrix = side_data_of(frame, SideDataType.DISPLAYMATRIX)
-    return Orientation.of_matrix(matrix) if matrix else Orientation()
+    if matrix:
+        return Orientation.of_matrix(matrix)
+    return Orientation.of_turn(round(-frame.rotation / 90) * 90)

@@ -7,7 +7,6 @@ from fractions import Fraction
 
 import av
 
-from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags, usual_tags
 from vidstyle.media.fit import letterboxed, resized, wanted_size
 from vidstyle.media.frame import picture_from_frame, shuffled
@@ -37,11 +36,11 @@ class PictureMaker:
         name: str,
         *,
         size: tuple[int, int] | None = None,
-        rotate: int | None = None,
+        orientation: Orientation | None = None,
         sample_aspect: Fraction | None = None,
     ) -> None:
         self._codec, self._name = codec, name
-        self._orientation = _orientation(first, rotate)
+        self._orientation = orientation or orientation_of(first)
         self._stored = (first.width, first.height)
         upright = self._orientation.size(*self._stored)
         self._upright = upright
@@ -115,12 +114,3 @@ class PictureMaker:
         if message not in self._warned:
             self._warned.add(message)
             log.warning(message)
-
-
-def _orientation(first: av.VideoFrame, rotate: int | None) -> Orientation:
-    if rotate is None:
-        return orientation_of(first)
-    try:
-        return Orientation.of_turn(rotate)
-    except ValueError as error:
-        raise UsageError("rotate", str(error)) from None

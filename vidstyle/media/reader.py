@@ -1,4 +1,4 @@
-"""Reads films, pictures, sequences and animations: upright frames with true times, other streams as packets."""
+"""Reads films, pictures and sequences of them: upright frames with true times, other streams as packets."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from vidstyle.media.film_source import USUAL_RATE, FilmSource
 from vidstyle.media.frame import Frame
 from vidstyle.media.open import open_media
 from vidstyle.media.options import ReadOptions, VideoInfo
+from vidstyle.media.orientation import Orientation
 from vidstyle.media.pictures import PictureMaker
 from vidstyle.media.sequence import SequenceSource, is_animated_webp, is_pattern
 from vidstyle.media.source import Source, Stamped
@@ -69,10 +70,15 @@ class Reader:
             source.codec,
             source.name,
             size=options.size,
-            rotate=options.rotate,
+            orientation=source.orientation if options.rotate is None else Orientation.of_turn(options.rotate),
             sample_aspect=source.sample_aspect,
         )
         self.info = self._describe(first, still=source.may_be_still and self._is_alone())
+
+    @property
+    def name(self) -> str:
+        """What was opened, as it was named."""
+        return self._source.name
 
     @property
     def container(self) -> av.container.InputContainer | None:
@@ -195,6 +201,8 @@ def _check(options: ReadOptions) -> None:
         raise UsageError("start", f"{float(options.start):g} s lies before the film")
     if options.end is not None and options.end <= (options.start or 0):
         raise UsageError("end", f"{float(options.end):g} s is not after the start")
+    if options.rotate is not None and options.rotate % 90:
+        raise UsageError("rotate", f"{options.rotate} is not a quarter turn", "give 90, 180 or 270")
     if options.fps is not None and not 0 < options.fps <= 1000:
         raise UsageError("fps", f"{float(options.fps):g} is not a frame rate", "give one up to 1000")
     if options.format == "rawvideo" and options.raw_size is None:

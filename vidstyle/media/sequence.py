@@ -20,6 +20,8 @@ from vidstyle.media.decode import Decoder
 from vidstyle.media.film_source import choose_stream
 from vidstyle.media.frame import frame_from_picture
 from vidstyle.media.open import open_media
+from vidstyle.media.orientation import Orientation
+from vidstyle.media.picture_header import picture_size
 from vidstyle.media.source import Stamped
 from vidstyle.picture import Picture
 
@@ -54,6 +56,7 @@ class SequenceSource:
 
     container: av.container.InputContainer | None = None
     may_be_still = False
+    orientation: Orientation | None = None
 
     def __init__(
         self,
@@ -183,9 +186,8 @@ def _load_picture(path: Path, max_pixels: int, damage: Damage) -> tuple[av.Video
 
 
 def _check_webp(path: Path, content: bytes, max_pixels: int) -> None:
-    """Refuse before decoding. Sizes are 24 bits, less one (RFC 9649, section 2.7.1)."""
-    width = int.from_bytes(content[24:27], "little") + 1
-    height = int.from_bytes(content[27:30], "little") + 1
+    """Refuse before decoding."""
+    width, height = picture_size(content) or (0, 0)
     frames = content.count(b"ANMF")
     limit = max_pixels / 2**20
     if width * height > max_pixels:

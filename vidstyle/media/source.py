@@ -10,6 +10,7 @@ from typing import Protocol
 import av
 
 from vidstyle.media.damage import Damage
+from vidstyle.media.orientation import Orientation
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Source(Protocol):
     duration: Fraction | None
     frames: int | None
     may_be_still: bool
+    orientation: Orientation | None
     damage: Damage
     container: av.container.InputContainer | None
     copied_streams: list[av.stream.Stream]
