@@ -1,0 +1,177 @@
+"""The road of a film as a function: what arrives, what is told, and how it ends early."""
+
+from __future__ import annotations
+
+import threading
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from faults import packets, times, video
+from media import make_clip, make_picture, rgb_from_frame, rms_error
+
+import vidstyle
+from vidstyle.cpu import CpuRenderer
+from vidstyle.errors import DeviceError, StyleError
+from vidstyle.media.frame import Frame
+from vidstyle.media.reader import Reader
+from vidstyle.pipeline import first_frames, render
+from vidstyle.progress import Progress
+from vidstyle.stages import ROOM, batches
+
+POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_clip(tmp_path_factory.mktemp("clip") / "clip.mp4", frames=90, audio_tracks=1)
+
+
+def test_every_frame_and_packet_arrives_at_its_time(clip: Path, tmp_path: Path):
+    summary = render(clip, tmp_path / "out.mp4", POSTER)
+    assert (summary.frames, summary.exit_code, summary.stopped, summary.partial) == (90, 0, False, None)
+    assert summary.duration == pytest.approx(3)
+    assert times(tmp_path / "out.mp4") == pytest.approx(times(clip), abs=0.001)
+    assert packets(tmp_path / "out.mp4", "audio") == packets(clip, "audio")
+
+
+def test_the_picture_is_restyled(clip: Path, tmp_path: Path):
+    render(clip, tmp_path / "out.mkv", POSTER, write=vidstyle.WriteOptions(codec="ffv1"), frames=2)
+    levels = rgb_from_frame(video(tmp_path / "out.mkv")[1])
+    assert np.mean(np.minimum(levels, 255 - levels) < 40) > 0.9
+
+
+def test_plain_hands_over_the_decoders_own_frames(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    written = []
+    monkeypatch.setattr("vidstyle.stages.Stages._count", lambda self, frame: written.append(frame))
+    render(clip, tmp_path / "out.mp4", "plain")
+    assert len(written) == 90 and all(frame.native is not None for frame in written)
+
+
+def test_the_queues_are_short(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    read, ahead = [], []
+    original = Reader.__iter__
+
+    def iterate(self: Reader):
+        for item in original(self):
+            if isinstance(item, Frame):
+                read.append(item.pts)
+            yield item
+
+    def count(self, frame: Frame) -> None:
+        time.sleep(0.005)
+        written.append(frame.pts)
+        ahead.append(len(read) - len(written))
+
+    written: list[int] = []
+    monkeypatch.setattr(Reader, "__iter__", iterate)
+    monkeypatch.setattr("vidstyle.stages.Stages._count", count)
+    render(clip, tmp_path / "out.mp4", "plain")
+    assert written == read and len(read) == 90
+    # Two queues, and what each of the three threads has in its hands.
+    assert max(ahead) <= 2 * ROOM + 3
+
+
+def test_a_run_of_packets_does_not_fill_the_queue():
+    sizes = [len(batch) for batch in batches([object()] * 100)]
+    assert sum(sizes) == 100 and max(sizes) <= 32
+
+
+def test_progress_grows_to_the_whole(clip: Path, tmp_path: Path):
+    told: list[Progress] = []
+    render(clip, tmp_path / "out.mp4", "plain", on_progress=told.append)
+    assert [one.frames for one in told] == sorted(one.frames for one in told)
+    assert (told[-1].frames, told[-1].total_frames, told[-1].fraction) == (90, 90, 1.0)
+
+
+@pytest.mark.parametrize("count", [1, 20, 90, 500])
+def test_so_many_frames_at_most_and_their_sound(clip: Path, tmp_path: Path, count: int):
+    summary = render(clip, tmp_path / "out.mp4", "plain", frames=count)
+    assert summary.frames == len(video(tmp_path / "out.mp4")) == min(count, 90)
+    end = min(count, 90) / 30
+    last = packets(tmp_path / "out.mp4", "audio")[-1][0]
+    # Some sound lies before its picture in the file and has gone out by then.
+    assert end - 0.06 < last < end + 0.1
+
+
+def test_first_frames_lets_the_source_go(clip: Path):
+    with vidstyle.media.reader.open_reader(clip) as reader:
+        items = first_frames(reader, 3)
+        assert sum(isinstance(item, Frame) for item in items) == 3
+
+
+def test_stopping_keeps_what_is_done(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    original = CpuRenderer.run
+    monkeypatch.setattr(CpuRenderer, "run", lambda *given: (time.sleep(0.02), original(*given))[1])
+    stop = threading.Event()
+    began = time.monotonic()
+
+    def watch(progress: Progress) -> None:
+        if progress.frames > 10:
+            stop.set()
+
+    summary = render(clip, tmp_path / "out.mp4", "plain", stop=stop, on_progress=watch)
+    assert time.monotonic() - began < 3
+    assert summary.stopped and summary.partial == tmp_path / "out.partial.mp4"
+    assert 10 < len(video(summary.partial)) == summary.frames < 90
+    assert not (tmp_path / "out.mp4").exists()
+    assert summary.as_dict()["partial"] == str(summary.partial)
+
+
+def test_what_the_caller_raises_ends_the_threads(clip: Path, tmp_path: Path):
+    def interrupt(_: Progress) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as raised:
+        render(clip, tmp_path / "out.mp4", POSTER, on_progress=interrupt)
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")]
+    notes = getattr(raised.value, "__notes__", [])
+    assert bool(notes) == (tmp_path / "out.partial.mp4").exists()
+
+
+@pytest.mark.parametrize(("how", "width"), [("side", 640), ("split", 320)])
+def test_before_and_after(clip: Path, tmp_path: Path, how, width):
+    render(clip, tmp_path / "out.mp4", POSTER, compare=how, frames=2, write=vidstyle.WriteOptions(crf=5))
+    both = rgb_from_frame(video(tmp_path / "out.mp4")[1])
+    source = rgb_from_frame(video(clip)[1])
+    assert both.shape == (180, width, 3)
+    left = 320 if how == "side" else 150
+    assert rms_error(both[:, : left - 10], source[:, : left - 10]) < 4
+    assert rms_error(both[:, -150:], source[:, -150:]) > 20
+
+
+@pytest.mark.parametrize("size", [(61, 47), (64, 48)])
+def test_before_and_after_of_a_picture(tmp_path: Path, size):
+    make_picture(tmp_path / "one.png", size=size, mode="RGBA")
+    render(tmp_path / "one.png", tmp_path / "both.png", POSTER, compare="side")
+    with av.open(str(tmp_path / "both.png")) as container:
+        frame = next(container.decode(video=0))
+    assert (frame.width, frame.height) == (size[0] + size[0] % 2 + size[0], size[1])
+
+
+def test_errors_come_before_anything_is_written(clip: Path, tmp_path: Path):
+    with pytest.raises(StyleError):
+        render(clip, tmp_path / "out.mp4", "no such style")
+    with pytest.raises(DeviceError) as raised:
+        render(clip, tmp_path / "out.mp4", "plain", device="gpu")
+    assert raised.value.exit_code == 6
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_part_of_the_film(clip: Path, tmp_path: Path):
+    read = vidstyle.ReadOptions(start=Fraction(1), end=Fraction(2))
+    summary = render(clip, tmp_path / "out.mp4", "plain", read=read)
+    assert summary.frames == 30 and times(tmp_path / "out.mp4")[0] == pytest.approx(0, abs=0.001)
+
+
+def test_public_names_are_there_and_import_nothing_before():
+    for name in vidstyle.__all__:
+        assert getattr(vidstyle, name) is not None
+    assert set(vidstyle.__all__) <= set(dir(vidstyle))
+    with pytest.raises(AttributeError, match="no attribute 'rendr'"):
+        vidstyle.rendr  # noqa: B018
