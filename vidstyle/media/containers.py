@@ -59,10 +59,11 @@ class ContainerKind:
 
 
 # delay_moov: without it the fragments carry no edit list, and times shift by the B-frames' delay.
-_HYBRID = {"movflags": "+hybrid_fragmented+delay_moov", "frag_duration": "500000", "movie_timescale": "90000"}
+_HYBRID = {"movflags": "+hybrid_fragmented+delay_moov", "frag_duration": "400000", "movie_timescale": "90000"}
 _FRAGMENTED = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
 # Sound may begin a little before the pictures; without this all times would be moved by as much.
-_CLUSTERS = {"cluster_time_limit": "500", "avoid_negative_ts": "disabled"}
+_UNSHIFTED = {"avoid_negative_ts": "disabled"}
+_CLUSTERS = {"cluster_time_limit": "400"} | _UNSHIFTED
 
 KINDS: tuple[ContainerKind, ...] = (
     # Vorbis and raw PCM have codes in MP4, but hardly a player reads them.
@@ -144,6 +145,7 @@ KINDS: tuple[ContainerKind, ...] = (
         audio=("mp3", "mp2", "ac3", *PCM_LITTLE),
         new_audio="libmp3lame",
         strict_rate=True,
+        options=_UNSHIFTED,
     ),
     ContainerKind(
         "mpegts",
@@ -173,7 +175,12 @@ KINDS: tuple[ContainerKind, ...] = (
         new_audio="aac",
         piped=True,
     ),
-    ContainerKind("asf", (".wmv", ".asf"), "wmv2", audio=("wmav1", "wmav2", "mp3"), new_audio="wmav2"),
+    ContainerKind(
+        *("asf", (".wmv", ".asf"), "wmv2"),
+        audio=("wmav1", "wmav2", "mp3"),
+        new_audio="wmav2",
+        options=_UNSHIFTED,
+    ),
     ContainerKind(
         "nut",
         (".nut",),

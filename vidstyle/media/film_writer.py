@@ -1,4 +1,4 @@
-"""Writes a film: pictures encoded, everything else copied, into a file that plays even when it is cut short."""
+"""Writes a film: pictures encoded, all else copied, into a file that plays even when it is cut short."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vidstyle.media.copied import CopiedStreams, copy_chapters, copy_tags
 from vidstyle.media.faststart import move_index_first
 from vidstyle.media.frame import Frame
 from vidstyle.media.interleaver import Interleaver
-from vidstyle.media.output import Writer, WriteOptions
+from vidstyle.media.output import WriteOptions, Writer
 from vidstyle.media.partial import PartialFile, is_plain_file, output_error
 from vidstyle.media.video_encoder import VideoEncoder
 from vidstyle.media.video_plan import plan_video
@@ -138,7 +138,7 @@ class FilmWriter(Writer):
         self._interleaver.finish(end)
 
     def _cut(self) -> Fraction | None:
-        """Where sound is to end: with the pictures if the source's were cut off, else where it ends itself."""
+        """Where sound is to end: with the pictures if the source was cut off, else where it ends itself."""
         damaged = self._source is not None and self._source.damage.is_notable
         return self._video.end if damaged and self.frames else None
 
@@ -168,7 +168,9 @@ class FilmWriter(Writer):
             return error
         self._close_quietly()
         partial = self.abandon()
-        kept = f"{partial} keeps the first {frames_in(partial)} frames" if partial else "nothing is kept"
+        kept = (
+            f"the first {frames_in(partial)} frames are safe in {partial}" if partial else "nothing is kept"
+        )
         if isinstance(error, OutputError):
             return OutputError(error.thing, error.reason, kept)
         if isinstance(error, OSError):

@@ -67,7 +67,7 @@ class PartialFile:
             )
 
     def rewrite(self, convert: Callable[[Path, Path], bool]) -> None:
-        """Put in place of the file what `convert` makes of it, from one path to the other, if it returns True.
+        """Put in place of the file what `convert` makes of it, from path to path, if it returns True.
 
         Raises:
             OSError: it cannot be written; the file is as it was.

@@ -11,7 +11,7 @@ import av
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.containers import ContainerKind
 from vidstyle.media.frame import Frame
-from vidstyle.media.output import Writer, WriteOptions
+from vidstyle.media.output import WriteOptions, Writer
 from vidstyle.media.partial import PartialFile, output_error
 from vidstyle.media.video_encoder import picture_frame
 from vidstyle.media.video_plan import plan_video
@@ -43,6 +43,8 @@ class PictureWriter(Writer):
         self._plan = plan_video(str(target), kind, info, options)
         self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
         self._pattern = is_pattern(str(target))
+        if self._pattern and source_path and Path(source_path).absolute() == self.target.absolute():
+            raise UsageError(target, "is the input itself, and would be overwritten", "choose another name")
         self._written: Path | None = None
         self._file: PartialFile | None = self._next_file()
         self.partial = self._file.path

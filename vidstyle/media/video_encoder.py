@@ -94,7 +94,7 @@ def picture_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
 
 
 def fitted(picture: Picture, plan: VideoPlan) -> Picture:
-    """The picture with the planes that the plan's format has: gray chroma or full alpha added, others left out.
+    """The picture with just the planes that the plan has: neutral chroma and full alpha are added.
 
     Raises:
         ValueError: its samples are not in the plan's encoding; they were to be converted before.

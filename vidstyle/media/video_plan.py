@@ -34,9 +34,12 @@ RGB_MATRIX = 0
 SMALL_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
 """The finest time, in parts of a second, of codecs that write times into the pictures."""
 RATE_WHEN_UNKNOWN = Fraction(25)
-FRAMES_HELD = 1.2
-"""Seconds of film that an encoder may hold back, since they are lost when the program is killed."""
-VERYFAST_LOOKAHEAD = 10
+SECONDS_HELD = 1
+"""Of film that an encoder may hold back, since they are lost when the program is killed."""
+VERYFAST_LOOKAHEAD, SLOW_LOOKAHEAD = 10, 40
+"""Frames that x264 looks ahead by its presets; slower ones than "medium" more."""
+X264_REORDERED = 3
+"""Frames that x264 holds to bring B-frames into order."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -205,14 +208,19 @@ def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction)
 
 
 def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]:
-    """Settings that keep few frames inside x264, whose threads and lookahead each hold some back."""
+    """Settings that keep few frames inside an encoder, whose threads and lookahead each hold some back."""
+    held = int(rate * SECONDS_HELD)
+    if encoder in ("libvpx", "libvpx-vp9"):
+        return {"lag-in-frames": str(min(25, max(1, held)))}
     if encoder not in ("libx264", "libx264rgb"):
         return {}
-    held = int(rate * Fraction(FRAMES_HELD))
-    lookahead = VERYFAST_LOOKAHEAD if preset is None else 40
+    room = max(2, held - X264_REORDERED)
     threads = max(1, (os.cpu_count() or 1) * 3 // 2)
-    settings = {"threads": str(max(1, held - lookahead))} if threads > held - lookahead else {}
-    return settings | ({"rc-lookahead": str(max(1, held - 4))} if held < lookahead + 4 else {})
+    lookahead = VERYFAST_LOOKAHEAD if preset is None else SLOW_LOOKAHEAD
+    if threads + lookahead <= room:
+        return {}
+    threads = min(threads, max(1, room * 2 // 3))
+    return {"threads": str(threads), "rc-lookahead": str(max(1, min(lookahead, room - threads)))}
 
 
 def _try(target: str, plan: VideoPlan) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from vidstyle.media.containers import kind_of
 from vidstyle.media.film_writer import FilmWriter
 from vidstyle.media.gif import GifWriter
-from vidstyle.media.output import Writer, WriteOptions
+from vidstyle.media.output import WriteOptions, Writer
 from vidstyle.media.picture_files import PictureWriter, is_pattern
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def open_writer(
     """
     pattern = is_pattern(str(target))
     kind = kind_of(str(target), options.format, info.still or pattern)
-    source_path = getattr(source, "path", None)
+    source_path = source.name if source else None
     if kind.way == "picture":
         return PictureWriter(target, kind, info, options, source_path)
     writer = GifWriter if kind.way == "gif" else FilmWriter
