@@ -27,8 +27,13 @@ _log = logging.getLogger("vidstyle")
 class CopiedStream(Protocol):
     """One stream on its way."""
 
-    stream: Stream
-    lost: int
+    @property
+    def stream(self) -> Stream:
+        """In the new container."""
+
+    @property
+    def lost(self) -> int:
+        """How many packets could not be decoded."""
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
         """The packets of the new stream that a packet of the old one gives."""
@@ -157,11 +162,12 @@ class CopiedStreams:
         except ValueError:
             return self._leave_out(template, name)
 
-    def _leave_out(self, template: Stream, name: str) -> None:
+    def _leave_out(self, template: Stream, name: str) -> CopiedStream | None:
         _log.warning(
             "%s: stream %d (%s %s) is left out, since %s files do not hold it",
             *(self._target, template.index, template.type, name or "unknown", self._kind.endings[0]),
         )
+        return None
 
 
 def copy_tags(source: av.container.InputContainer, container: av.container.OutputContainer) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import av
 from av.audio.frame import AudioFrame
 from av.audio.resampler import AudioResampler
@@ -40,7 +42,7 @@ class SoundEncoder:
     def packets(self, packet: av.Packet) -> list[av.Packet]:
         """What comes out when the packet goes in."""
         try:
-            frames = packet.decode()
+            frames = cast("list[AudioFrame]", packet.decode())
         except av.FFmpegError:
             self.lost += 1
             return []
@@ -48,7 +50,7 @@ class SoundEncoder:
 
     def flush(self) -> list[av.Packet]:
         """What decoder, resampler and encoder still hold."""
-        made = [packet for frame in self._last_frames() for packet in self._encoded(frame)]
+        made = [packet for last in self._last_frames() for packet in self._encoded(last)]
         made += [packet for frame in self._resampler.resample(None) for packet in self.stream.encode(frame)]
         return made + self.stream.encode(None)
 

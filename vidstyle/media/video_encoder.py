@@ -29,7 +29,9 @@ class VideoEncoder:
 
     def __init__(self, container: av.container.OutputContainer, plan: VideoPlan) -> None:
         self.plan = plan
-        self.stream: av.VideoStream = container.add_stream(plan.encoder, rate=plan.rate)  # type: ignore[call-overload]
+        stream = container.add_stream(plan.encoder, rate=plan.rate)
+        assert isinstance(stream, av.VideoStream)
+        self.stream = stream
         plan.configure(self.stream.codec_context)
         self.stream.time_base = plan.time_base
         self.end = Fraction(0)
@@ -105,7 +107,7 @@ def fitted(picture: Picture, plan: VideoPlan) -> Picture:
         raise ValueError(f"a picture in {encoding} cannot be written as {wanted}")
     alpha = None
     if plan.layout.alpha:
-        top = np.iinfo(encoding.dtype).max if encoding.depth in (8, 16) else 2**encoding.depth - 1
+        top = 2**encoding.depth - 1
         alpha = picture.alpha if picture.alpha is not None else np.full(picture.shape, top, encoding.dtype)
     chroma = picture.chroma
     if plan.layout.planes < 3:

@@ -155,7 +155,8 @@ def _layout(pix_fmt: str) -> Layout:
 
 
 def _padded(length: int, step: int) -> int:
-    """
+    """The length, up to the next multiple.
+
     >>> _padded(641, 2), _padded(640, 2)
     (642, 640)
     """
