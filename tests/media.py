@@ -90,7 +90,8 @@ def hdr_signal(rgb: np.ndarray, transfer: str) -> np.ndarray:
     SMPTE ST 2084 and ITU-R BT.2100, with BT.2020 primaries; 0..1.
     """
     linear = rgb**2.4
-    nits = (203 * linear + 800 * linear**4) @ RGB_TO_BT2020.T
+    luminance = linear @ np.array([0.2126, 0.7152, 0.0722])
+    nits = linear * (203 + 800 * luminance[..., None] ** 3) @ RGB_TO_BT2020.T
     if transfer == "pq":
         power = np.clip(nits / 10000, 0, 1) ** (2610 / 16384)
         return ((3424 / 4096 + 2413 / 128 * power) / (1 + 2392 / 128 * power)) ** (2523 / 32)
