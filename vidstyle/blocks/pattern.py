@@ -139,7 +139,7 @@ def _draw_strokes(cosine, sine, shift, half_width, wobble, spacing, out):  # typ
             middle = 0.5 + 0.09 * wobble * sway
             half = half_width * (1 + 0.35 * wobble * swell)
             cover = (half - abs(across - stroke - middle)) * spacing + 0.5
-            out[row, x] = int(min(max(cover, 0.0), 1.0) * 255 + 0.5)
+            out[row, x] = int(min(max(cover, 0.0), 2 * half * spacing, 1.0) * 255 + 0.5)
 
 
 @compiled
