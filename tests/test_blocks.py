@@ -1,0 +1,114 @@
+"""Facts that hold for every block, at its default and at both ends of every range."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
+
+from vidstyle.block import Block, Choice, LumaWeights, Measured, Place, Saved, Slider, Switch
+from vidstyle.blocks import all_blocks
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Style
+
+BLOCKS = list(all_blocks().values())
+SIZES = [(1, 1), (1, 7), (2, 2), (37, 41)]
+
+every_block = pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
+every_size = pytest.mark.parametrize("size", SIZES, ids=str)
+
+
+def settings(block: Block) -> list[dict[str, Any]]:
+    """No values; every parameter at each end or option; and all at their low, and all at their high ends."""
+    ends: dict[str, list[Any]] = {}
+    for name, parameter in block.parameters.items():
+        control = parameter.control
+        if isinstance(control, Slider):
+            ends[name] = [parameter.check(control.low), parameter.check(control.high)]
+        elif isinstance(control, Choice):
+            ends[name] = list(control.options)
+        elif isinstance(control, Switch):
+            ends[name] = [False, True]
+    single = [{name: value} for name, values in ends.items() for value in values]
+    corners = [{name: values[corner] for name, values in ends.items()} for corner in (0, -1)] if ends else []
+    return [{}, *single, *corners]
+
+
+def style_of(block: Block, values: dict[str, Any]) -> Style:
+    """The block as the only step; what needs a saved picture gets it from to_gray."""
+    return style(step("to_gray"), step(block.name, source="source", **values))
+
+
+def sources(size: tuple[int, int]) -> dict[str, Picture]:
+    return {
+        "gray": Picture(FLOAT, luma=noise(*size)),
+        "color": Picture(FLOAT, color=noise(*size, 3)),
+        "planes": codes(FLOAT, *size),
+        "video": codes(Encoding(), *size),
+    }
+
+
+@every_block
+@every_size
+def test_any_setting_on_any_picture_gives_numbers(block: Block, size: tuple[int, int]) -> None:
+    for kind, source in sources(size).items():
+        before = [plane.copy() for plane in planes(source)]
+        for values in settings(block):
+            result = run(style_of(block, values), source, target=FLOAT, rgb=True).color
+            assert result is not None
+            assert (result.shape, result.dtype) == ((*size, 3), np.float32), (kind, values)
+            assert np.isfinite(result).all(), (kind, values)
+        for plane, old in zip(planes(source), before, strict=True):
+            np.testing.assert_array_equal(plane, old, err_msg=f"{kind} was written to")
+
+
+def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The block's function itself, on a whole page."""
+    complete = block.complete(values)
+    luma = array if array.ndim == 2 else array.mean(axis=2)
+    given: dict[object, Any] = {
+        Place: Place(0, *luma.shape),
+        LumaWeights: Encoding().weights,
+        Measured: block.take_measure(luma, complete) if block.measure else None,
+    }
+    complete |= {name: given[kind] for name, kind in block.given.items()}
+    for name, parameter in block.parameters.items():
+        if isinstance(parameter.control, Saved):
+            wants = parameter.control.on
+            complete[name] = other if wants == "same" else other.reshape(*luma.shape, -1)[..., 0]
+    result = block.function(array, **complete)
+    assert isinstance(result, np.ndarray)
+    return result
+
+
+@pytest.mark.parametrize(
+    "block", [each for each in BLOCKS if each.kind not in ("resize", "recipe")], ids=lambda block: block.name
+)
+@every_size
+def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size: tuple[int, int]) -> None:
+    shapes = {"luma": [size], "color": [(*size, 3)], "channels": [size, (*size, 3)]}[block.on]
+    for shape in shapes:
+        # Values a little outside 0..1 come from other colour spaces and from resampling.
+        array, other = noise(*shape, low=-0.2, high=1.2), noise(*shape, seed=2)
+        before = array.copy(), other.copy()
+        for values in settings(block):
+            result = call(block, values, array, other)
+            assert (result.shape, result.dtype) == (shape, np.float32), values
+            assert np.isfinite(result).all(), values
+            np.testing.assert_array_equal(array, before[0], err_msg=str(values))
+            np.testing.assert_array_equal(other, before[1], err_msg=str(values))
+
+
+@every_block
+def test_bands_and_threads_change_no_bit(block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
+    for source in sources((97, 61)).values():
+        for values in settings(block):
+            monkeypatch.setattr("vidstyle.cpu.work.CORES", 1)
+            monkeypatch.setattr("vidstyle.cpu.work.BAND_BYTES", 1 << 30)
+            whole = run(style_of(block, values), source, threads=1)
+            monkeypatch.setattr("vidstyle.cpu.work.BAND_BYTES", 1)
+            for threads in (1, 4):
+                banded = run(style_of(block, values), source, threads=threads)
+                assert same_bits(whole, banded), (values, threads)

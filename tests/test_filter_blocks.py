@@ -1,0 +1,131 @@
+"""Filters and the working size, against plain float64 formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from media import photograph
+from pictures import noise, run, run_color, run_luma, step, style
+
+from vidstyle.picture import Encoding, Picture
+
+
+def convolved(plane: np.ndarray, kernel: np.ndarray) -> np.ndarray:
+    """Correlation with a small odd kernel, the border repeated, by summing shifted copies."""
+    down, across = (side // 2 for side in kernel.shape)
+    padded = np.pad(plane.astype(np.float64), ((down, down), (across, across)), mode="edge")
+    height, width = plane.shape
+    return sum(
+        kernel[y, x] * padded[y : y + height, x : x + width]
+        for y in range(kernel.shape[0])
+        for x in range(kernel.shape[1])
+    )
+
+
+def gaussian_kernel(sigma: float) -> np.ndarray:
+    reach = int(np.ceil(3 * sigma))
+    line = np.exp(-(np.arange(-reach, reach + 1) ** 2) / (2 * sigma**2))
+    return np.outer(line, line) / line.sum() ** 2
+
+
+@pytest.mark.parametrize("sigma", [0.4, 1, 2.3, 5])
+def test_gaussian_is_a_convolution(sigma: float) -> None:
+    color = noise(33, 47, 3)
+    expected = np.stack(
+        [convolved(color[..., channel], gaussian_kernel(sigma)) for channel in range(3)], axis=2
+    )
+    np.testing.assert_allclose(run_color(style(step("gaussian", sigma=sigma)), color), expected, atol=2e-6)
+    gray = run_luma(style(step("gaussian", sigma=sigma)), color[..., 1])
+    np.testing.assert_allclose(gray, expected[..., 1], atol=2e-6)
+
+
+def test_gaussian_of_0_changes_nothing() -> None:
+    luma = noise(9, 8)
+    np.testing.assert_array_equal(run_luma(style(step("gaussian", sigma=0)), luma), luma)
+
+
+@pytest.mark.parametrize("gain", [0.5, 2, 16])
+@pytest.mark.parametrize("invert", [False, True])
+def test_sobel_is_the_length_of_the_gradient(gain: float, invert: bool) -> None:
+    luma = noise(31, 29, high=0.4)
+    across = convolved(luma, np.array([[-1, 0, 1], [-2, 0, 2], [-1, 0, 1]]))
+    down = convolved(luma, np.array([[-1, -2, -1], [0, 0, 0], [1, 2, 1]]))
+    expected = np.minimum(gain / 4 * np.hypot(across, down), 1)
+    out = run_luma(style(step("sobel", gain=gain, invert=invert)), luma)
+    np.testing.assert_allclose(out, 1 - expected if invert else expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("angle", [0, 30, 90, 210])
+def test_sobel_of_a_ramp_does_not_depend_on_its_direction(angle: float) -> None:
+    y, x = np.mgrid[:20, :20]
+    ramp = 0.5 + 0.01 * (x * np.cos(np.radians(angle)) + y * np.sin(np.radians(angle)))
+    out = run_luma(style(step("sobel", gain=4)), ramp)
+    np.testing.assert_allclose(out[1:-1, 1:-1], 2 * 4 * 0.01, atol=1e-5)
+
+
+def test_sobel_of_a_full_step_is_its_gain() -> None:
+    luma = np.repeat([[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]], 6, axis=0)
+    out = run_luma(style(step("sobel", gain=0.75)), luma)
+    np.testing.assert_allclose(out, np.repeat([[0, 0, 0.75, 0.75, 0, 0]], 6, axis=0), atol=1e-6)
+
+
+def test_sobel_draws_gray_lines_on_a_colour_picture() -> None:
+    out = run_color(style(step("sobel")), noise(9, 9, 3))
+    np.testing.assert_array_equal(out, np.repeat(out[..., :1], 3, axis=2))
+
+
+@pytest.mark.parametrize("factor", [0.05, 0.33, 0.5, 1, 1.7, 4])
+@pytest.mark.parametrize("size", [(1, 1), (2, 9), (37, 41)], ids=str)
+def test_scale_comes_back_to_the_size_and_keeps_flat_colours(factor: float, size: tuple[int, int]) -> None:
+    out = run_color(style(step("scale", factor=factor)), np.full((*size, 3), (0.2, 0.5, 0.7)))
+    np.testing.assert_allclose(out, np.broadcast_to((0.2, 0.5, 0.7), (*size, 3)), atol=1e-6)
+
+
+@pytest.mark.parametrize("step_of", [(1, 1), (2, 2), (2, 1), (4, 1)], ids=str)
+@pytest.mark.parametrize("factor", [0.5, 2])
+def test_scale_moves_nothing(step_of: tuple[int, int], factor: float) -> None:
+    """Half size by area and back by bilinear interpolation leaves ramps where they were, colours too."""
+    y, x = np.mgrid[:48, :64]
+    luma = (0.2 + 0.005 * x + 0.004 * y).astype(np.float32)
+    encoding = Encoding(depth=0, full_range=True, step=step_of, siting=(0.0, 0.5))
+    across, down = step_of
+    rows, columns = encoding.chroma_shape(48, 64)
+    chroma_y = np.arange(rows)[:, None] * down + (0.5 if down > 1 else 0)
+    blue = (0.002 * (np.arange(columns) * across) - 0.003 * chroma_y).astype(np.float32)
+    picture = Picture(encoding, luma=luma, chroma=(blue, -blue))
+    out = run(style(step("scale", factor=factor, method="area", back="bilinear")), picture)
+    assert out.luma is not None and out.chroma is not None
+    np.testing.assert_allclose(out.luma[4:-4, 4:-4], luma[4:-4, 4:-4], atol=1e-5)
+    np.testing.assert_allclose(out.chroma[0][4:-4, 4:-4], blue[4:-4, 4:-4], atol=1e-5)
+
+
+def test_scale_goes_back_by_the_named_method() -> None:
+    """Nearest neighbours leave blocks of equal pixels; another step's method does not count."""
+    luma = noise(16, 16)
+    small = luma.reshape(4, 4, 4, 4).mean(axis=(1, 3))
+    blocks = run_luma(style(step("scale", factor=0.25, back="nearest")), luma)
+    np.testing.assert_allclose(blocks, np.kron(small, np.ones((4, 4))), atol=1e-6)
+    smooth = run_luma(style(step("scale", factor=0.25, back="bilinear")), luma)
+    assert np.abs(smooth - blocks).max() > 0.05
+
+
+def test_each_layer_goes_back_by_its_own_method() -> None:
+    luma = noise(16, 16)
+    small = luma.reshape(4, 4, 4, 4).mean(axis=(1, 3))
+    lines = (
+        step("brightness", factor=4.0),
+        step("scale", factor=0.5, back="bicubic"),
+        step("brightness", factor=4.0),
+    )
+    chosen = style(step("scale", factor=0.25, back="nearest"), lines=lines)
+    out = run_luma(chosen, np.full_like(luma, 0.9) * 0 + luma)
+    alone = run_luma(style(lines=lines, ink="#000000"), luma)
+    np.testing.assert_allclose(out, np.kron(small, np.ones((4, 4))) * alone, atol=1e-5)
+
+
+def test_filters_after_scale_act_coarser() -> None:
+    """A blur of 1 px at half size is about one of 2 px."""
+    luma = photograph("astronaut")[100:228, 160:288, 1] / 255
+    coarse = run_luma(style(step("scale", factor=0.5), step("gaussian", sigma=2)), luma)
+    fine, none = (run_luma(style(step("gaussian", sigma=sigma)), luma) for sigma in (4.1, 2))
+    assert np.abs(coarse - fine).mean() < 0.2 * np.abs(coarse - none).mean()
