@@ -37,6 +37,7 @@ class Knobs:
         crf: its option for the quality, "q" for a fixed quantiser, or "" if it has none.
         preset: its option for the speed, or "".
         quality, speed: the values when none are asked for; "" leaves the encoder's own.
+        speeds: the words that the speed may be; empty: the encoder says so itself.
         options: always set.
     """
 
@@ -44,21 +45,26 @@ class Knobs:
     preset: str = ""
     quality: str = ""
     speed: str = ""
+    speeds: tuple[str, ...] = ()
     options: dict[str, str] = field(default_factory=dict)
 
 
+X26_SPEEDS = (
+    *("ultrafast", "superfast", "veryfast", "faster", "fast"),
+    *("medium", "slow", "slower", "veryslow", "placebo"),
+)
 _QUANTISER = Knobs("q", quality="2")
-_NVENC = Knobs("cq", "preset", "19", "p4", {"rc": "vbr"})
+_NVENC = Knobs("cq", "preset", "19", "p4", options={"rc": "vbr"})
 _QSV = Knobs("global_quality", "preset", "20", "medium")
 _AMF = Knobs("qvbr_quality_level", "quality")
 _WEBP = Knobs(options={"quality": "90"})
 KNOBS: dict[str, Knobs] = {
-    "libx264": Knobs("crf", "preset", "18", "veryfast"),
-    "libx264rgb": Knobs("crf", "preset", "18", "veryfast"),
-    "libx265": Knobs("crf", "preset", "20", "fast", {"x265-params": "log-level=error"}),
-    "libsvtav1": Knobs("crf", "preset", "26", "8"),
-    "libvpx-vp9": Knobs("crf", "cpu-used", "24", "4", {"b": "0", "row-mt": "1", "deadline": "good"}),
-    "libvpx": Knobs("crf", "cpu-used", "8", "4", {"b": "20M", "deadline": "good"}),
+    "libx264": Knobs("crf", "preset", "18", "veryfast", X26_SPEEDS),
+    "libx264rgb": Knobs("crf", "preset", "18", "veryfast", X26_SPEEDS),
+    "libx265": Knobs("crf", "preset", "20", "fast", X26_SPEEDS, {"x265-params": "log-level=none"}),
+    "libsvtav1": Knobs("crf", "preset", "26", "8", tuple("0123456789") + ("10", "11", "12", "13")),
+    "libvpx-vp9": Knobs("crf", "cpu-used", "24", "4", options={"b": "0", "row-mt": "1", "deadline": "good"}),
+    "libvpx": Knobs("crf", "cpu-used", "8", "4", options={"b": "20M", "deadline": "good"}),
     **dict.fromkeys(("h264_nvenc", "hevc_nvenc", "av1_nvenc"), _NVENC),
     **dict.fromkeys(("h264_qsv", "hevc_qsv", "av1_qsv", "vp9_qsv"), _QSV),
     **dict.fromkeys(("h264_amf", "hevc_amf", "av1_amf"), _AMF),
@@ -106,6 +112,8 @@ def encoder_options(encoder: str, crf: float | None, preset: str | None) -> dict
         raise UsageError("--crf", f"the encoder {encoder} has no such setting", "leave it out")
     if preset is not None and not knobs.preset:
         raise UsageError("--preset", f"the encoder {encoder} has no such setting", "leave it out")
+    if preset is not None and knobs.speeds and preset not in knobs.speeds:
+        raise UsageError("--preset", f"{encoder} has no {preset!r}", f"use one of {', '.join(knobs.speeds)}")
     quality = knobs.quality if crf is None else f"{crf:g}"
     speed = knobs.speed if preset is None else preset
     options = dict(knobs.options)

@@ -29,6 +29,8 @@ FLUSH_SECONDS = 1.0
 """How long an abandoned encoder may take to give back what it holds."""
 INDEXED = ("mp4", "mov")
 """Containers with an index that players want first."""
+READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
+"""What we write and can read back, as FFmpeg's demuxers are called."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -146,12 +148,14 @@ class FilmWriter(Writer):
         self._closed = True
         self._container.close()
 
-    def _close_quietly(self) -> None:
+    def _close_quietly(self) -> bool:
         """Close a container that may be broken already; what it has on disk plays by its fragments."""
         try:
             self._close()
         except (av.FFmpegError, OSError) as error:
             _log.debug("%s: %s", self.name, error)
+            return False
+        return True
 
     def _put_in_place(self, file: PartialFile) -> None:
         """Give the finished file its name, with its index first where there is room for a copy."""
@@ -197,16 +201,22 @@ class FilmWriter(Writer):
                 _log.warning("%s: %d %s", self.name, count, text)
 
 
-def frames_in(path: Path) -> int:
-    """How many packets of pictures can be read back from a file; 0 if it cannot be read at all."""
+def frames_in(path: Path, whole: bool = True) -> int:
+    """How many frames can be read back from a file; 0 if it cannot be read at all.
+
+    Where it is not `whole`, frames are counted up to the time to which all have come: the last
+    packets may need others that are lost.
+    """
+    times: list[tuple[int, int]] = []
     try:
         with av.open(os.fspath(path), options={"format_whitelist": READABLE}) as container:
-            return sum(packet.size > 0 for packet in container.demux(video=0))
-    except (av.FFmpegError, OSError, IndexError):
-        return 0
-
-
-READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
+            for packet in container.demux(video=0):
+                if packet.size and packet.pts is not None and not packet.is_corrupt:
+                    times.append((packet.pts, packet.pts if packet.dts is None else packet.dts))
+    except (av.FFmpegError, OSError, IndexError) as error:
+        _log.debug("%s: %s", path, error)
+    complete = max((decoded for _, decoded in times), default=0)
+    return len(times) if whole else sum(shown <= complete for shown, _ in times)
 
 
 def _shown(target: str | Path) -> str:

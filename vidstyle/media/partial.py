@@ -72,7 +72,7 @@ class PartialFile:
         Raises:
             OSError: it cannot be written; the file is as it was.
         """
-        other = self.path.with_name(_partial_name(self.path.name, self.target.suffix))
+        other = self.path.with_name(_partial_name(self.target.name, mark=".partial.2"))
         try:
             if convert(self.path, other):
                 os.replace(other, self.path)
@@ -144,8 +144,8 @@ def _refuse_source(path: Path, source: str | Path | None) -> None:
         raise UsageError(path, "is the input itself, and would be overwritten", "choose another output name")
 
 
-def _partial_name(name: str, ending: str | None = None) -> str:
+def _partial_name(name: str, ending: str | None = None, mark: str = ".partial") -> str:
+    """The name with a mark before its ending, cut where it would become too long."""
     stem, suffix = os.path.splitext(name)
-    suffix = suffix if ending is None else ending
-    room = LONGEST_NAME - len(os.fsencode(f".partial{suffix}"))
-    return os.fsencode(stem)[:room].decode("utf-8", "ignore") + f".partial{suffix}"
+    suffix = mark + (suffix if ending is None else ending)
+    return os.fsencode(stem)[: LONGEST_NAME - len(os.fsencode(suffix))].decode("utf-8", "ignore") + suffix
