@@ -22,7 +22,8 @@ class CutDetector:
     def is_cut(self, luma: np.ndarray) -> bool:
         """Whether the next frame, given as a small H x W float32 copy of its luma, begins a scene."""
         histogram = np.histogram(luma, _TONES, (0, 1))[0] / luma.size
-        before, self._luma = self._luma, luma
+        # A copy: it may be a view of a picture whose owner will draw the next one into it.
+        before, self._luma = self._luma, luma.copy()
         change, self._histogram = np.abs(histogram - self._histogram).sum() / 2, histogram
         if before is None or before.shape != luma.shape:
             return True
