@@ -19,7 +19,8 @@ from vidstyle.picture import Encoding, Picture
 ODD = (101, 37)
 PLAIN = [
     "yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuv440p", "yuv411p", "yuv410p", "yuva420p", "yuva444p10le",
-    "yuv420p10le", "yuv422p12le", "yuv444p16le", "yuv420p9le", "gray", "gray10le", "gray16le", "ya8", "ya16le",
+    "yuv420p10le", "yuv422p12le", "yuv444p16le", "yuv420p9le", "gray", "gray10le", "gray16le", "ya8",
+    "ya16le",
     "rgb24", "rgba", "rgb48le", "rgba64le", "gbrp10le", "gbrap12le",
 ]  # fmt: skip
 FOREIGN_ORDER = ["yuv420p10be", "yuv444p12be", "gray16be", "gbrp14be", "ya16be"]

@@ -10,6 +10,8 @@ import av
 
 from vidstyle.media.source import Stamped
 
+ROUNDING = Fraction(2, 1000)
+"""Seconds by which a frame may come after the start and still count as there: containers round stamps."""
 GRACE = Fraction(3)
 """Seconds of packets to read on after the last frame, for sound that the container stores late."""
 
@@ -57,10 +59,9 @@ class Cut:
 
     def _entry(self, frame: Stamped) -> Iterator[Stamped]:
         """The frame that is on the screen at `start`, unless the next one is as good as there."""
-        if self._before is not None:
-            gap = frame.pts - self._before.pts
-            if 2 * (frame.pts - self._offset) >= gap:
-                yield replace(self._before, pts=0, duration=frame.pts - self._offset)
+        wait = frame.pts - self._offset
+        if self._before is not None and wait * self._time_base > ROUNDING:
+            yield replace(self._before, pts=0, duration=wait)
 
     def _shows(self, frame: Stamped) -> bool:
         return frame.duration is not None and frame.pts + frame.duration > self._offset

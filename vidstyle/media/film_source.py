@@ -213,11 +213,13 @@ def _duration(
     container: av.container.InputContainer, stream: av.video.stream.VideoStream, own: bool = False
 ) -> Fraction | None:
     """Seconds: the stream's own, or else (unless only its `own` counts) the whole container's."""
+    tagged = _seconds(stream.metadata.get("DURATION", ""))
+    if tagged:
+        return tagged
     if stream.duration and stream.time_base:
         return stream.duration * stream.time_base
-    tagged = _seconds(stream.metadata.get("DURATION", ""))
-    if tagged or own:
-        return tagged
+    if own:
+        return None
     return Fraction(container.duration, av.time_base) if container.duration else None
 
 
