@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 import time
 from fractions import Fraction
@@ -22,6 +24,7 @@ from vidstyle.pipeline import first_frames, render
 from vidstyle.progress import Progress
 from vidstyle.stages import ROOM, batches
 
+ROOT = Path(__file__).parent.parent
 POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
 
 
@@ -175,3 +178,9 @@ def test_public_names_are_there_and_import_nothing_before():
     assert set(vidstyle.__all__) <= set(dir(vidstyle))
     with pytest.raises(AttributeError, match="no attribute 'rendr'"):
         vidstyle.rendr  # noqa: B018
+
+
+def test_memory_threads_and_files_stay_as_they_are():
+    command = [sys.executable, str(ROOT / "tools" / "soak.py"), "--frames", "8000", "--size", "96", "64"]
+    ended = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert ended.returncode == 0, ended.stdout + ended.stderr

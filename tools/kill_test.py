@@ -23,6 +23,7 @@ MAY_MISS_SECONDS = 2.0
 
 
 def main() -> None:
+    """Kill renders, and fail if one misses more than it may."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

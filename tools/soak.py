@@ -1,12 +1,10 @@
-"""Renders a long film and prints what it costs in memory, threads and open files: `python tools/soak.py`.
-
-The slope is that of a least-squares line through the samples after a warm-up, in MB per 10,000 frames.
-"""
+"""Renders a long film and fails if memory, threads or open files grow: `python tools/soak.py`."""
 
 from __future__ import annotations
 
 import argparse
 import os
+import sys
 import tempfile
 import threading
 from collections.abc import Iterator
@@ -16,25 +14,44 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.media.film import write_film
-from vidstyle.media.writer import WriteOptions
 from vidstyle.picture import Encoding, Picture
 from vidstyle.pipeline import render
 from vidstyle.progress import Progress
 
 WARM_UP = 500
 """Frames after which every buffer has been made once."""
+MOST_MEGABYTES = 1.0
+"""How much memory may grow in 10,000 frames (design, section 9)."""
 RATE = Fraction(25)
 SAMPLE_RATE = 16000
 
 
 def main() -> None:
+    """Make a film, render it, and fail if memory, threads or files grow."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--frames", type=int, default=10_000)
     parser.add_argument("--style", default="plain")
     parser.add_argument("--size", type=int, nargs=2, default=(192, 108), metavar=("WIDTH", "HEIGHT"))
+    parser.add_argument(
+        "--kind", default="mkv", help="of the output; FFmpeg holds the index of an MP4 in memory"
+    )
     arguments = parser.parse_args()
+    samples = soak(arguments.frames, arguments.style, tuple(arguments.size), arguments.kind)
+    _, resident, threads, files = samples.T
+    slope = growth(samples)
+    print(
+        f"{len(samples)} samples: {slope:+.2f} MB per 10,000 frames "
+        f"({resident.min() / 2**20:.1f} to {resident.max() / 2**20:.1f} MB), "
+        f"threads {threads.min()} to {threads.max()}, open files {files.min()} to {files.max()}"
+    )
+    constant = threads.min() == threads.max() and files.min() == files.max()
+    sys.exit(slope > MOST_MEGABYTES or not constant)
+
+
+def soak(frames: int, style: str, size: tuple[int, int], kind: str) -> np.ndarray:
+    """What rendering costs while it goes on: rows of frames written, bytes of memory, threads, open files."""
     samples: list[tuple[int, int, int, int]] = []
 
     def sample(progress: Progress) -> None:
@@ -42,23 +59,16 @@ def main() -> None:
         samples.append((progress.frames, resident_bytes(), threading.active_count(), files))
 
     with tempfile.TemporaryDirectory() as folder:
-        film, target = Path(folder, "film.mp4"), Path(folder, "restyled.mp4")
-        seconds = int(arguments.frames / RATE)
-        write_film(film, pictures(arguments.frames, *arguments.size), RATE, tune(seconds), SAMPLE_RATE)
-        render(film, target, arguments.style, write=WriteOptions(), on_progress=sample)
-    # The last one is taken when the threads are through.
-    print(report(np.array([one for one in samples[:-1] if one[0] > WARM_UP])))
+        film, target = Path(folder, "film.mp4"), Path(folder, f"restyled.{kind}")
+        write_film(film, pictures(frames, *size), RATE, tune(int(frames / RATE)), SAMPLE_RATE)
+        render(film, target, style, on_progress=sample)
+    # Near the end the reading thread is through already.
+    return np.array([one for one in samples if WARM_UP < one[0] < frames - WARM_UP])
 
 
-def report(samples: np.ndarray) -> str:
-    """The slope of memory and the ranges of the rest; samples are rows of frames, bytes, threads, files."""
-    frames, resident, threads, files = samples.T
-    slope = np.polyfit(frames, resident, 1)[0] * 10_000 / 2**20
-    return (
-        f"{len(samples)} samples over {frames[-1] - frames[0]} frames: {slope:+.2f} MB per 10,000 frames "
-        f"({resident.min() / 2**20:.1f} to {resident.max() / 2**20:.1f} MB), "
-        f"threads {threads.min()} to {threads.max()}, open files {files.min()} to {files.max()}"
-    )
+def growth(samples: np.ndarray) -> float:
+    """The slope of a least-squares line through memory, in MB per 10,000 frames."""
+    return float(np.polyfit(samples[:, 0], samples[:, 1], 1)[0]) * 10_000 / 2**20
 
 
 def resident_bytes() -> int:
