@@ -40,6 +40,7 @@ class Compiled(Generic[Arguments, Result]):
         self._machine_code: Any = None
 
     def __call__(self, *arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
+        """Run it, compiled for arguments of these types."""
         """Run it, compiled."""
         machine_code = self._machine_code or self._build()
         return machine_code(*arguments, **named)  # type: ignore[no-any-return]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -115,6 +115,12 @@ class Band:
         """Let the chroma be another picture's, or none."""
         self.luma()
         self.tint, self._chroma = tint, None
+
+    def take_matrix(self, matrix: str) -> None:
+        """Let luma and chroma be those of another colour matrix."""
+        if matrix != self.encoding.matrix and not self.is_gray:
+            self.set_color(self.color())
+            self.encoding = replace(self.encoding, matrix=matrix)
 
     def crop(self, top: int, bottom: int) -> None:
         """Leave only these rows of the page."""

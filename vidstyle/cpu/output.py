@@ -90,7 +90,8 @@ def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: b
         in_bands(
             pool, source.shape, reach, lambda top, bottom: _store_color(page.band(top, bottom), target, color)
         )
-        return Picture(replace(target, full_range=True, step=(1, 1)), color=color, alpha=source.alpha)
+        packed = replace(target, full_range=True, step=(1, 1))
+        return Picture(packed, color=color, alpha=_alpha_of(source, target.depth))
     planes = _Planes(source, target)
     above, below = chroma_reach(target)
 
@@ -108,11 +109,15 @@ class _Planes:
     def __init__(self, source: Picture, target: Encoding) -> None:
         self._source, self._target = source, target
         self._luma = np.empty(source.shape, target.dtype)
-        self._chroma: tuple[np.ndarray, np.ndarray] | None = None
+        # Made here, not by the first band that needs them: two bands may be that one. Costs nothing unused.
+        shape = target.chroma_shape(*source.shape)
+        self._chroma = np.empty(shape, target.dtype), np.empty(shape, target.dtype)
+        self._has_chroma = False
         self._tint: Picture | None = None
 
     def put(self, band: Band, top: int, bottom: int) -> None:
         """Store the rows top..bottom of a band that may hold a few more."""
+        band.take_matrix(self._target.matrix)
         tint = band.tint
         if tint is not None and not band.is_color and band.own_chroma is None and self._fits(tint):
             self._tint = tint
@@ -123,21 +128,21 @@ class _Planes:
 
     def picture(self) -> Picture:
         """What has been gathered; a gray page gets neutral chroma."""
-        chroma = self._chroma if self._tint is None else self._tint.chroma
-        if chroma is None:
-            neutral = self._target.dtype(self._target.chroma_levels[0])  # type: ignore[call-arg]
-            blue = np.full(self._target.chroma_shape(*self._source.shape), neutral)
-            chroma = (blue, blue)
-        return Picture(self._target, luma=self._luma, chroma=chroma, alpha=self._source.alpha)
+        chroma = self._chroma
+        if self._tint is not None and self._tint.chroma is not None:
+            chroma = self._tint.chroma
+        elif not self._has_chroma:
+            for plane in chroma:
+                plane.fill(self._target.chroma_levels[0])
+        alpha = _alpha_of(self._source, self._target.depth)
+        return Picture(self._target, luma=self._luma, chroma=chroma, alpha=alpha)
 
     def _fits(self, tint: Picture) -> bool:
         return tint.encoding == self._target and tint.chroma is not None and tint.shape == self._source.shape
 
     def _put_chroma(self, band: Band, top: int, bottom: int) -> None:
         target = self._target
-        if self._chroma is None:
-            shape = target.chroma_shape(*self._source.shape)
-            self._chroma = (np.empty(shape, target.dtype), np.empty(shape, target.dtype))
+        self._has_chroma = True
         neutral, span = target.chroma_levels
         down = target.step[1]
         for values, plane in zip(band.chroma(), self._chroma, strict=True):
@@ -151,6 +156,17 @@ def _store_color(band: Band, target: Encoding, out: np.ndarray) -> None:
     rows = out[band.top : band.bottom]
     black, white = replace(target, full_range=True).luma_levels
     store(values.reshape(len(values), -1), black, white, target.depth, rows.reshape(len(rows), -1))
+
+
+def _alpha_of(source: Picture, depth: int) -> np.ndarray | None:
+    """The source's alpha in the wanted depth; itself where it has that."""
+    if source.alpha is None or source.encoding.depth == depth:
+        return source.alpha
+    old, new = (Encoding(full_range=True, depth=each) for each in (source.encoding.depth, depth))
+    out = np.empty(source.alpha.shape, new.dtype)
+    values = np.multiply(source.alpha, np.float32(1 / old.luma_levels[1]), dtype=np.float32)
+    store(values, *new.luma_levels, depth, out)
+    return out
 
 
 def at_size(whole: Whole, shape: tuple[int, int], method: str) -> Whole:
