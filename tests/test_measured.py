@@ -41,7 +41,9 @@ def test_numbers_approach_each_measure_with_the_time_constant() -> None:
         np.testing.assert_allclose(followed, goal + (start - goal) * math.exp(-(time - 10) / 0.4), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("time", "constant"), [(None, 0.4), (5.1, 0), (4.9, 0.4)], ids=["alone", "off", "back"])
+@pytest.mark.parametrize(
+    ("time", "constant"), [(None, 0.4), (5.1, 0), (4.9, 0.4)], ids=["alone", "off", "back"]
+)
 def test_numbers_follow_at_once(time: float | None, constant: float) -> None:
     """A picture that stands alone, a constant of 0, and a jump back in time."""
     settling = Settling()

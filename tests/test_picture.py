@@ -54,7 +54,8 @@ def test_levels(depth: int, full: bool, luma: tuple[int, int], chroma: tuple[int
 
 
 @pytest.mark.parametrize(
-    ("step", "shape"), [((2, 2), (181, 321)), ((2, 1), (361, 321)), ((1, 2), (181, 641)), ((4, 1), (361, 161))]
+    ("step", "shape"),
+    [((2, 2), (181, 321)), ((2, 1), (361, 321)), ((1, 2), (181, 641)), ((4, 1), (361, 161))],
 )
 def test_chroma_planes_are_rounded_up(step: tuple[int, int], shape: tuple[int, int]) -> None:
     assert Encoding(step=step).chroma_shape(361, 641) == shape

@@ -117,7 +117,7 @@ def test_saturation_moves_away_from_gray(factor: float, matrix: str) -> None:
 
 @pytest.mark.parametrize("angle", [-180, -60, 0, 30, 90, 180])
 def test_hue_turns_the_chroma_plane(angle: float) -> None:
-    """Anticlockwise with blue difference to the right, luma kept; soft colours, so that nothing is cut off."""
+    """Anticlockwise with blue difference to the right, luma kept; colours too soft to be cut off."""
     luma, angles = np.full((8, 9), 0.5), np.radians(np.arange(72).reshape(8, 9) * 5.0)
     blue, red = 0.1 * np.cos(angles), 0.1 * np.sin(angles)
     planes = [plane.astype(np.float32) for plane in (luma, blue, red)]

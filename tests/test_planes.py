@@ -21,9 +21,14 @@ from vidstyle.planes import (
     yuv_from_rgb,
 )
 
-WEIGHTS = {"bt601": (0.299, 0.587, 0.114), "bt709": (0.2126, 0.7152, 0.0722), "bt2020": (0.2627, 0.678, 0.0593)}
+WEIGHTS = {
+    "bt601": (0.299, 0.587, 0.114),
+    "bt709": (0.2126, 0.7152, 0.0722),
+    "bt2020": (0.2627, 0.678, 0.0593),
+}
 ENCODINGS = [
-    Encoding(matrix, full, depth, (1, 1)) for matrix, full, depth in product(WEIGHTS, (False, True), (8, 10, 16))
+    Encoding(matrix, full, depth, (1, 1))
+    for matrix, full, depth in product(WEIGHTS, (False, True), (8, 10, 16))
 ]
 SUBSAMPLED = [
     *[((2, 2), siting) for siting in SITINGS.values()],
@@ -73,7 +78,9 @@ def test_planes_to_rgb_and_back_are_the_same_codes(encoding: Encoding) -> None:
     luma, *chroma = yuv_from_rgb(color_rows(picture, 0, 40), encoding)
     neutral, span = encoding.chroma_levels
     levels = [encoding.luma_levels, (neutral, neutral + span), (neutral, neutral + span)]
-    for values, (black, white), plane in zip((luma, *chroma), levels, (picture.luma, *picture.chroma), strict=True):
+    for values, (black, white), plane in zip(
+        (luma, *chroma), levels, (picture.luma, *picture.chroma), strict=True
+    ):
         out = np.empty_like(plane)
         store(values, black, white, encoding.depth, out)
         np.testing.assert_array_equal(out, plane)
@@ -112,7 +119,7 @@ def test_rgb_from_yuv_undoes_yuv_from_rgb_outside_the_cube_too() -> None:
 
 
 def ramp(shape: tuple[int, int], step: tuple[int, int], siting: tuple[float, float]) -> np.ndarray:
-    """A tilted plane of values, taken where the samples of the step and siting lie; eighths, so all is exact."""
+    """A tilted plane, taken where the samples of the step and siting lie; all values are exact in float32."""
     x = np.arange(shape[1]) * step[0] + (siting[0] if step[0] > 1 else 0)
     y = np.arange(shape[0])[:, None] * step[1] + (siting[1] if step[1] > 1 else 0)
     return ((2 * x - 3 * y) / 1024).astype(np.float32)
@@ -127,7 +134,9 @@ def test_a_ramp_survives_both_ways(
     small = ramp(encoding.chroma_shape(*size), step, siting)
     large = ramp(size, (1, 1), (0, 0))
     inside = (slice(4, -4), slice(4, -4))
-    blue, red = chroma_rows(Picture(encoding, luma=np.zeros(size, np.float32), chroma=(small, -small)), 0, size[0])
+    blue, red = chroma_rows(
+        Picture(encoding, luma=np.zeros(size, np.float32), chroma=(small, -small)), 0, size[0]
+    )
     np.testing.assert_array_equal(blue[inside], large[inside])
     np.testing.assert_array_equal(red, -blue)
     back = shrunk_chroma(large, 0, size[0], encoding)
