@@ -93,20 +93,18 @@ class Decoder:
     def _fill(self, pts: int | None) -> Iterator[Decoded]:
         """Hold the last good frame in the slots that packets announced before this one, if any have failed.
 
-        Without a failure an empty slot is none: some codecs have packets that show nothing.
+        Without a failure an empty slot is none: some codecs have packets that show nothing. A failure may
+        come before its slot, since decoders work ahead on several threads.
         """
-        if self._failures and pts is not None:
-            slots = sorted(stamp for stamp in self._awaited if stamp < pts)[: self._failures]
-            held = slots if self._last is not None and self._in_a_row < PATIENCE else []
-            for slot in held:
-                self.damage.held += 1
-                assert self._last is not None
-                yield Decoded(self._last, slot, held=True)
-            self.damage.lost += self._failures - len(held)
-        elif self._failures:
-            self.damage.lost += self._failures
-        self._failures = 0
+        empty = sorted(stamp for stamp in self._awaited if pts is not None and stamp < pts)[: self._failures]
         self._awaited = [stamp for stamp in self._awaited if pts is not None and stamp > pts]
+        self._failures -= len(empty)
+        if self._last is None or self._in_a_row >= PATIENCE:
+            self.damage.lost += len(empty)
+            return
+        for slot in empty:
+            self.damage.held += 1
+            yield Decoded(self._last, slot, held=True)
 
 
 def _context(stream: av.video.stream.VideoStream, max_pixels: int) -> Any:

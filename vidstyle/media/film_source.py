@@ -62,7 +62,7 @@ class FilmSource:
         self.may_be_still = pictures or container.metadata.get("major_brand") in STILL_BRANDS
         self.orientation = _photograph_orientation(name) if self.codec == "mjpeg" and pictures else None
         self._formats = formats
-        self._seen_packets = 0
+        self._seen_packets = self._hidden_packets = 0
         self._seen_end = Fraction(0)
         self._from_start = True
         for stream in container.streams:
@@ -97,6 +97,7 @@ class FilmSource:
                 yield packet
                 continue
             self._seen_packets += 1
+            self._hidden_packets += packet.is_discard
             for decoded in self._decoder.decode(packet):
                 yield from self._stamped(decoded)
         for decoded in self._decoder.flush():
@@ -146,15 +147,19 @@ class FilmSource:
     def _compare_with_header(self) -> None:
         """A file that was cut off ends without an error; only its header knows."""
         assert self.container is not None
-        missing = self.stream.frames - self._seen_packets
+        damage = self.damage
         if self._formats & COUNTED and self.stream.frames:
-            if missing > 0:
-                self.damage.missing_frames, self.damage.lost = missing + self.damage.lost, 0
+            if self._seen_packets < self.stream.frames:
+                # Every one that is not delivered is missing, that of a packet cut in two included.
+                damage.missing_frames = (
+                    self.stream.frames - self._hidden_packets - damage.decoded - damage.held
+                )
+                damage.lost = 0
         elif self._formats & TIMED and self.container.duration:
             announced = Fraction(self.container.duration, av.time_base)
             if announced - self._seen_end > max(TAIL, announced / 100):
-                self.damage.missing_seconds = announced - self._seen_end
-                self.damage.header_seconds = announced
+                damage.missing_seconds = announced - self._seen_end
+                damage.header_seconds = announced
 
     def _next_key_time(self) -> Fraction | None:
         assert self.container is not None

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import UsageError
-from vidstyle.picture import Picture
+from vidstyle.picture import Encoding, Picture
 
-LEAST_SHIFT = 1 / 64
-"""Chroma shifts below this many samples are not worth an interpolation."""
+LEAST_BLUR = 0.1
+"""A Gaussian of this many samples changes nothing."""
 
 
 def wanted_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, int]:
@@ -47,12 +47,10 @@ def resized(picture: Picture, width: int, height: int) -> Picture:
     shape = (height, width)
     chroma = picture.chroma
     if chroma is not None:
+        scales = width / old_width, height / old_height
         shape_chroma = picture.encoding.chroma_shape(height, width)
-        shift = _chroma_shift(picture, width / old_width, height / old_height)
-        chroma = (
-            _plane(_shifted(chroma[0], shift), shape_chroma),
-            _plane(_shifted(chroma[1], shift), shape_chroma),
-        )
+        blue, red = (_chroma(plane, picture.encoding, scales, shape_chroma) for plane in chroma)
+        chroma = (blue, red)
     return replace(
         picture,
         luma=None if picture.luma is None else _plane(picture.luma, shape),
@@ -100,23 +98,22 @@ def _plane(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     return cv2.resize(plane, (shape[1], shape[0]), interpolation=method)
 
 
-def _chroma_shift(picture: Picture, across: float, down: float) -> tuple[float, float]:
-    """By how many chroma samples to move the chroma first, so that scaling leaves its siting as it was.
+def _chroma(
+    plane: np.ndarray, encoding: Encoding, scales: tuple[float, float], shape: tuple[int, int]
+) -> np.ndarray:
+    """A chroma plane sampled where the luma of another size has its chroma, by the same siting.
 
-    A sample that lies off the middle of its luma pixels would come to lie `scale` times as far off it.
+    The new sample j lies at the new luma pixel siting + step j; the rest is that pixel's place in the source.
     """
-    offsets = zip(picture.encoding.siting, picture.encoding.step, (across, down), strict=True)
-    x, y = ((scale - 1) * (first - (step - 1) / 2) / (step * scale) for first, step, scale in offsets)
-    return x, y
-
-
-def _shifted(plane: np.ndarray, shift: tuple[float, float]) -> np.ndarray:
-    x, y = shift
-    if max(abs(x), abs(y)) < LEAST_SHIFT:
-        return plane
-    move = np.array([[1, 0, x], [0, 1, y]])
-    size = (plane.shape[1], plane.shape[0])
-    return cv2.warpAffine(plane, move, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    spread = [0.5 * max(1 / scale**2 - 1, 0) ** 0.5 for scale in scales]
+    if max(spread) > LEAST_BLUR:
+        across, down = (max(sigma, LEAST_BLUR) for sigma in spread)
+        plane = cv2.GaussianBlur(plane, (0, 0), across, sigmaY=down, borderType=cv2.BORDER_REPLICATE)
+    places = zip(encoding.siting, encoding.step, scales, strict=True)
+    x, y = (((first + 0.5) / scale - 0.5 - first) / step for first, step, scale in places)
+    where = np.array([[1 / scales[0], 0, x], [0, 1 / scales[1], y]])
+    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    return cv2.warpAffine(plane, where, shape[::-1], flags=flags, borderMode=cv2.BORDER_REPLICATE)
 
 
 def _framed(plane: np.ndarray, shape: tuple[int, int], corner: tuple[int, int], fill: int) -> np.ndarray:

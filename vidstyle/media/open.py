@@ -68,6 +68,8 @@ def open_media(
         _check_size(source, picture_size(head), max_pixels)
         # FFmpeg would go by a picture's name, and take it for a sequence.
         format = format or ("jpeg_pipe" if _is_still_jpeg(Path(source), head) else None)
+    if format is not None and format not in av.formats_available:
+        raise UsageError("format", f"{format} is not one that this build reads")
     options = {"max_pixels": str(max_pixels)} | (options or {})
     options["format_whitelist"] = f"{FORMATS},{NETWORK_FORMATS}" if allow_url else FORMATS
     target = _target(source, allow_url)

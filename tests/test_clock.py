@@ -1,0 +1,94 @@
+"""Stamps repaired: none missing, none twice, none backwards, and no more changed than must be."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import av
+import media
+import pytest
+
+from vidstyle.media.clock import FrameClock, PacketClock, fine_time_base
+from vidstyle.media.frame import Frame
+from vidstyle.media.reader import open_reader
+
+
+def stamps(clock: FrameClock, given: list[int | None]) -> list[int]:
+    """What the clock makes of the stamps; frames must come out in the order they went in."""
+    shown = [pair for number, pts in enumerate(given) for pair in clock.stamp(number, pts)]
+    shown += clock.flush()
+    assert [number for number, _ in shown] == list(range(len(given)))
+    return [stamp for _, stamp in shown]
+
+
+def test_good_stamps_stay(caplog):
+    clock = FrameClock(Fraction(1, 90000), Fraction(30))
+    assert stamps(clock, [7, 3010, 6000, 180_000]) == [7, 3010, 6000, 180_000]
+    assert not caplog.text
+
+
+def test_stamps_that_do_not_grow_are_nudged_by_a_tick(caplog):
+    clock = FrameClock(Fraction(1, 90000), Fraction(30))
+    assert stamps(clock, [0, 3000, 3000, 2990, 9000]) == [0, 3000, 3001, 3002, 9000]
+    assert clock.nudged == 2 and len(caplog.records) == 1
+
+
+def test_a_coarse_time_base_is_divided_so_that_a_nudge_is_not_seen():
+    clock = FrameClock(Fraction(1, 25), Fraction(25))
+    assert clock.time_base == Fraction(1, 12800)
+    assert stamps(clock, [0, 1, 1, 2]) == [0, 512, 513, 1024]
+    assert fine_time_base(Fraction(1, 1000)) == Fraction(1, 1000)
+
+
+def test_swapped_stamps_are_sorted_where_no_display_times_are_stored():
+    clock = FrameClock(Fraction(1, 1000), Fraction(25), window=2)
+    assert stamps(clock, [0, 80, 40, 120, 160]) == [0, 40, 80, 120, 160]
+
+
+def test_missing_stamps_follow_from_the_rate(caplog):
+    clock = FrameClock(Fraction(1, 1200000), Fraction(24000, 1001))
+    assert stamps(clock, [None] * 4) == [0, 50050, 100100, 150150]
+    assert "no timestamps" in caplog.text
+
+
+def packet(stamp: int, stream_index: int = 0) -> av.Packet:
+    made = av.Packet(b"x")
+    made.pts = made.dts = stamp
+    made.time_base = Fraction(1, 90000)
+    made.duration = 3000
+    return made
+
+
+def restamped(clock: PacketClock, given: list[int]) -> list[int]:
+    packets = [packet(stamp) for stamp in given]
+    for one in packets:
+        clock.restamp(one)
+    return [one.pts for one in packets]
+
+
+def test_a_shift_moves_every_packet():
+    assert restamped(PacketClock(Fraction(14, 10), True), [126000, 129000]) == [0, 3000]
+
+
+def test_a_clock_that_starts_again_is_bridged(caplog):
+    clock = PacketClock(Fraction(0), broadcast=False)
+    assert restamped(clock, [900_000, 903_000, 0, 3000]) == [900_000, 903_000, 906_000, 909_000]
+    assert caplog.text.count("bridged") == 1
+
+
+def test_a_leap_is_a_jump_in_broadcasts_and_a_gap_elsewhere():
+    leap = [0, 3000, 90_000_000]
+    assert restamped(PacketClock(Fraction(0), broadcast=True), leap) == [0, 3000, 6000]
+    assert restamped(PacketClock(Fraction(0), broadcast=False), leap) == leap
+
+
+@pytest.mark.parametrize("container", ["avi", "mkv"])
+def test_b_frames_in_a_container_without_display_times(tmp_path, container):
+    path = media.make_clip(
+        tmp_path / f"clip.{container}", frames=20, codec="mpeg4", options={"bf": "2", "qscale": "3"}
+    )
+    with open_reader(path) as reader:
+        frames = [item for item in reader if isinstance(item, Frame)]
+    assert len(frames) == 20
+    steps = [after.time - before.time for before, after in zip(frames, frames[1:], strict=False)]
+    assert all(abs(step - Fraction(1, 30)) < Fraction(2, 1000) for step in steps)
