@@ -1,0 +1,70 @@
+"""Draws every block at its default on one photograph: `python tools/contact_sheet.py [docs/blocks.png]`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import skimage.data
+
+from vidstyle.blocks import all_blocks
+from vidstyle.renderer import stylize
+from vidstyle.style import Step, Style
+
+SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
+    "blend": (Step("gaussian", {"sigma": 6}),),
+    "minimum_range": (Step("brightness", {"factor": 0.5}),),
+    "to_color": (Step("to_gray"), Step("soft_threshold")),
+}
+"""What runs before the blocks that would show nothing on the photograph itself."""
+
+CROP = np.s_[:320, 64:384]
+"""What is shown of the photograph."""
+SIDE = 224
+"""Of one picture, in pixels."""
+COLUMNS = 6
+LABEL = 24
+GAP = 4
+
+
+def main() -> None:
+    """Draw the sheet and say where it is."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("output", type=Path, nargs="?", default=Path("docs/blocks.png"))
+    output: Path = parser.parse_args().output
+    smallest = [cv2.IMWRITE_PNG_COMPRESSION, 9, cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_ALL_FILTERS]
+    if not cv2.imwrite(str(output), sheet()[..., ::-1], smallest):
+        parser.error(f"{output} cannot be written")
+    print(output)
+
+
+def sheet() -> np.ndarray:
+    """All pictures with their names, as many in a row as COLUMNS; H x W x 3 uint8."""
+    pictures = list(labelled_pictures())
+    pictures += [np.full_like(pictures[0], 255)] * (-len(pictures) % COLUMNS)
+    rows = (pictures[first : first + COLUMNS] for first in range(0, len(pictures), COLUMNS))
+    return np.vstack([np.hstack(row) for row in rows])
+
+
+def labelled_pictures() -> Iterator[np.ndarray]:
+    """The photograph and what each block makes of it, in the order of the names."""
+    photograph = cv2.resize(skimage.data.astronaut()[CROP], (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+    yield labelled(photograph, "source")
+    for name in all_blocks():
+        steps = (*SHOWN_AFTER.get(name, ()), Step(name))
+        picture = stylize(photograph, Style(name, background=steps))
+        yield labelled(picture, ", ".join(step.block for step in steps))
+
+
+def labelled(picture: np.ndarray, name: str) -> np.ndarray:
+    """The picture in a white frame with its name above."""
+    framed = cv2.copyMakeBorder(picture, LABEL, GAP, GAP, GAP, cv2.BORDER_CONSTANT, value=(255, 255, 255))
+    at = (GAP, LABEL - 8)
+    return cv2.putText(framed, name, at, cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
+
+
+if __name__ == "__main__":
+    main()
