@@ -8,6 +8,7 @@ from typing import Protocol
 
 import av
 from av.audio.stream import AudioStream
+from av.bitstream import BitStreamFilterContext
 from av.stream import AttachmentStream, Disposition, Stream
 from av.subtitles.stream import SubtitleStream
 
@@ -56,6 +57,31 @@ class PlainCopy:
             packet.pts = packet.dts = 0
         packet.stream = self.stream
         return [packet]
+
+    def flush(self) -> list[av.Packet]:
+        """Nothing is held back."""
+        return []
+
+
+class UnframedCopy:
+    """AAC of a broadcast, whose packets each have a header; files have one for all of them."""
+
+    def __init__(self, stream: Stream, template: Stream) -> None:
+        self.stream = stream
+        self.lost = 0
+        self._filter = BitStreamFilterContext("aac_adtstoasc", in_stream=template)
+
+    def packets(self, packet: av.Packet) -> list[av.Packet]:
+        """The packet without its header, or nothing if it is torn."""
+        time_base = packet.time_base
+        try:
+            bare = self._filter.filter(packet)
+        except av.FFmpegError:
+            self.lost += 1
+            return []
+        for made in bare:
+            made.stream, made.time_base = self.stream, time_base
+        return bare
 
     def flush(self) -> list[av.Packet]:
         """Nothing is held back."""
@@ -158,9 +184,14 @@ class CopiedStreams:
 
     def _copy(self, template: Stream, name: str) -> CopiedStream | None:
         try:
-            return PlainCopy(self._container.add_stream_from_template(template, opaque=True))  # type: ignore[type-var]
+            stream = self._container.add_stream_from_template(template, opaque=True)  # type: ignore[type-var]
         except ValueError:
             return self._leave_out(template, name)
+        context = template.codec_context
+        framed = name == "aac" and context is not None and context.extradata is None
+        return (
+            UnframedCopy(stream, template) if framed and self._kind.muxer != "mpegts" else PlainCopy(stream)
+        )
 
     def _leave_out(self, template: Stream, name: str) -> CopiedStream | None:
         _log.warning(

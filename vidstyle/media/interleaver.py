@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import heapq
 import itertools
 import logging
@@ -9,6 +10,8 @@ from fractions import Fraction
 
 import av
 
+OUTPUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EROFS)
+"""System errors that are the output's fault, and not that of a packet."""
 MOST_HELD = 32 * 2**20
 """Bytes of copied packets that wait for the pictures at most."""
 
@@ -74,7 +77,9 @@ class Interleaver:
         self._held -= packet.size
         try:
             self._container.mux(packet)
-        except (av.error.ArgumentError, av.error.InvalidDataError) as error:
+        except av.FFmpegError as error:
+            if error.errno in OUTPUT_ERRORS:
+                raise
             # Not ours to repair, and no reason to lose the pictures.
             self.dropped += 1
             _log.debug("a packet of stream %d was refused: %s", packet.stream_index, error)

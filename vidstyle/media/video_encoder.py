@@ -37,7 +37,8 @@ class VideoEncoder:
         self.end = Fraction(0)
         self.moved = 0
         self._last = -(2**62)
-        self._durations: dict[int, int] = {}
+        self._durations: dict[int | None, int] = {}
+        self._held: av.Packet | None = None
 
     def encode(self, frame: Frame) -> list[av.Packet]:
         """The packets that come out when the frame goes in; none while the encoder looks ahead."""
@@ -46,18 +47,21 @@ class VideoEncoder:
         native.duration = self._duration(frame)
         self._durations[native.pts] = native.duration
         self.end = (native.pts + native.duration) * self.plan.time_base
-        return [self._timed(packet) for packet in self.stream.encode(native)]
+        return [timed for packet in self.stream.encode(native) for timed in self._timed(packet)]
 
     def flush(self, seconds: float | None = None) -> Iterator[av.Packet]:
         """The packets that the encoder still held back; it stops when `seconds` have passed."""
         deadline = time.monotonic() + (seconds if seconds is not None else float("inf"))
-        if not self._durations:
-            return
-        for packet in self.stream.codec_context.encode_lazy(None):
-            packet.stream = self.stream
-            yield self._timed(packet)
-            if time.monotonic() > deadline:
-                return
+        if self.end:
+            for packet in self.stream.codec_context.encode_lazy(None):
+                packet.stream = self.stream
+                yield from self._timed(packet)
+                if time.monotonic() > deadline:
+                    break
+        if self._held is not None:
+            self._held.duration = self._last_duration(self._held)
+            yield self._held
+            self._held = None
 
     def _clocked(self, frame: Frame) -> int:
         """The frame's time in the encoder's units, later than all before."""
@@ -74,11 +78,25 @@ class VideoEncoder:
         seconds = frame.duration * frame.time_base if frame.duration else 1 / self.plan.rate
         return max(1, round(seconds / self.plan.time_base))
 
-    def _timed(self, packet: av.Packet) -> av.Packet:
-        # Encoders that look ahead lose the durations, and a file then ends with its last frame's start.
-        if packet.pts is not None and packet.pts in self._durations:
-            packet.duration = self._durations.pop(packet.pts)
-        return packet
+    def _timed(self, packet: av.Packet) -> Iterator[av.Packet]:
+        """The packet before this one, which ends when this one is decoded.
+
+        When the MP4 muxer joins its fragments, it goes by the durations of the packets that end them.
+        """
+        held, self._held = self._held, packet
+        if held is not None:
+            duration = self._durations.pop(held.pts, 1)
+            if packet.dts is not None and held.dts is not None:
+                duration = max(1, packet.dts - held.dts)
+            held.duration = duration
+            yield held
+
+    def _last_duration(self, packet: av.Packet) -> int:
+        """What brings the end of the film to the end of its last frame, which may be another."""
+        if packet.pts is None:
+            return 1
+        duration = self._durations.pop(packet.pts, 1)
+        return duration if self._durations else max(1, round(self.end / self.plan.time_base) - packet.pts)
 
 
 def picture_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
