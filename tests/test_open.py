@@ -33,13 +33,6 @@ def test_a_folder(tmp_path):
     assert reason_of(tmp_path) == "is a directory"
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_a_file_that_may_not_be_read(tmp_path):
-    path = media.make_clip(tmp_path / "clip.mp4", frames=2)
-    path.chmod(0)
-    assert reason_of(path) == "permission denied"
-
-
 @pytest.mark.parametrize("content", [b"", bytes(4096), os.urandom(50_000), b"no film at all\n" * 50])
 def test_rubbish_named_as_a_film(tmp_path, content):
     path = tmp_path / "film.mp4"

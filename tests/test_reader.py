@@ -141,6 +141,14 @@ def test_start_between_two_frames_shows_the_first_of_them(tmp_path):
     assert (frames[0].picture.luma == whole[1].picture.luma).all()
 
 
+def test_a_start_in_a_raw_stream_and_in_a_pipe(tmp_path, monkeypatch):
+    raw = media.make_clip(tmp_path / "clip.h264", frames=60, size=(160, 90))
+    assert len(read(raw, start=Fraction(1))[0]) == 60 - 25, "25 frames a second are assumed"
+    film = media.make_clip(tmp_path / "clip.mkv", frames=60, size=(160, 90))
+    monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": _Pipe(film.read_bytes())}))
+    assert len(read("-", start=Fraction(1))[0]) == 30
+
+
 def test_subtitles_that_are_on_the_screen_at_the_start_stay(tmp_path):
     path = media.make_clip(tmp_path / "lines.mkv", frames=60, subtitles=["eng"], size=(160, 90))
     _, packets = read(path, start=Fraction(1, 2))

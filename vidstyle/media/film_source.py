@@ -8,21 +8,26 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
-from av.stream import Discard, Disposition
+from av.stream import Discard
 
-from vidstyle.errors import InputError
 from vidstyle.media.clock import BROADCAST, FrameClock, PacketClock, start_shift
 from vidstyle.media.damage import TAIL, Damage
 from vidstyle.media.decode import PATIENCE, Decoded, Decoder
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.picture_header import HEAD, exif_orientation
+from vidstyle.media.picture_header import HEAD, exif_orientation, is_jpeg
 from vidstyle.media.source import Stamped
+from vidstyle.media.streams import (
+    announced_seconds,
+    choose_stream,
+    frame_rate,
+    is_attached_picture,
+    is_picture_format,
+    may_be_still,
+)
 
 log = logging.getLogger("vidstyle")
 
 USUAL_RATE = Fraction(25)
-HIGHEST_RATE = 480
-STILL_BRANDS = frozenset({"avif", "heic", "heix", "mif1"})
 UNSORTED = frozenset({"avi"})
 """Formats that store no display times, so that those of packed B-frames come out of order."""
 SORTING_WINDOW = 2
@@ -35,7 +40,10 @@ TIMED = frozenset({"matroska", "webm", "flv", "avi"})
 class FilmSource:
     """Reads a container; see `Source`."""
 
-    def __init__(self, container: av.container.InputContainer, name: str, max_pixels: int) -> None:
+    def __init__(
+        self, container: av.container.InputContainer, name: str, max_pixels: int, file: Path | None
+    ) -> None:
+        """`file`: what the container was opened on, if that is a file, in which one can go back."""
         self.container: av.container.InputContainer | None = container
         self.name = name
         self.damage = Damage()
@@ -45,7 +53,7 @@ class FilmSource:
         ]
         self._decoder = Decoder(self.stream, self.damage, max_pixels)
         self.codec = self._decoder.codec
-        self.rate = _rate(self.stream)
+        self.rate = frame_rate(self.stream)
         formats = set(container.format.name.split(","))
         base = self.stream.time_base or 1 / USUAL_RATE
         window = SORTING_WINDOW if formats & UNSORTED else 0
@@ -54,14 +62,14 @@ class FilmSource:
         self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
         self.time_base = self._clock.time_base
         self.sample_aspect = self.stream.sample_aspect_ratio or None
-        self.duration = _duration(container, self.stream)
+        self.duration = announced_seconds(container, self.stream)
         self.frames = self.stream.frames or (
             round(self.duration * self.rate) if self.duration and self.rate else None
         )
-        pictures = any(name.endswith("_pipe") or name in ("gif", "apng") for name in formats)
-        self.may_be_still = pictures or container.metadata.get("major_brand") in STILL_BRANDS
-        self.orientation = _photograph_orientation(name) if self.codec == "mjpeg" and pictures else None
+        self.may_be_still = may_be_still(container)
+        self.orientation = _photograph_orientation(container, file)
         self._formats = formats
+        self._seekable = file is not None
         self._seen_packets = self._hidden_packets = 0
         self._seen_end = Fraction(0)
         self._from_start = True
@@ -71,7 +79,9 @@ class FilmSource:
 
     def seek(self, time: Fraction) -> None:
         """Continue from the last key frame that is shown at or before a time in seconds."""
-        assert self.container is not None and self.stream.time_base is not None
+        assert self.container is not None
+        if not self._seekable or self.stream.start_time is None or self.stream.time_base is None:
+            return  # a pipe, or a raw stream in which no time can be found: read from where we are
         wanted = time + self._packet_clock.shift
         for number in range(MOST_SEEKS):
             earlier = wanted - (2**number - 1)
@@ -177,61 +187,10 @@ class FilmSource:
             log.debug("%s: cannot be rewound", self.name)
 
 
-def choose_stream(container: av.container.InputContainer, name: str) -> av.video.stream.VideoStream:
-    """The stream to restyle: the longest video that is not a cover picture.
-
-    Raises:
-        InputError: there is none, or this build cannot decode it.
-    """
-    streams = [stream for stream in container.streams.video if not is_attached_picture(stream)]
-    if not streams:
-        raise InputError(name, "no video stream")
-    chosen = max(streams, key=lambda stream: (_duration(container, stream, own=True) or 0, -stream.index))
-    if len(streams) > 1:
-        log.info("%d video streams: stream %d is taken, the longest", len(streams), chosen.index)
-    if chosen.codec_context is None:
-        raise InputError(name, "its video codec is not one that this build decodes")
-    return chosen
-
-
-def _photograph_orientation(name: str) -> Orientation | None:
+def _photograph_orientation(container: av.container.InputContainer, file: Path | None) -> Orientation | None:
     """From the file itself, for PyAV tells how a photograph is turned, but not that it is mirrored."""
-    path = Path(name)
-    if not path.is_file():
+    if file is None or not is_picture_format(container):
         return None
-    with path.open("rb") as file:
-        return Orientation.of_exif(exif_orientation(file.read(HEAD)))
-
-
-def is_attached_picture(stream: av.stream.Stream) -> bool:
-    """Whether the stream is a cover picture rather than a film."""
-    return bool(Disposition(stream.disposition) & Disposition.attached_pic)
-
-
-def _rate(stream: av.video.stream.VideoStream) -> Fraction | None:
-    """Frames a second; streams in milliseconds without a rate average to nonsense."""
-    average, guessed = stream.average_rate, stream.guessed_rate
-    return (average if average and average <= HIGHEST_RATE else guessed) or None
-
-
-def _duration(
-    container: av.container.InputContainer, stream: av.video.stream.VideoStream, own: bool = False
-) -> Fraction | None:
-    """Seconds: the stream's own, or else (unless only its `own` counts) the whole container's."""
-    tagged = _seconds(stream.metadata.get("DURATION", ""))
-    if tagged:
-        return tagged
-    if stream.duration and stream.time_base:
-        return stream.duration * stream.time_base
-    if own:
-        return None
-    return Fraction(container.duration, av.time_base) if container.duration else None
-
-
-def _seconds(text: str) -> Fraction | None:
-    """Matroska's "00:01:02.345" in seconds."""
-    try:
-        hours, minutes, seconds = text.split(":")
-        return int(hours) * 3600 + int(minutes) * 60 + Fraction(seconds)
-    except ValueError:
-        return None
+    with file.open("rb") as content:
+        head = content.read(HEAD)
+    return Orientation.of_exif(exif_orientation(head)) if is_jpeg(head) else None

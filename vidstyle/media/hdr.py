@@ -31,7 +31,8 @@ from vidstyle.media.hdr_kernels import map_colors, map_planes
 from vidstyle.picture import Encoding, Picture
 
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
-TABLE = 4096
+TABLE = 32768
+"""Entries of a curve; enough to take the nearest one for signals of 12 bits."""
 USUAL_PEAK = 1000.0
 """What PQ masters are mostly graded to, in cd/m2; taken where the stream does not say."""
 BT2020_TO_BT709 = np.array(

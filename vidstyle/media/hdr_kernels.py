@@ -11,11 +11,9 @@ from vidstyle.kernels import compiled
 
 @compiled(fastmath=True)
 def look_up(table, position):  # type: ignore[no-untyped-def]
-    """The table's value at a position 0..1, between its entries by a straight line."""
-    last = table.size - 1
-    place = min(max(position, np.float32(0)), np.float32(1)) * np.float32(last)
-    index = min(int(place), last - 1)
-    return table[index] + (place - np.float32(index)) * (table[index + 1] - table[index])
+    """The table's entry nearest to a position 0..1."""
+    last = np.float32(table.size - 1)
+    return table[int(min(max(position, np.float32(0)), np.float32(1)) * last + np.float32(0.5))]
 
 
 @compiled(fastmath=True)

@@ -5,9 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.open import PIXELS
 from vidstyle.picture import Encoding
+
+FASTEST = 1000
+"""Frames a second that may be asked for."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,19 @@ class ReadOptions:
     raw_size: tuple[int, int] | None = None
     raw_pix_fmt: str = "yuv420p"
     max_pixels: int = PIXELS
+
+    def check(self) -> None:
+        """Raise UsageError where the options make no sense, whatever the source."""
+        if self.start is not None and self.start < 0:
+            raise UsageError("start", f"{float(self.start):g} s lies before the film")
+        if self.end is not None and self.end <= (self.start or 0):
+            raise UsageError("end", f"{float(self.end):g} s is not after the start")
+        if self.rotate is not None and self.rotate % 90:
+            raise UsageError("rotate", f"{self.rotate} is not a quarter turn", "give 90, 180 or 270")
+        if self.fps is not None and not 0 < self.fps <= FASTEST:
+            raise UsageError("fps", f"{float(self.fps):g} is not a frame rate", f"give one up to {FASTEST}")
+        if self.format == "rawvideo" and self.raw_size is None:
+            raise UsageError("raw video", "its size is not known", "say it with the input's size")
 
 
 @dataclass(frozen=True)

@@ -6,25 +6,22 @@ import itertools
 import os
 from collections.abc import Iterator
 from fractions import Fraction
-from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import av
 
-from vidstyle.errors import InputError, UsageError
+from vidstyle.errors import InputError
 from vidstyle.media.constant_rate import ConstantRate
 from vidstyle.media.cut import Cut
 from vidstyle.media.damage import Damage
 from vidstyle.media.deinterlace import Deinterlacer
-from vidstyle.media.film_source import USUAL_RATE, FilmSource
 from vidstyle.media.frame import Frame
-from vidstyle.media.open import open_media
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.pictures import PictureMaker
-from vidstyle.media.sequence import SequenceSource, is_animated_webp, is_pattern
 from vidstyle.media.source import Source, Stamped
+from vidstyle.media.sources import open_source
 
 __all__ = ["ReadOptions", "Reader", "VideoInfo", "open_reader"]
 
@@ -37,8 +34,8 @@ def open_reader(source: str | os.PathLike[str], options: ReadOptions | None = No
         UsageError: the options make no sense, or a URL that was not allowed.
     """
     options = options or ReadOptions()
-    _check(options)
-    opened = _open_source(source, options)
+    options.check()
+    opened = open_source(source, options)
     try:
         return Reader(opened, options)
     except BaseException:
@@ -170,53 +167,6 @@ class Reader:
             is_rgb=picture.color is not None,
             still=still,
         )
-
-
-def _open_source(source: str | os.PathLike[str], options: ReadOptions) -> Source:
-    if is_pattern(source):
-        return SequenceSource.from_pattern(
-            str(source), options.fps or options.rate or USUAL_RATE, options.max_pixels
-        )
-    if str(source) != "-" and is_animated_webp(Path(source)):
-        return SequenceSource.from_webp(Path(source), options.max_pixels)
-    container = open_media(
-        source,
-        allow_url=options.allow_url,
-        max_pixels=options.max_pixels,
-        hwaccel=options.hwaccel,
-        format=options.format,
-        options=_raw_options(options),
-    )
-    try:
-        return FilmSource(
-            container, "standard input" if str(source) == "-" else str(source), options.max_pixels
-        )
-    except BaseException:
-        container.close()
-        raise
-
-
-def _check(options: ReadOptions) -> None:
-    if options.start is not None and options.start < 0:
-        raise UsageError("start", f"{float(options.start):g} s lies before the film")
-    if options.end is not None and options.end <= (options.start or 0):
-        raise UsageError("end", f"{float(options.end):g} s is not after the start")
-    if options.rotate is not None and options.rotate % 90:
-        raise UsageError("rotate", f"{options.rotate} is not a quarter turn", "give 90, 180 or 270")
-    if options.fps is not None and not 0 < options.fps <= 1000:
-        raise UsageError("fps", f"{float(options.fps):g} is not a frame rate", "give one up to 1000")
-    if options.format == "rawvideo" and options.raw_size is None:
-        raise UsageError("raw video", "its size is not known", "say it with the input's size")
-
-
-def _raw_options(options: ReadOptions) -> dict[str, str]:
-    if options.format != "rawvideo" or options.raw_size is None:
-        return {}
-    return {
-        "video_size": "{}x{}".format(*options.raw_size),
-        "pixel_format": options.raw_pix_fmt,
-        "framerate": str(options.rate or USUAL_RATE),
-    }
 
 
 def _progressive(source: Source) -> Iterator[Stamped | av.Packet]:

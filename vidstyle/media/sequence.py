@@ -17,12 +17,12 @@ from vidstyle.errors import InputError
 from vidstyle.media.clock import fine_time_base
 from vidstyle.media.damage import Damage
 from vidstyle.media.decode import Decoder
-from vidstyle.media.film_source import choose_stream
 from vidstyle.media.frame import frame_from_picture
 from vidstyle.media.open import open_media
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.picture_header import picture_size
 from vidstyle.media.source import Stamped
+from vidstyle.media.streams import choose_stream
 from vidstyle.picture import Picture
 
 log = logging.getLogger("vidstyle")
