@@ -202,11 +202,14 @@ class Place:
     Attributes:
         top: how many rows of the page lie above the array's first row.
         height, width: the size of the page in working pixels.
+        margin: how many of a filter's first and last rows are there only to be read from; what it
+            returns in them is thrown away.
     """
 
     top: int
     height: int
     width: int
+    margin: tuple[int, int] = (0, 0)
 
 
 LumaWeights = NewType("LumaWeights", np.ndarray)

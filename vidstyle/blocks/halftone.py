@@ -54,7 +54,7 @@ def halftone(
         screens[ink] = cosine, sine, first, low
         levels.append(np.empty((last - first + 1, high - low + 1), np.float32))
         _ink_levels(averaged, ink, screens[ink], place.top, spread, levels[ink])
-    _print(tuple(levels), screens, place.top, np.array(INKS[inks], np.float32), out)
+    _print(tuple(levels), screens, place.top, np.array(INKS[inks], np.float32), place.margin, out)
     return out
 
 
@@ -82,9 +82,14 @@ def _ink_levels(averaged, ink, screen, top, spread, levels):  # type: ignore[no-
     squared = cosine * cosine + sine * sine
     per_pixel = np.float32(np.sqrt(squared))
     one = np.float32(1)
+    near = 0.75 / per_pixel + 1
     for i in range(levels.shape[0]):
-        for j in range(levels.shape[1]):
-            along, across = (first + i + 0.5) / squared, (second + j + 0.5) / squared
+        along = (first + i + 0.5) / squared
+        # The turned band fills little of the lattice's square: only the cells near its rows count.
+        begin = ((top - near - along * sine) / cosine) * squared - second - 0.5
+        end = ((top + height + near - along * sine) / cosine) * squared - second - 0.5
+        for j in range(max(int(begin), 0), min(int(end) + 2, levels.shape[1])):
+            across = (second + j + 0.5) / squared
             x = min(max(int(np.floor(along * cosine - across * sine)), 0), width - 1)
             y = min(max(int(np.floor(along * sine + across * cosine)) - top, 0), height - 1)
             red, green, blue = averaged[y, x, 0], averaged[y, x, 1], averaged[y, x, 2]
@@ -118,38 +123,42 @@ def _cut(share, per_pixel):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
+    """Print one ink on a row. Three loops, because a look-up keeps the compiler from making vectors."""
     one, half, two, three = np.float32(1), np.float32(0.5), np.float32(2), np.float32(3)
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
     least_slope, step, turn = half * per_pixel, np.float32(cosine), np.float32(sine)
+    steepness, width = np.float32(6) * per_pixel, left.shape[1]
     # Counted from the row's own lowest cell, not the band's: float32 then rounds alike in every band.
-    first = np.floor(0.5 * cosine + y * sine)
-    second = np.floor(y * cosine - left.shape[1] * sine)
-    start = np.float32(0.5 * cosine + y * sine - first)
-    side = np.float32(y * cosine - 0.5 * sine - second)
+    first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
+    start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
     columns, flat = np.int32(levels.shape[1]), levels.reshape(-1)
     origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
-    red, green, blue = one - ink[0], one - ink[1], one - ink[2]
-    for x in range(left.shape[1]):
+    cell, height, slope = np.empty(width, np.int32), np.empty(width, np.float32), np.empty(width, np.float32)
+    for x in range(width):
         along, across = start + np.float32(x) * step, side - np.float32(x) * turn
         i, j = np.int32(along), np.int32(across)
         s, t = abs(two * (along - np.float32(i)) - one), abs(two * (across - np.float32(j)) - one)
-        height = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
         down, right = s * (one - s), t * (one - t)
-        slope = np.float32(6) * per_pixel * np.sqrt(down * down + right * right)
-        cover = (height - flat[origin + i * columns + j]) / max(slope, least_slope) + half
-        cover = min(max(cover, np.float32(0)), one)
+        cell[x] = origin + i * columns + j
+        height[x] = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
+        slope[x] = max(steepness * np.sqrt(down * down + right * right), least_slope)
+    for x in range(width):
+        height[x] -= flat[np.uint32(cell[x])]
+    red, green, blue = one - ink[0], one - ink[1], one - ink[2]
+    for x in range(width):
+        cover = min(max(height[x] / slope[x] + half, np.float32(0)), one)
         left[0, x] *= one - red * cover
         left[1, x] *= one - green * cover
         left[2, x] *= one - blue * cover
 
 
 @compiled(fastmath=True)
-def _print(levels, screens, top, inks, out):  # type: ignore[no-untyped-def]
+def _print(levels, screens, top, inks, margin, out):  # type: ignore[no-untyped-def]
     """White paper multiplied by what the dots of each ink leave of it."""
     width = out.shape[1]
     left = np.empty((3, width), np.float32)
-    for row in range(out.shape[0]):
+    for row in range(margin[0], out.shape[0] - margin[1]):
         left[:] = np.float32(1)
         _print_row(levels[0], screens[0], top + row + 0.5, inks[0], left)
         _print_row(levels[1], screens[1], top + row + 0.5, inks[1], left)

@@ -46,14 +46,14 @@ class Call:
         assert self.step.block is not None
         return self.step.block.rows_around(self.step.values)
 
-    def run(self, band: Band) -> None:
-        """Replace the band's values by the block's result."""
+    def run(self, band: Band, margin: tuple[int, int] = (0, 0)) -> None:
+        """Replace the band's values by the block's result; nobody wants that of the margin's rows."""
         block, on = self.step.block, self.step.on
         assert block is not None
         if on == "color" or (on == "channels" and not band.is_gray):
-            band.set_color(block.function(band.color(), **self._arguments(band, color=True)))
+            band.set_color(block.function(band.color(), **self._arguments(band, margin, color=True)))
             return
-        band.set_luma(block.function(band.luma(), **self._arguments(band, color=False)))
+        band.set_luma(block.function(band.luma(), **self._arguments(band, margin, color=False)))
         if block.chroma == "dropped":
             band.take_tint(None)
         for name, whole in self.pictures.items():
@@ -66,10 +66,10 @@ class Call:
         assert isinstance(control, Saved)
         return control.on
 
-    def _arguments(self, band: Band, color: bool) -> dict[str, Any]:
+    def _arguments(self, band: Band, margin: tuple[int, int], color: bool) -> dict[str, Any]:
         assert self.step.block is not None
         given: dict[object, Any] = {
-            Place: Place(band.top, *self.page),
+            Place: Place(band.top, *self.page, margin),
             LumaWeights: band.encoding.weights,
             Measured: self.numbers,
         }
@@ -118,7 +118,7 @@ class Work:
         reach = self.reach
         band = Band(self.whole, max(top - reach, 0), min(bottom + reach, self.shape[0]))
         for number, call in enumerate(self.calls):
-            call.run(band)
+            call.run(band, (top - band.top, band.bottom - bottom))
             if number == 0:
                 band.crop(top, bottom)
         return band

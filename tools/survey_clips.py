@@ -1,0 +1,109 @@
+"""Renders every film of a folder in the given styles and compares each result with its source.
+
+    python tools/survey_clips.py FOLDER [--style plain ...]
+
+One line for each: frames, the greatest difference of a presentation time in ms, the difference of the
+end in ms, the size, and for each copied sound track whether its packets are the same, byte for byte.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import logging
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+
+from vidstyle.errors import VidstyleError
+from vidstyle.pipeline import render
+from vidstyle.style import style_names
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a player would notice of a file."""
+
+    times: list[float]
+    end: float
+    size: tuple[int, int]
+    turn: int
+    sound: list[tuple[int, str, float]]
+
+
+def facts_of(path: Path, stream: int | None = None) -> Facts:
+    """Decode the pictures of the longest (or given) video stream and read all sound packets."""
+    with av.open(str(path)) as container:
+        videos = [each for each in container.streams.video if not each.disposition.value & 0x400]
+        video = max(videos, key=lambda each: each.frames or (each.duration or 0))
+        times, end, turn = [], 0.0, 0
+        digests = {each.index: hashlib.sha256() for each in container.streams.audio}
+        firsts: dict[int, float] = {}
+        counts = dict.fromkeys(digests, 0)
+        for packet in container.demux(video, *container.streams.audio):
+            if packet.stream_index in digests:
+                if packet.size:
+                    digests[packet.stream_index].update(bytes(packet))
+                    counts[packet.stream_index] += 1
+                    firsts.setdefault(packet.stream_index, float((packet.pts or 0) * packet.time_base))
+                continue
+            try:
+                frames = packet.decode()
+            except av.error.FFmpegError:
+                continue
+            for frame in frames:
+                times.append(float(frame.pts * frame.time_base))
+                turn = frame.rotation
+                end = times[-1] + float((frame.duration or 0) * frame.time_base)
+        sound = [(counts[key], digests[key].hexdigest(), firsts.get(key, 0.0)) for key in digests]
+        return Facts(times, end, (video.width, video.height), turn, sound)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--style", action="append", choices=style_names())
+    parser.add_argument("--container", default=".mp4")
+    options = parser.parse_args()
+    logging.getLogger("vidstyle").setLevel(logging.ERROR)
+    print("| clip | style | frames in/out | pts differ ms | end differs ms | size | sound | s |")
+    print("|---|---|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        for path in sorted(options.folder.iterdir()):
+            source = facts_of(path)
+            for style in options.style or style_names():
+                target = Path(folder) / f"out{options.container}"
+                began = time.perf_counter()
+                try:
+                    render(path, target, style)
+                except VidstyleError as error:
+                    print(f"| {path.name} | {style} | {error} |")
+                    continue
+                elapsed = time.perf_counter() - began
+                print(f"| {path.name} | {style} | {_compare(source, facts_of(target))} | {elapsed:.1f} |", flush=True)
+                target.unlink()
+
+
+def _compare(source: Facts, result: Facts) -> str:
+    differ = max((abs(a - b) for a, b in zip(source.times, result.times, strict=False)), default=0.0)
+    upright = source.size[::-1] if source.turn % 180 else source.size
+    size = "x".join(map(str, result.size)) + ("" if result.size == upright else f" (not {upright})")
+    pairs = zip(source.sound, result.sound, strict=False)
+    sound = [
+        "same" if mine[:2] == theirs[:2] else f"{theirs[0]} packets for {mine[0]}" for mine, theirs in pairs
+    ]
+    if len(source.sound) != len(result.sound):
+        sound.append(f"{len(result.sound)} tracks for {len(source.sound)}")
+    return (
+        f"{len(source.times)}/{len(result.times)} | {differ * 1000:.2f} "
+        f"| {abs(source.end - result.end) * 1000:.1f} | {size}{' turned' if result.turn else ''} "
+        f"| {', '.join(sound) or 'none'}"
+    )
+
+
+if __name__ == "__main__":
+    main()
