@@ -97,10 +97,11 @@ def video(path: Path, cut_off: bool = False) -> list[av.VideoFrame]:
     """All frames, decoded by plain PyAV; where it was `cut_off`, up to the last whole one."""
     frames: list[av.VideoFrame] = []
     with av.open(str(path.absolute())) as container:
-        try:
-            frames.extend(container.decode(video=0))
-        except av.FFmpegError:
-            assert cut_off
+        for packet in container.demux(video=0):
+            try:
+                frames.extend(packet.decode())
+            except av.InvalidDataError:
+                assert cut_off
     return frames
 
 

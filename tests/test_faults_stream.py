@@ -187,7 +187,9 @@ def test_21_odd_sizes(program: Program, size):
 def test_22_eight_k(program: Program):
     path = program.folder / "large.mkv"
     make_clip(path, frames=1, size=(7680, 4320), codec="mjpeg", pix_fmt="yuvj420p")
-    outcome = program(path, "out.mp4", "--preset", "ultrafast", style="poster")
+    style = program.folder / "few.toml"
+    style.write_text('format = 1\n[[background]]\nblock = "posterize"\n')
+    outcome = program(path, "out.mp4", "--preset", "ultrafast", style=str(style))
     assert outcome.exit_code == 0, outcome.said
     assert [(frame.width, frame.height) for frame in video(outcome.target)] == [(7680, 4320)]
 

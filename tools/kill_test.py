@@ -16,8 +16,9 @@ import time
 from pathlib import Path
 
 from vidstyle.demo import make_film
+from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import ReadOptions, open_reader
+from vidstyle.media.reader import Reader, open_reader
 
 MAY_MISS_SECONDS = 2.0
 
@@ -38,7 +39,7 @@ def main() -> None:
     good = 0
     with tempfile.TemporaryDirectory() as folder:
         film = Path(folder, "film.mp4")
-        make_film(film)
+        make_film(film, repeats=6)
         for number in range(arguments.times):
             target = Path(folder, f"killed-{number}.mp4")
             reached = kill_render(
@@ -82,14 +83,17 @@ def seconds_left(target: Path) -> float:
     film = next((path for path in left if path.exists()), None)
     if film is None:
         return 0.0
-    reader = open_reader(film, ReadOptions())
     try:
-        ends = [
-            item.time + (item.duration or 0) * item.time_base for item in reader if isinstance(item, Frame)
-        ]
-    finally:
-        reader.close()
-    return float(max(ends, default=0))
+        with open_reader(film) as reader:
+            ends = [frame.time + (frame.duration or 0) * frame.time_base for frame in frames(reader)]
+    except InputError:
+        return 0.0
+    return float(max(ends))
+
+
+def frames(reader: Reader) -> list[Frame]:
+    """All its frames."""
+    return [item for item in reader if isinstance(item, Frame)]
 
 
 def _position(line: str) -> float:

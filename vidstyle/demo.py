@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
+
 from vidstyle.cpu import CpuRenderer
 from vidstyle.demo_film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError
@@ -37,13 +39,15 @@ def make_demo(folder: Path) -> Iterator[Path]:
         yield target
 
 
-def make_film(path: Path) -> None:
-    """Write our own short film with its tune."""
+def make_film(path: Path, repeats: int = 1) -> None:
+    """Write our own short film with its tune, several times over if asked."""
     renderer = CpuRenderer(load_style("plain"))
 
     def pictures() -> Iterator[Picture]:
-        for number in range(SECONDS * RATE):
-            drawn = Picture.from_array(film_picture(number / RATE))
+        for number in range(repeats * SECONDS * RATE):
+            drawn = Picture.from_array(film_picture(number / RATE % SECONDS))
             yield renderer.run(drawn, number / RATE, Encoding())
 
-    write_film(path, pictures(), Fraction(RATE), film_sound(), SAMPLE_RATE)
+    sound = np.tile(film_sound(), repeats)
+    write_film(path, pictures(), Fraction(RATE), sound, SAMPLE_RATE)
+    renderer.close()

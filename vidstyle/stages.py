@@ -68,7 +68,7 @@ class Stages:
     def run(self, stop: threading.Event, watch: Callable[[], None]) -> None:
         """Go on until everything is written, a stage fails, or `stop` is set.
 
-        An early end keeps what is already restyled, closes the target and waits for the threads, 2 s at most.
+        An early end keeps what the encoder has, closes the target and waits for the threads, 2 s at most.
 
         Args:
             watch: called about ten times a second from this thread.
@@ -112,10 +112,10 @@ class Stages:
         self._over.set()
 
     def _halt(self) -> None:
-        """Let nothing more in; the writer still gets what is restyled."""
+        """Let nothing more reach the encoder: to close in time is worth more than a few frames."""
         self._halted.set()
         self._source.close(discard=True)
-        self._result.close()
+        self._result.close(discard=True)
 
     def _read(self) -> None:
         for batch in batches(self._items):
