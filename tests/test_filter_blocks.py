@@ -8,6 +8,7 @@ from media import photograph
 from pictures import noise, run, run_color, run_luma, step, style
 
 from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Step
 
 
 def convolved(plane: np.ndarray, kernel: np.ndarray) -> np.ndarray:
@@ -83,8 +84,9 @@ def test_scale_comes_back_to_the_size_and_keeps_flat_colours(factor: float, size
 
 @pytest.mark.parametrize("step_of", [(1, 1), (2, 2), (2, 1), (4, 1)], ids=str)
 @pytest.mark.parametrize("factor", [0.5, 2])
-def test_scale_moves_nothing(step_of: tuple[int, int], factor: float) -> None:
-    """Half size by area and back by bilinear interpolation leaves ramps where they were, colours too."""
+@pytest.mark.parametrize("after", [(), (step("saturation", factor=1.0),)], ids=["planes", "rgb"])
+def test_scale_moves_nothing(step_of: tuple[int, int], factor: float, after: tuple[Step, ...]) -> None:
+    """Another size and back leaves ramps where they were, colours too, mixed there with luma or not."""
     y, x = np.mgrid[:48, :64]
     luma = (0.2 + 0.005 * x + 0.004 * y).astype(np.float32)
     encoding = Encoding(depth=0, full_range=True, step=step_of, siting=(0.0, 0.5))
@@ -93,7 +95,7 @@ def test_scale_moves_nothing(step_of: tuple[int, int], factor: float) -> None:
     chroma_y = np.arange(rows)[:, None] * down + (0.5 if down > 1 else 0)
     blue = (0.002 * (np.arange(columns) * across) - 0.003 * chroma_y).astype(np.float32)
     picture = Picture(encoding, luma=luma, chroma=(blue, -blue))
-    out = run(style(step("scale", factor=factor, method="area", back="bilinear")), picture)
+    out = run(style(step("scale", factor=factor, method="area", back="bilinear"), *after), picture)
     assert out.luma is not None and out.chroma is not None
     np.testing.assert_allclose(out.luma[4:-4, 4:-4], luma[4:-4, 4:-4], atol=1e-5)
     np.testing.assert_allclose(out.chroma[0][4:-4, 4:-4], blue[4:-4, 4:-4], atol=1e-5)
