@@ -74,6 +74,7 @@ def test_31_a_second_signal_ends_at_once_and_the_film_still_plays(long_clip: Pat
 
 def test_33_killed_films_play(tmp_path: Path):
     command = [sys.executable, str(ROOT / "tools" / "kill_test.py"), "--times", "3"]
+    command += ["--within", "2", "--repeats", "3"]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=ROOT)
     assert ended.returncode == 0, ended.stdout + ended.stderr
 

@@ -29,6 +29,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--times", type=int, default=20)
+    parser.add_argument("--repeats", type=int, default=6, help="length of the film, in fours of seconds")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
         "--within", type=float, default=4.0, help="kill at most so many seconds after the start"
@@ -39,7 +40,7 @@ def main() -> None:
     good = 0
     with tempfile.TemporaryDirectory() as folder:
         film = Path(folder, "film.mp4")
-        make_film(film, repeats=6)
+        make_film(film, repeats=arguments.repeats)
         for number in range(arguments.times):
             target = Path(folder, f"killed-{number}.mp4")
             reached = kill_render(
