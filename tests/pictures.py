@@ -8,8 +8,11 @@ import numpy as np
 
 from vidstyle.cpu import CpuRenderer
 from vidstyle.picture import Encoding, Picture
+from vidstyle.planes import color_rows
 from vidstyle.style import Step, Style
 
+VIDEO = Encoding()
+RGB8 = Encoding(full_range=True, step=(1, 1))
 FLOAT = Encoding(depth=0, full_range=True, step=(1, 1))
 """float32 planes at full chroma resolution."""
 
@@ -72,3 +75,17 @@ def same_bits(first: Picture, second: Picture) -> bool:
         one.dtype == two.dtype and one.shape == two.shape and one.tobytes() == two.tobytes()
         for one, two in pairs
     )
+
+
+def rgb_of(picture: Picture) -> np.ndarray:
+    return color_rows(picture, 0, picture.shape[0]).astype(np.float64)
+
+
+SOURCES = {
+    "video": codes(VIDEO, 37, 41),
+    "deep": codes(Encoding("bt2020", depth=10, step=(2, 1)), 37, 41),
+    "rgb": Picture(RGB8, color=codes(RGB8, 37, 41 * 3).luma.reshape(37, 41, 3)),  # type: ignore[union-attr]
+    "float": Picture(FLOAT, color=noise(37, 41, 3)),
+    "gray": Picture(VIDEO, luma=codes(VIDEO, 37, 41).luma),
+}
+"""One picture of every kind, 37 x 41."""

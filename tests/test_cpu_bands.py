@@ -1,0 +1,114 @@
+"""The CPU runner: bands, sizes, lengths, and arrays of any layout."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import cv2
+import numpy as np
+import pytest
+from pictures import (
+    FLOAT,
+    SOURCES,
+    VIDEO,
+    codes,
+    noise,
+    run,
+    run_color,
+    run_luma,
+    same_bits,
+    step,
+    style,
+)
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.picture import SITINGS, Encoding, Picture
+from vidstyle.planes import chroma_rows
+
+LONG = style(
+    step("gaussian", sigma=1.0, save="soft"),
+    step("saturation"),
+    step("posterize", levels=6),
+    step("halftone", cell=4.0),
+    step("blend", other="soft", mode="multiply", mask="soft"),
+    lines=(step("to_gray"), step("gaussian", sigma=0.7), step("sobel", invert=True), step("soft_threshold")),
+    ink="#302010",
+)
+
+
+@pytest.mark.parametrize(
+    "target", [VIDEO, Encoding(siting=SITINGS["bottom"]), Encoding(step=(4, 4)), FLOAT], ids=str
+)
+@pytest.mark.parametrize("name", ["video", "rgb", "gray"])
+def test_bands_change_no_bit_of_a_long_style(
+    monkeypatch: pytest.MonkeyPatch, target: Encoding, name: str
+) -> None:
+    results = []
+    for size, threads in ((1 << 30, 1), (1, 1), (1, 4), (9000, 3)):
+        monkeypatch.setattr("vidstyle.cpu.work.CORES", threads)
+        monkeypatch.setattr("vidstyle.cpu.work.BAND_BYTES", size)
+        results.append(run(LONG, SOURCES[name], threads=threads, target=target))
+    assert all(same_bits(results[0], result) for result in results[1:])
+
+
+def test_lengths_grow_with_the_shorter_side() -> None:
+    """`height` is what lengths are meant for; a turned picture gets the same lengths."""
+    luma = noise(40, 90)
+    twice = run_luma(style(step("gaussian", sigma=2.0), height=20.0), luma)
+    np.testing.assert_array_equal(twice, run_luma(style(step("gaussian", sigma=4.0)), luma))
+    turned = run_luma(style(step("gaussian", sigma=2.0), height=20.0), luma.T)
+    np.testing.assert_allclose(turned, twice.T, atol=1e-6)
+    threshold = run_luma(style(step("soft_threshold"), height=20.0), luma)
+    np.testing.assert_array_equal(threshold, run_luma(style(step("soft_threshold")), luma))
+
+
+def test_no_length_falls_below_its_least() -> None:
+    color = noise(30, 40, 3)
+    tiny = run_color(style(step("halftone", cell=6.0), height=3000.0), color)
+    np.testing.assert_array_equal(tiny, run_color(style(step("halftone", cell=3.0)), color))
+
+
+def test_one_renderer_takes_pictures_of_any_size_and_kind() -> None:
+    with CpuRenderer(LONG) as renderer:
+        for shape, encoding in product([(20, 30), (8, 9), (20, 30)], [VIDEO, Encoding(depth=10)]):
+            picture = codes(encoding, *shape)
+            assert same_bits(renderer.run(picture, 0.0), run(LONG, picture))
+
+
+def test_alpha_beside_color_in_one_array() -> None:
+    """RGBA floats: the colour is a view with gaps."""
+    rgba = noise(20, 30, 4)
+    expected = run_color(LONG, np.ascontiguousarray(rgba[..., :3]))
+    out = run(LONG, Picture.from_array(rgba), rgb=True)
+    np.testing.assert_array_equal(out.color, expected)
+    np.testing.assert_array_equal(out.alpha, rgba[..., 3])
+
+
+def test_padded_and_reversed_planes_are_read_right() -> None:
+    """Rows with padding, as decoders give them, and flipped views."""
+    source = codes(VIDEO, 18, 20)
+    assert source.luma is not None and source.chroma is not None
+    wide = [np.pad(plane, ((0, 0), (0, 7))) for plane in (source.luma, *source.chroma)]
+    views = [plane[:, :-7] for plane in wide]
+    padded = Picture(VIDEO, luma=views[0], chroma=(views[1], views[2]))
+    assert same_bits(run(LONG, padded), run(LONG, source))
+    flipped = Picture(VIDEO, luma=views[0][::-1], chroma=(views[1][::-1], views[2][::-1]))
+    copied = Picture(VIDEO, luma=views[0][::-1].copy(), chroma=(views[1][::-1].copy(), views[2][::-1].copy()))
+    assert same_bits(run(LONG, flipped), run(LONG, copied))
+
+
+def test_working_size_resamples_as_opencv_does() -> None:
+    luma = noise(40, 60)
+    out = run_luma(style(step("scale", factor=0.5, method="lanczos", back="lanczos")), luma)
+    small = cv2.resize(luma, (30, 20), interpolation=cv2.INTER_LANCZOS4)
+    np.testing.assert_array_equal(out, cv2.resize(small, (60, 40), interpolation=cv2.INTER_LANCZOS4))
+
+
+def test_chroma_rows_of_a_result_lie_where_its_siting_says() -> None:
+    """A colour edge printed into 4:2:0 of each siting comes back in the same place."""
+    x = np.linspace(-0.2, 0.2, 40, dtype=np.float32)[None].repeat(24, axis=0)
+    source = Picture(FLOAT, luma=np.full_like(x, 0.5), chroma=(x, -x))
+    for siting in SITINGS.values():
+        target = Encoding(depth=0, full_range=True, siting=siting)
+        back = chroma_rows(run(style(step("saturation", factor=1.0)), source, target=target), 0, 24)
+        np.testing.assert_allclose(back[0][2:-2, 2:-2], x[2:-2, 2:-2], atol=1e-5)
