@@ -42,7 +42,9 @@ JOBS: dict[str, tuple[Command, Command]] = {"plain": (_vidstyle("plain"), _ffmpe
 
 def main() -> None:
     """Run the jobs that were asked for and print a line for each."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("clip", type=Path)
     parser.add_argument("--pairs", type=int, default=5)
     parser.add_argument("--job", choices=sorted(JOBS), action="append")
@@ -67,7 +69,9 @@ def _compare(ours: Command, peer: Command, clip: Path, pairs: int) -> str:
     ratios = sorted(own / other for own, other in zip(times[ours], times[peer], strict=True))
     own, other = (statistics.median(times[command]) for command in (ours, peer))
     ratio = statistics.median(ratios)
-    return f"vidstyle {own:.2f} s, peer {other:.2f} s, ratio {ratio:.3f} ({ratios[0]:.3f} to {ratios[-1]:.3f})"
+    return (
+        f"vidstyle {own:.2f} s, peer {other:.2f} s, ratio {ratio:.3f} ({ratios[0]:.3f} to {ratios[-1]:.3f})"
+    )
 
 
 def _time(command: list[str]) -> float:

@@ -64,7 +64,9 @@ def facts_of(path: Path, stream: int | None = None) -> Facts:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--style", action="append", choices=style_names())
     parser.add_argument("--container", default=".mp4")
@@ -84,7 +86,10 @@ def main() -> None:
                     print(f"| {path.name} | {style} | {error} |")
                     continue
                 elapsed = time.perf_counter() - began
-                print(f"| {path.name} | {style} | {_compare(source, facts_of(target))} | {elapsed:.1f} |", flush=True)
+                print(
+                    f"| {path.name} | {style} | {_compare(source, facts_of(target))} | {elapsed:.1f} |",
+                    flush=True,
+                )
                 target.unlink()
 
 

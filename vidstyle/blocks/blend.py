@@ -41,11 +41,16 @@ def blend(
     mask: Annotated[Any, Saved("picture whose luma multiplies the opacity", on="luma", optional=True)] = "",
 ) -> np.ndarray:
     """Lay a saved picture over the current one."""
+    mixed = MODES[mode](picture, other)
+    if mask is None and opacity == 1:
+        return mixed
     weight = np.float32(opacity)
     if mask is not None:
         weight = weight * mask if picture.ndim == 2 else weight * mask[..., None]
-    mixed = MODES[mode](picture, other)
-    return picture + weight * (mixed - picture)
+    mixed = mixed - picture
+    mixed *= weight
+    mixed += picture
+    return mixed
 
 
 def _hard_light(below: np.ndarray, above: np.ndarray) -> np.ndarray:

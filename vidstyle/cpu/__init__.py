@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 
@@ -81,6 +80,8 @@ class CpuRenderer:
         frame = _FrameRun(self._pool, picture, time, self._memories)
         base = frame.run_layer("base", self._layers["base"], Work(Whole.of(picture)))
         steps = self._layers["background"], self._layers["lines"]
+        if steps[0] and steps[1]:
+            base = base.finished(self._pool)  # once for both
         background = lines = None
         if steps[0] or not steps[1]:
             background = frame.run_layer("background", steps[0], base)
@@ -111,7 +112,7 @@ class _FrameRun:
             if step.block is not None:
                 work = self._run_step(step, work, self._memories.get((layer, number)))
             if step.save:
-                work = self._saved[step.save] = self._done(work)
+                work = self._saved[step.save] = work.finished(self._pool)
         return work
 
     def fit(self, work: Work, shape: tuple[int, int]) -> Work:
@@ -122,20 +123,17 @@ class _FrameRun:
         block = step.block
         assert block is not None
         if block.saves:
-            work = self._saved[block.saves] = self._done(work)
+            work = self._saved[block.saves] = work.finished(self._pool)
         if block.kind == "resize":
             return self._resize(step, work)
         if (block.kind == "filter" or memory is not None) and work.calls:
-            work = self._done(work)
+            work = work.finished(self._pool)
         numbers = None
         if memory is not None:
             measure = block.take_measure(_small_luma(work.whole), step.values)
             numbers = memory.follow(measure, self._time, step.values.get("settle", 0))
         pictures = {name: self._saved_at(saved, work.shape) for name, saved in step.pictures.items()}
         return work.then(Call(step, numbers, pictures, work.shape))
-
-    def _done(self, work: Work) -> Work:
-        return replace(work, whole=work.done(self._pool), calls=())
 
     def _saved_at(self, name: str, shape: tuple[int, int]) -> Whole:
         return at_size(self._saved[name].whole, shape, "bilinear")

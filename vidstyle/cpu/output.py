@@ -10,12 +10,16 @@ import numpy as np
 from vidstyle.block import rgb_from_text
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.work import Work, in_bands
+from vidstyle.kernels import mix_channels
 from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import chroma_reach, shrunk_chroma, store, yuv_from_rgb
+from vidstyle.planes import chroma_reach, shrunk_chroma, store
 from vidstyle.resample import resample
 from vidstyle.style import Style
 
 Triple = tuple[float, float, float]
+
+NEUTRAL = 1e-6
+"""Chroma this small is rounding, not colour."""
 
 
 @dataclass(frozen=True)
@@ -45,34 +49,41 @@ class Page:
             return self._lines_on_paper(self.lines.band(top, bottom))
         band = self.background.band(top, bottom)
         if self.paper != (1, 1, 1):
-            band.set_color(band.color() * np.array(self.paper, np.float32))
+            band.set_color(mix_channels(band.color(), np.diag([*self.paper, 0.0])[:3]))
         if self.lines is not None:
             self._draw(band, self.lines.band(top, bottom).luma())
         return band
 
     def _lines_on_paper(self, band: Band) -> Band:
-        luma = band.luma()
-        if len({*self.ink}) == 1 and len({*self.paper}) == 1:
-            ink, paper = self.ink[0], self.paper[0]
-            band.take_tint(None)
-            if (ink, paper) != (0, 1):
-                band.set_luma(np.float32(ink) + luma * np.float32(paper - ink))
-        else:
-            ink_color, paper_color = np.array(self.ink, np.float32), np.array(self.paper, np.float32)
-            band.set_color(ink_color + luma[..., None] * (paper_color - ink_color))
+        cover = band.luma()
+        band.take_tint(None)
+        paper, blue, red = _yuv(self.paper, band)
+        band.set_luma(np.full_like(cover, paper))
+        if max(abs(blue), abs(red)) > NEUTRAL:
+            band.set_chroma((np.full_like(cover, blue), np.full_like(cover, red)))
+        self._draw(band, cover)
         return band
 
     def _draw(self, band: Band, cover: np.ndarray) -> None:
-        """Ink where the lines are dark. Mixing is linear, so it is done in whatever form the band has."""
-        ink = np.array(self.ink, np.float32)
-        if band.is_color:
-            band.set_color(ink + cover[..., None] * (band.color() - ink))
-            return
-        luma, blue, red = (float(plane[0, 0]) for plane in yuv_from_rgb(ink[None, None], band.encoding))
-        if not (band.is_gray and max(abs(blue), abs(red)) < 1e-6):
+        """Ink where the lines are dark; mixing is linear, so luma and chroma serve, which come next."""
+        ink, blue, red = _yuv(self.ink, band)
+        luma = band.luma()
+        if not (band.is_gray and max(abs(blue), abs(red)) <= NEUTRAL):
             old_blue, old_red = band.chroma()
-            band.set_chroma((blue + cover * (old_blue - blue), red + cover * (old_red - red)))
-        band.set_luma(luma + cover * (band.luma() - luma))
+            band.set_chroma((_mixed(blue, old_blue, cover), _mixed(red, old_red, cover)))
+        band.set_luma(_mixed(ink, luma, cover))
+
+
+def _yuv(color: Triple, band: Band) -> tuple[float, float, float]:
+    luma, blue, red = (float(part) for part in band.encoding.from_rgb @ np.array(color, np.float32))
+    return luma, blue, red
+
+
+def _mixed(ink: float, under: np.ndarray, cover: np.ndarray) -> np.ndarray:
+    out = under - np.float32(ink)
+    out *= cover
+    out += np.float32(ink)
+    return out
 
 
 def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: bool) -> Picture:

@@ -123,6 +123,10 @@ class Work:
                 band.crop(top, bottom)
         return band
 
+    def finished(self, pool: Executor) -> Work:
+        """The same with all calls made."""
+        return replace(self, whole=self.done(pool), calls=())
+
     def done(self, pool: Executor) -> Whole:
         """The picture with all calls made, as float32 planes; untouched chroma stays where it is."""
         if not self.calls:
@@ -171,7 +175,7 @@ def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[
     Bands begin at multiples of four rows, which every chroma step divides.
     """
     height, width = shape
-    rows = max(BAND_BYTES // (12 * width), 4 * reach, 4)
+    rows = max(BAND_BYTES // (12 * width), 8 * reach, 4)
     rows = min(-(-rows // 4) * 4, max(4, -(-height // CORES + 3) // 4 * 4))
     tops = range(0, height, rows)
     list(pool.map(run, tops, (min(top + rows, height) for top in tops)))

@@ -20,6 +20,12 @@ from vidstyle.media.text import TEXT_CODECS, TextConverter
 OWN_TAGS = ("encoder", "major_brand", "minor_version", "compatible_brands", "rotate", "duration", "vendor_id")
 """Tags that are true of the source's file only."""
 OWN_TAG_STARTS = ("_statistics", "bps", "number_of_", "duration-")
+OLD_LANGUAGES = {
+    **{"deu": "ger", "fra": "fre", "nld": "dut", "zho": "chi", "ces": "cze", "ell": "gre", "fas": "per"},
+    **{"ron": "rum", "slk": "slo", "sqi": "alb", "hye": "arm", "mya": "bur", "kat": "geo", "isl": "ice"},
+    **{"mkd": "mac", "msa": "may", "bod": "tib"},
+}
+"""Languages with two names (ISO 639-2), the terminological one first."""
 COVER_CODECS = ("mjpeg", "png", "bmp")
 
 _log = logging.getLogger("vidstyle")
@@ -113,7 +119,7 @@ class CopiedStreams:
         for template in streams:
             copied = self._add(template)
             if copied is not None:
-                copied.stream.metadata.update(kept_tags(template.metadata))
+                copied.stream.metadata.update(_known_language(kept_tags(template.metadata), kind))
                 copied.stream.disposition = template.disposition
                 self._streams[template.index] = copied
 
@@ -228,6 +234,13 @@ def kept_tags(tags: dict[str, str]) -> dict[str, str]:
         for name, value in tags.items()
         if name.lower() not in OWN_TAGS and not name.lower().startswith(OWN_TAG_STARTS)
     }
+
+
+def _known_language(tags: dict[str, str], kind: ContainerKind) -> dict[str, str]:
+    """The tags with the language by the name that the QuickTime muxer knows: "ger" for "deu"."""
+    language = tags.get("language", "")
+    known = OLD_LANGUAGES.get(language) if kind.muxer == "mov" else None
+    return tags | {"language": known} if known else tags
 
 
 def codec_name(stream: Stream) -> str:

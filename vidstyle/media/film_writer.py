@@ -170,11 +170,15 @@ class FilmWriter(Writer):
         """What to tell after writing has failed; the file is closed, so that what is in it is known."""
         if isinstance(error, OutputError) and self._file is None:
             return error
-        self._close_quietly()
+        # Our own errors come while the file can still be closed. On a full disk some muxers close without
+        # a complaint, and the end is missing all the same.
+        whole = isinstance(error, OutputError)
+        if not whole:
+            self._close_quietly()
         partial = self.abandon()
-        kept = (
-            f"the first {frames_in(partial)} frames are safe in {partial}" if partial else "nothing is kept"
-        )
+        kept = "nothing is kept"
+        if partial:
+            kept = f"the first {frames_in(partial, whole)} frames are safe in {partial}"
         if isinstance(error, OutputError):
             return OutputError(error.thing, error.reason, kept)
         if isinstance(error, OSError):

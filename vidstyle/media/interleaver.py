@@ -37,6 +37,7 @@ class Interleaver:
         self._count = itertools.count()
         self._held = 0
         self._last: dict[int, int] = {}
+        self._sounds: dict[int, av.Packet] = {}
         self.written = self.moved = self.dropped = self.cut = 0
 
     def picture(self, packet: av.Packet) -> None:
@@ -51,15 +52,35 @@ class Interleaver:
         """Take a packet of another stream of the container."""
         if not self._clocked(packet):
             self.dropped += 1
-            return
-        assert packet.dts is not None
-        heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
-        self._held += packet.size
+        elif packet.stream.type == "audio":
+            self._wait(*self._lasting(packet))
+        else:
+            self._wait(packet)
+
+    def _lasting(self, packet: av.Packet) -> list[av.Packet]:
+        """The sound before this one, which is made to last until this one.
+
+        Durations in milliseconds add up to another time, and the MP4 muxer goes by them between fragments.
+        """
+        before = self._sounds.get(packet.stream_index)
+        self._sounds[packet.stream_index] = packet
+        if before is None or before.dts is None or packet.dts is None:
+            return []
+        before.duration = packet.dts - before.dts
+        return [before]
+
+    def _wait(self, *packets: av.Packet) -> None:
+        for packet in packets:
+            assert packet.dts is not None
+            heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
+            self._held += packet.size
         while self._held > MOST_HELD:
             self._write(heapq.heappop(self._waiting)[2])
 
     def finish(self, end: Fraction | None) -> None:
         """Write all that waits; with an `end` in seconds, what begins after it is left out."""
+        self._wait(*self._sounds.values())
+        self._sounds.clear()
         while self._waiting:
             _, _, packet = heapq.heappop(self._waiting)
             begin = packet.pts if packet.pts is not None else packet.dts

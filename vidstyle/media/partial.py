@@ -56,15 +56,13 @@ class PartialFile:
         self._create(target)
         self._checked = 0.0
 
-    def check_space(self, needed: int = LEAST_FREE) -> None:
+    def check_space(self) -> None:
         """Raise OutputError if the disk is nearly full; it looks once a second."""
         if time.monotonic() - self._checked < POLL_SECONDS:
             return
         self._checked = time.monotonic()
-        if shutil.disk_usage(self.target.parent).free < needed:
-            raise OutputError(
-                self.target, f"less than {needed // 2**20} MB are left on the disk", "free some"
-            )
+        if self.room < 0:
+            raise OutputError(self.target, f"less than {LEAST_FREE // 2**20} MB are left on the disk")
 
     def rewrite(self, convert: Callable[[Path, Path], bool]) -> None:
         """Put in place of the file what `convert` makes of it, from path to path, if it returns True.

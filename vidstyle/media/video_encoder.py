@@ -39,6 +39,7 @@ class VideoEncoder:
         self._last = -(2**62)
         self._durations: dict[int | None, int] = {}
         self._held: av.Packet | None = None
+        self._shown_until = -(2**62)
 
     def encode(self, frame: Frame) -> list[av.Packet]:
         """The packets that come out when the frame goes in; none while the encoder looks ahead."""
@@ -89,14 +90,17 @@ class VideoEncoder:
             if packet.dts is not None and held.dts is not None:
                 duration = max(1, packet.dts - held.dts)
             held.duration = duration
+            self._shown_until = max(self._shown_until, (held.pts or 0) + duration)
             yield held
 
     def _last_duration(self, packet: av.Packet) -> int:
-        """What brings the end of the film to the end of its last frame, which may be another."""
-        if packet.pts is None:
-            return 1
+        """The packet's own, or what brings the end of the film to the end of its last frame."""
         duration = self._durations.pop(packet.pts, 1)
-        return duration if self._durations else max(1, round(self.end / self.plan.time_base) - packet.pts)
+        end = round(self.end / self.plan.time_base)
+        flushed = not self._durations
+        if packet.pts is None or not flushed or self._shown_until >= end:
+            return duration
+        return max(duration, end - packet.pts)
 
 
 def picture_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
