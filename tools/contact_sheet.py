@@ -1,4 +1,4 @@
-"""Draws every block at its default on one photograph: `python tools/contact_sheet.py [docs/blocks.png]`."""
+"""Draws every block at its default and every style: `python tools/contact_sheet.py [docs]`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import skimage.data
 
 from vidstyle.blocks import all_blocks
 from vidstyle.renderer import stylize
-from vidstyle.style import Step, Style
+from vidstyle.style import Step, Style, load_style, style_names
 
 SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
     "blend": (Step("gaussian", {"sigma": 6}),),
@@ -24,32 +24,48 @@ SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
 CROP = np.s_[:320, 64:384]
 """What is shown of the photograph."""
 SIDE = 224
-"""Of one picture, in pixels."""
+"""Of one picture of a block, in pixels."""
+STYLE_SIDE = 400
+"""Of one picture of a style, in pixels."""
 COLUMNS = 6
 LABEL = 24
 GAP = 4
 
 
 def main() -> None:
-    """Draw the sheet and say where it is."""
+    """Draw the two sheets and say where they are."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("output", type=Path, nargs="?", default=Path("docs/blocks.png"))
-    output: Path = parser.parse_args().output
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("docs"))
+    folder: Path = parser.parse_args().folder
     smallest = [cv2.IMWRITE_PNG_COMPRESSION, 9, cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_ALL_FILTERS]
-    if not cv2.imwrite(str(output), sheet()[..., ::-1], smallest):
-        parser.error(f"{output} cannot be written")
-    print(output)
+    for name, sheet in (
+        ("blocks", sheet_of(labelled_blocks(), COLUMNS)),
+        ("styles", sheet_of(labelled_styles(), len(style_names()))),
+    ):
+        output = folder / f"{name}.png"
+        if not cv2.imwrite(str(output), sheet[..., ::-1], smallest):
+            parser.error(f"{output} cannot be written")
+        print(output)
 
 
-def sheet() -> np.ndarray:
-    """All pictures with their names, as many in a row as COLUMNS; H x W x 3 uint8."""
-    pictures = list(labelled_pictures())
-    pictures += [np.full_like(pictures[0], 255)] * (-len(pictures) % COLUMNS)
-    rows = (pictures[first : first + COLUMNS] for first in range(0, len(pictures), COLUMNS))
+def sheet_of(labelled: Iterator[np.ndarray], columns: int) -> np.ndarray:
+    """All pictures, so many in a row; H x W x 3 uint8."""
+    pictures = list(labelled)
+    pictures += [np.full_like(pictures[0], 255)] * (-len(pictures) % columns)
+    rows = (pictures[first : first + columns] for first in range(0, len(pictures), columns))
     return np.vstack([np.hstack(row) for row in rows])
 
 
-def labelled_pictures() -> Iterator[np.ndarray]:
+def labelled_styles() -> Iterator[np.ndarray]:
+    """The photograph in every style."""
+    photograph = cv2.resize(
+        skimage.data.astronaut()[CROP], (STYLE_SIDE, STYLE_SIDE), interpolation=cv2.INTER_CUBIC
+    )
+    for name in style_names():
+        yield labelled(stylize(photograph, load_style(name)), name)
+
+
+def labelled_blocks() -> Iterator[np.ndarray]:
     """The photograph and what each block makes of it, in the order of the names."""
     photograph = cv2.resize(skimage.data.astronaut()[CROP], (SIDE, SIDE), interpolation=cv2.INTER_AREA)
     yield labelled(photograph, "source")
