@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import BinaryIO
 
@@ -16,8 +17,12 @@ _CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
 _LARGEST_INDEX = 2**28
 
 
-def move_index_first(source: Path, target: Path) -> bool:
+def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)) -> bool:
     """Write `source` to `target` with its index right after the file type box.
+
+    Args:
+        source, target: paths.
+        surplus: seconds by which the last sample of the pictures is too long in the index.
 
     Returns:
         False, with nothing written, where the index is first already or the file is not laid out as expected.
@@ -35,6 +40,8 @@ def move_index_first(source: Path, target: Path) -> bool:
         index = bytearray(file.read(size)) if size <= _LARGEST_INDEX else bytearray()
         if not index or not _shift_offsets(index, 0, len(index), size):
             return False
+        if surplus:
+            _shorten_pictures(index, surplus)
         head = boxes[0][2]
         with target.open("wb") as out:
             _copy(file, out, 0, head)
@@ -62,16 +69,13 @@ def _top_boxes(file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
 
 def _shift_offsets(index: bytearray, start: int, end: int, shift: int) -> bool:
     """Add `shift` to every chunk offset in place; False if one does not fit, or a box is broken."""
-    while start + 8 <= end:
-        size, name = struct.unpack_from(">I4s", index, start)
-        if size < 8 or start + size > end:
+    for name, inside, after in _inside(index, start, end):
+        if after < inside or after > end:
             return False
-        inside = start + 8
-        if name in _CONTAINERS and not _shift_offsets(index, inside, start + size, shift):
+        if name in _CONTAINERS and not _shift_offsets(index, inside, after, shift):
             return False
         if name in (b"stco", b"co64") and not _shift_table(index, inside, 4 if name == b"stco" else 8, shift):
             return False
-        start += size
     return True
 
 
@@ -83,6 +87,39 @@ def _shift_table(index: bytearray, start: int, width: int, shift: int) -> bool:
         return False
     struct.pack_into(code, index, start + 8, *offsets)
     return True
+
+
+def _shorten_pictures(index: bytearray, surplus: Fraction) -> None:
+    """Take the surplus from the last sample of the pictures, and from their length before the edit list."""
+    for name, start, end in _inside(index, 8, len(index)):
+        if name == b"trak" and index.find(b"vide", start, end) > 0:
+            boxes = {name: (start, end) for name, start, end in _nested(index, start, end)}
+            header, _ = boxes[b"mdhd"]
+            wide = index[header] == 1
+            scale, width = header + (20 if wide else 12), 8 if wide else 4
+            ticks = round(surplus * int.from_bytes(index[scale : scale + 4], "big"))
+            _, end_of_times = boxes[b"stts"]
+            count, delta = struct.unpack_from(">II", index, end_of_times - 8)
+            if count == 1 and delta > ticks:
+                struct.pack_into(">I", index, end_of_times - 4, delta - ticks)
+                length = int.from_bytes(index[scale + 4 : scale + 4 + width], "big") - ticks
+                index[scale + 4 : scale + 4 + width] = length.to_bytes(width, "big")
+
+
+def _inside(index: bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Name, start and end of the content of each box of a part of the index."""
+    while start + 8 <= end:
+        size, name = struct.unpack_from(">I4s", index, start)
+        yield name, start + 8, start + size
+        start += size
+
+
+def _nested(index: bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """The same, of the boxes in boxes too."""
+    for name, inside, after in _inside(index, start, end):
+        yield name, inside, after
+        if name in _CONTAINERS:
+            yield from _nested(index, inside, after)
 
 
 def _copy(file: BinaryIO, out: BinaryIO, start: int, length: int) -> None:

@@ -6,6 +6,7 @@ import logging
 import os
 import sys
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 FLUSH_SECONDS = 1.0
 """How long an abandoned encoder may take to give back what it holds."""
+TEXT_DELAY = Fraction(1)
+"""Seconds by which an MP4's subtitles are written late; in the first fragment they upset the times of sound."""
 INDEXED = ("mp4", "mov")
 """Containers with an index that players want first."""
 READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
@@ -85,7 +88,8 @@ class FilmWriter(Writer):
         if inputs is not None:
             copy_tags(inputs, self._container)
             copy_chapters(inputs, self._container, self._kind)
-        self._interleaver = Interleaver(self._container)
+        delay = TEXT_DELAY if self._kind.muxer in INDEXED else Fraction(0)
+        self._interleaver = Interleaver(self._container, delay)
         try:
             self._container.start_encoding()
         except (av.FFmpegError, OSError) as error:
@@ -161,7 +165,7 @@ class FilmWriter(Writer):
         """Give the finished file its name, with its index first where there is room for a copy."""
         if self._kind.muxer in INDEXED and file.room > file.path.stat().st_size:
             try:
-                file.rewrite(move_index_first)
+                file.rewrite(partial(move_index_first, surplus=self._video.surplus))
             except OSError as error:
                 _log.info("%s: its index stays at its end (%s)", self.name, error)
         file.finish()
@@ -175,10 +179,10 @@ class FilmWriter(Writer):
         whole = isinstance(error, OutputError)
         if not whole:
             self._close_quietly()
-        partial = self.abandon()
+        left = self.abandon()
         kept = "nothing is kept"
-        if partial:
-            kept = f"the first {frames_in(partial, whole)} frames are safe in {partial}"
+        if left:
+            kept = f"the first {frames_in(left, whole)} frames are safe in {left}"
         if isinstance(error, OutputError):
             return OutputError(error.thing, error.reason, kept)
         if isinstance(error, OSError):

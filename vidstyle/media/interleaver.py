@@ -31,8 +31,9 @@ class Interleaver:
         cut: how many came after the end of the pictures, where that was to be cut.
     """
 
-    def __init__(self, container: av.container.OutputContainer) -> None:
-        self._container = container
+    def __init__(self, container: av.container.OutputContainer, text_delay: Fraction = Fraction(0)) -> None:
+        """`text_delay`: seconds by which subtitles are written later than their time."""
+        self._container, self._text_delay = container, text_delay
         self._waiting: list[tuple[Fraction, int, av.Packet]] = []
         self._count = itertools.count()
         self._held = 0
@@ -72,7 +73,9 @@ class Interleaver:
     def _wait(self, *packets: av.Packet) -> None:
         for packet in packets:
             assert packet.dts is not None
-            heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
+            due = packet.dts * packet.time_base
+            due += self._text_delay if packet.stream.type == "subtitle" else 0
+            heapq.heappush(self._waiting, (due, next(self._count), packet))
             self._held += packet.size
         while self._held > MOST_HELD:
             self._write(heapq.heappop(self._waiting)[2])

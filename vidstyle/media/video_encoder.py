@@ -24,6 +24,7 @@ class VideoEncoder:
     Attributes:
         stream: in the container.
         end: when the last frame taken ends, in seconds.
+        surplus: seconds that the last packet was given beyond its frame's own.
         moved: how many frames came at a time that was taken already, and were shown a tick later.
     """
 
@@ -35,11 +36,11 @@ class VideoEncoder:
         plan.configure(self.stream.codec_context)
         self.stream.time_base = plan.time_base
         self.end = Fraction(0)
+        self.surplus = Fraction(0)
         self.moved = 0
         self._last = -(2**62)
         self._durations: dict[int | None, int] = {}
         self._held: av.Packet | None = None
-        self._shown_until = -(2**62)
 
     def encode(self, frame: Frame) -> list[av.Packet]:
         """The packets that come out when the frame goes in; none while the encoder looks ahead."""
@@ -90,17 +91,20 @@ class VideoEncoder:
             if packet.dts is not None and held.dts is not None:
                 duration = max(1, packet.dts - held.dts)
             held.duration = duration
-            self._shown_until = max(self._shown_until, (held.pts or 0) + duration)
             yield held
 
     def _last_duration(self, packet: av.Packet) -> int:
-        """The packet's own, or what brings the end of the film to the end of its last frame."""
+        """What brings the end of the packet to the end of the film, which another frame may have.
+
+        The MP4 muxer takes the end of what came after its last fragment for the end of all, and what is
+        shown later would be cut off.
+        """
         duration = self._durations.pop(packet.pts, 1)
-        end = round(self.end / self.plan.time_base)
-        flushed = not self._durations
-        if packet.pts is None or not flushed or self._shown_until >= end:
+        if packet.pts is None or self._durations:
             return duration
-        return max(duration, end - packet.pts)
+        whole = max(duration, round(self.end / self.plan.time_base) - packet.pts)
+        self.surplus = (whole - duration) * self.plan.time_base
+        return whole
 
 
 def picture_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
