@@ -92,18 +92,24 @@ def _shift_table(index: bytearray, start: int, width: int, shift: int) -> bool:
 def _shorten_pictures(index: bytearray, surplus: Fraction) -> None:
     """Take the surplus from the last sample of the pictures, and from their length before the edit list."""
     for name, start, end in _inside(index, 8, len(index)):
-        if name == b"trak" and index.find(b"vide", start, end) > 0:
-            boxes = {name: (start, end) for name, start, end in _nested(index, start, end)}
-            header, _ = boxes[b"mdhd"]
-            wide = index[header] == 1
-            scale, width = header + (20 if wide else 12), 8 if wide else 4
-            ticks = round(surplus * int.from_bytes(index[scale : scale + 4], "big"))
-            _, end_of_times = boxes[b"stts"]
-            count, delta = struct.unpack_from(">II", index, end_of_times - 8)
-            if count == 1 and delta > ticks:
-                struct.pack_into(">I", index, end_of_times - 4, delta - ticks)
-                length = int.from_bytes(index[scale + 4 : scale + 4 + width], "big") - ticks
-                index[scale + 4 : scale + 4 + width] = length.to_bytes(width, "big")
+        if name != b"trak" or index.find(b"vide", start, end) < 0:
+            continue
+        places = {name: (inside, after) for name, inside, after in _nested(index, start, end)}
+        header = places[b"mdhd"][0]
+        wide = index[header] == 1
+        scale, width = header + (20 if wide else 12), 8 if wide else 4
+        ticks = round(surplus * int.from_bytes(index[scale : scale + 4], "big"))
+        length = _shorten_last(index, *places[b"stts"], ticks)
+        index[scale + 4 : scale + 4 + width] = length.to_bytes(width, "big")
+
+
+def _shorten_last(index: bytearray, start: int, end: int, ticks: int) -> int:
+    """Shorten the last sample of a table of durations, if it stands alone; the sum of all durations."""
+    count, duration = struct.unpack_from(">II", index, end - 8)
+    if count == 1 and duration > ticks:
+        struct.pack_into(">I", index, end - 4, duration - ticks)
+    table = struct.unpack_from(f">{(end - start - 8) // 4}I", index, start + 8)
+    return sum(count * duration for count, duration in zip(table[::2], table[1::2], strict=True))
 
 
 def _inside(index: bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 FLUSH_SECONDS = 1.0
 """How long an abandoned encoder may take to give back what it holds."""
-TEXT_DELAY = Fraction(1)
-"""Seconds by which an MP4's subtitles are written late; in the first fragment they upset the times of sound."""
 INDEXED = ("mp4", "mov")
 """Containers with an index that players want first."""
 READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
@@ -88,8 +86,8 @@ class FilmWriter(Writer):
         if inputs is not None:
             copy_tags(inputs, self._container)
             copy_chapters(inputs, self._container, self._kind)
-        delay = TEXT_DELAY if self._kind.muxer in INDEXED else Fraction(0)
-        self._interleaver = Interleaver(self._container, delay)
+        # Where a subtitle ends, the MP4 muxer may end a fragment amid a packet of sound, and misplace it.
+        self._interleaver = Interleaver(self._container, text_last=self._kind.muxer in INDEXED)
         try:
             self._container.start_encoding()
         except (av.FFmpegError, OSError) as error:

@@ -31,9 +31,10 @@ class Interleaver:
         cut: how many came after the end of the pictures, where that was to be cut.
     """
 
-    def __init__(self, container: av.container.OutputContainer, text_delay: Fraction = Fraction(0)) -> None:
-        """`text_delay`: seconds by which subtitles are written later than their time."""
-        self._container, self._text_delay = container, text_delay
+    def __init__(self, container: av.container.OutputContainer, text_last: bool = False) -> None:
+        """`text_last`: whether subtitles are written after all else."""
+        self._container, self._text_last = container, text_last
+        self._texts: list[av.Packet] = []
         self._waiting: list[tuple[Fraction, int, av.Packet]] = []
         self._count = itertools.count()
         self._held = 0
@@ -55,6 +56,8 @@ class Interleaver:
             self.dropped += 1
         elif packet.stream.type == "audio":
             self._wait(*self._lasting(packet))
+        elif packet.stream.type == "subtitle" and self._text_last:
+            self._texts.append(packet)
         else:
             self._wait(packet)
 
@@ -73,9 +76,7 @@ class Interleaver:
     def _wait(self, *packets: av.Packet) -> None:
         for packet in packets:
             assert packet.dts is not None
-            due = packet.dts * packet.time_base
-            due += self._text_delay if packet.stream.type == "subtitle" else 0
-            heapq.heappush(self._waiting, (due, next(self._count), packet))
+            heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
             self._held += packet.size
         while self._held > MOST_HELD:
             self._write(heapq.heappop(self._waiting)[2])
@@ -85,13 +86,19 @@ class Interleaver:
         self._wait(*self._sounds.values())
         self._sounds.clear()
         while self._waiting:
-            _, _, packet = heapq.heappop(self._waiting)
-            begin = packet.pts if packet.pts is not None else packet.dts
-            assert begin is not None
-            if end is not None and begin * packet.time_base >= end:
-                self.cut += 1
-            else:
-                self._write(packet)
+            self._write_before(heapq.heappop(self._waiting)[2], end)
+        for packet in self._texts:
+            self._held += packet.size
+            self._write_before(packet, end)
+        self._texts.clear()
+
+    def _write_before(self, packet: av.Packet, end: Fraction | None) -> None:
+        begin = packet.pts if packet.pts is not None else packet.dts
+        assert begin is not None
+        if end is not None and begin * packet.time_base >= end:
+            self.cut += 1
+        else:
+            self._write(packet)
 
     def _release(self, due: Fraction) -> None:
         while self._waiting and self._waiting[0][0] <= due:
