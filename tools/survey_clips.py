@@ -44,11 +44,11 @@ def facts_of(path: Path, stream: int | None = None) -> Facts:
         firsts: dict[int, float] = {}
         counts = dict.fromkeys(digests, 0)
         for packet in container.demux(video, *container.streams.audio):
-            if packet.stream_index in digests:
+            if packet.stream.type == "audio":
                 if packet.size:
-                    digests[packet.stream_index].update(bytes(packet))
-                    counts[packet.stream_index] += 1
-                    firsts.setdefault(packet.stream_index, float((packet.pts or 0) * packet.time_base))
+                    digests[packet.stream.index].update(bytes(packet))
+                    counts[packet.stream.index] += 1
+                    firsts.setdefault(packet.stream.index, float((packet.pts or 0) * packet.time_base))
                 continue
             try:
                 frames = packet.decode()
