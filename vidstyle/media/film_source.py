@@ -55,13 +55,13 @@ class FilmSource:
         self.codec = self._decoder.codec
         self.rate = frame_rate(self.stream)
         formats = set(container.format.name.split(","))
-        base = self.stream.time_base or 1 / USUAL_RATE
+        base = Fraction(self.stream.time_base or 1 / USUAL_RATE)
         window = SORTING_WINDOW if formats & UNSORTED else 0
         self._clock: FrameClock[Decoded] = FrameClock(base, self.rate or USUAL_RATE, window)
         self._scale = int(base / self._clock.time_base)
         self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
         self.time_base = self._clock.time_base
-        self.sample_aspect = self.stream.sample_aspect_ratio or None
+        self.sample_aspect = Fraction(self.stream.sample_aspect_ratio or 0) or None
         self.duration = announced_seconds(container, self.stream)
         self.frames = self.stream.frames or (
             round(self.duration * self.rate) if self.duration and self.rate else None

@@ -39,6 +39,8 @@ PIXELS = 64 * 2**20
 """The usual cap on the pixels of one picture: 8192 x 8192."""
 NETWORK_SECONDS = 10
 URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+LENIENT: dict[str, Any] = {} if int(av.__version__.split(".")[0]) >= 19 else {"metadata_errors": "replace"}
+"""Tags that are not UTF-8 do not keep a film shut. From version 19 on PyAV never lets them."""
 
 
 def open_media(
@@ -155,7 +157,7 @@ def _open(
     if hwaccel:
         try:
             accelerator = HWAccel(hwaccel, allow_software_fallback=True)
-            container = av.open(target, "r", format, options, timeout=timeout, hwaccel=accelerator)
+            container = av.open(target, "r", format, options, timeout=timeout, hwaccel=accelerator, **LENIENT)
             if any(stream.codec_context.is_hwaccel for stream in container.streams.video):
                 return container
             log.warning("%s cannot decode this codec: the CPU does it", hwaccel)
@@ -164,7 +166,7 @@ def _open(
             log.warning("%s is not to be had for decoding (%s): the CPU does it", hwaccel, _words(error))
             if hasattr(target, "seek"):
                 target.seek(0)
-    return av.open(target, "r", format, options, timeout=timeout, metadata_errors="replace")
+    return av.open(target, "r", format, options, timeout=timeout, **LENIENT)
 
 
 def _check_size(source: Any, size: tuple[int, int] | None, max_pixels: int) -> None:

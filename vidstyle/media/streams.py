@@ -54,7 +54,7 @@ def may_be_still(container: av.container.InputContainer) -> bool:
 def frame_rate(stream: av.video.stream.VideoStream) -> Fraction | None:
     """Frames a second, as far as the header or the first packets tell."""
     average, guessed = stream.average_rate, stream.guessed_rate
-    return (average if average and average <= HIGHEST_RATE else guessed) or None
+    return Fraction((average if average and average <= HIGHEST_RATE else guessed) or 0) or None
 
 
 def announced_seconds(
