@@ -21,6 +21,7 @@ from vidstyle.media.streams import (
     choose_stream,
     frame_rate,
     is_attached_picture,
+    is_chapter_track,
     is_picture_format,
     may_be_still,
 )
@@ -48,8 +49,12 @@ class FilmSource:
         self.name = name
         self.damage = Damage()
         self.stream = choose_stream(container, name)
+        chapters = len(container.chapters())
         self.copied_streams = [
-            stream for stream in container.streams if stream.type != "video" or is_attached_picture(stream)
+            stream
+            for stream in container.streams
+            if (stream.type != "video" or is_attached_picture(stream))
+            and not is_chapter_track(stream, chapters)
         ]
         self._decoder = Decoder(self.stream, self.damage, max_pixels)
         self.codec = self._decoder.codec

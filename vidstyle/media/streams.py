@@ -40,6 +40,19 @@ def is_attached_picture(stream: av.stream.Stream) -> bool:
     return bool(Disposition(stream.disposition) & Disposition.attached_pic)
 
 
+def is_chapter_track(stream: av.stream.Stream, chapters: int) -> bool:
+    """Whether the stream holds the names of a QuickTime film's chapters, which FFmpeg also gives as chapters.
+
+    The track has no mark of its own: it is data, handled as text, with a packet for each chapter.
+    """
+    handler = stream.metadata.get("handler_name", "").lower()
+    return (
+        stream.type == "data"
+        and stream.frames == chapters > 0
+        and ("text" in handler or "subtitle" in handler)
+    )
+
+
 def is_picture_format(container: av.container.InputContainer) -> bool:
     """Whether the container is of a kind that mostly holds a single picture."""
     names = container.format.name.split(",")
