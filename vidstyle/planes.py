@@ -240,8 +240,7 @@ def _mix_yuv(color, matrix, luma, blue, red):  # type: ignore[no-untyped-def]
 
 @compiled
 def _store(values, gain, offset, top, out):  # type: ignore[no-untyped-def]
-    flat_out = out
     for row in range(values.shape[0]):
         for x in range(values.shape[1]):
             code = values[row, x] * gain + offset + np.float32(0.5)
-            flat_out[row, x] = min(max(code, np.float32(0)), np.float32(top))
+            out[row, x] = min(max(code, np.float32(0)), np.float32(top))

@@ -40,7 +40,7 @@ def blend(
     opacity: Annotated[float, Slider(0, 1, "0 leaves the current picture", explore=(0.3, 1))] = 0.5,
     mask: Annotated[Any, Saved("picture whose luma multiplies the opacity", on="luma", optional=True)] = "",
 ) -> np.ndarray:
-    """Lay a saved picture over the current one."""
+    """Lay a saved picture over the current one; over a gray one, its luma."""
     mixed = MODES[mode](picture, other)
     if mask is None and opacity == 1:
         return mixed

@@ -42,7 +42,6 @@ def halftone(
     dots touch at half coverage and leave inverted dots above it; edges are anti-aliased. Paper,
     section 3.2 B; dot gain a + 4 g a (1 - a).
     """
-    cell = max(cell, 2.0)  # a screen finer than the pixels cannot be drawn
     averaged = _averaged(picture, cell)
     spread = np.float32(dot), np.float32(gain), np.float32(black)
     out = np.empty(picture.shape, np.float32)

@@ -13,6 +13,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import BinaryIO
 
+from vidstyle.media.atoms import top_boxes
+
 _CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
 _LARGEST_INDEX = 2**28
 
@@ -31,7 +33,7 @@ def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)
         OSError: `target` cannot be written.
     """
     with source.open("rb") as file:
-        boxes = list(_top_boxes(file))
+        boxes = list(top_boxes(source))
         names = [name for name, _, _ in boxes]
         if names.count(b"moov") != 1 or names[0] != b"ftyp" or names[-1] != b"moov":
             return False
@@ -49,22 +51,6 @@ def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)
             out.flush()
             _copy(file, out, head, start - head)
     return True
-
-
-def _top_boxes(file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
-    """Name, start and size of each box of the file."""
-    end = file.seek(0, os.SEEK_END)
-    start = 0
-    while start + 8 <= end:
-        file.seek(start)
-        size, name = struct.unpack(">I4s", file.read(8))
-        if size == 1:
-            size = int.from_bytes(file.read(8), "big")
-        size = size or end - start
-        if size < 8:
-            return
-        yield name, start, size
-        start += size
 
 
 def _shift_offsets(index: bytearray, start: int, end: int, shift: int) -> bool:
