@@ -71,7 +71,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
     given: dict[object, Any] = {
         Place: Place(0, *luma.shape),
         LumaWeights: Encoding().weights,
-        Measured: block.take_measure(luma, complete) if block.measure else None,
+        Measured: np.percentile(luma, block.percentages(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.given.items()}
     for name, parameter in block.parameters.items():

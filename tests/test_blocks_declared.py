@@ -42,7 +42,7 @@ def test_block_file_and_function_share_one_name(block: Block) -> None:
 def test_a_block_is_of_a_known_kind(block: Block) -> None:
     assert block.kind in get_args(Kind)
     assert block.on in get_args(On)
-    assert (block.measure is not None) == (block.kind == "measured")
+    assert (block.percentiles is not None) == (block.kind == "measured")
 
 
 @every_block

@@ -190,6 +190,9 @@ class Asset:
 Reach = Callable[..., int]
 """Takes a filter's values and returns how many rows above and below its own it reads."""
 
+Percentiles = Callable[..., Sequence[float]]
+"""Takes those of a measured block's values that it names and returns which percentiles of luma it wants."""
+
 Control = Slider | Choice | Switch | Color | Saved | Asset
 NAME_PATTERN = "[A-Za-z_][A-Za-z0-9_-]{0,63}"
 """What a style's saved pictures may be called."""
@@ -215,7 +218,7 @@ class Place:
 LumaWeights = NewType("LumaWeights", np.ndarray)
 """Given: the weights of red, green and blue in luma, three float32, from the picture's own matrix."""
 Measured = NewType("Measured", np.ndarray)
-"""Given to a measured block: what its `measure` returned, smoothed over time."""
+"""Given to a measured block: the percentiles of luma that it asks for, smoothed over time."""
 
 GIVEN: tuple[object, ...] = (Place, LumaWeights, Measured)
 """The annotations that the runner fills in."""
@@ -254,7 +257,7 @@ class Block:
     function: Callable[..., Any]
     parameters: dict[str, Parameter]
     given: dict[str, object]
-    measure: Callable[..., np.ndarray] | None
+    percentiles: Percentiles | None
     reach: Reach | None = None
     chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
@@ -281,17 +284,16 @@ class Block:
 
     def rows_around(self, values: dict[str, Any]) -> int:
         """How many rows above and below its own it reads with these values; 0 unless it is a filter."""
-        return 0 if self.reach is None else _call_with_named(self.reach, (), values)
+        return 0 if self.reach is None else _call_with_named(self.reach, values)
 
-    def take_measure(self, luma: np.ndarray, values: dict[str, Any]) -> np.ndarray:
-        """The numbers that a measured block takes from a small copy of luma, H x W float32."""
-        assert self.measure is not None
-        return np.asarray(_call_with_named(self.measure, (luma,), values), np.float64)
+    def percentages(self, values: dict[str, Any]) -> tuple[float, ...]:
+        """Which percentiles of luma it is given with these values; none unless it is measured."""
+        return () if self.percentiles is None else tuple(_call_with_named(self.percentiles, values))
 
 
-def _call_with_named(function: Callable[..., Any], arrays: tuple[Any, ...], values: dict[str, Any]) -> Any:
+def _call_with_named(function: Callable[..., Any], values: dict[str, Any]) -> Any:
     named = inspect.signature(function).parameters
-    return function(*arrays, **{name: value for name, value in values.items() if name in named})
+    return function(**{name: value for name, value in values.items() if name in named})
 
 
 def rgb_from_text(text: str) -> tuple[float, float, float]:
@@ -307,7 +309,7 @@ def rgb_from_text(text: str) -> tuple[float, float, float]:
 def block(
     kind: Kind,
     on: On,
-    measure: Callable[..., np.ndarray] | None = None,
+    percentiles: Percentiles | None = None,
     reach: Reach | None = None,
     chroma: Literal["kept", "dropped"] = "kept",
     saves: str = "",
@@ -317,8 +319,8 @@ def block(
     Args:
         kind: how it reaches its result.
         on: which planes it works on.
-        measure: for a measured block, takes a small copy of luma (H x W float32) and those of the
-            values that it names, and returns the numbers that the function then gets as `Measured`.
+        percentiles: for a measured block, which percentiles of luma the function gets as `Measured`:
+            one to four numbers from 0 to 100.
         reach: for a filter, how far it reads; it may then be run on bands of rows.
         chroma: "dropped" where a luma block leaves a gray picture.
         saves: a name under which its steps keep the picture that they were given, without being told.
@@ -328,14 +330,15 @@ def block(
     """
 
     def declare(function: Callable[..., Any]) -> Block:
-        if (kind == "measured") != (measure is not None):
-            raise TypeError(f"{function.__name__}: `measure` belongs to measured blocks, and to all of them")
+        name = function.__name__
+        if (kind == "measured") != (percentiles is not None):
+            raise TypeError(f"{name}: `percentiles` belong to measured blocks, and to all of them")
         if (kind == "filter") != (reach is not None):
-            raise TypeError(f"{function.__name__}: `reach` belongs to filters, and to all of them")
+            raise TypeError(f"{name}: `reach` belongs to filters, and to all of them")
         if not inspect.getdoc(function):
-            raise TypeError(f"{function.__name__}: a block says in its docstring what it does")
+            raise TypeError(f"{name}: a block says in its docstring what it does")
         parameters, given = _read_signature(function, skip=0 if kind == "recipe" else 1)
-        return Block(function.__name__, kind, on, function, parameters, given, measure, reach, chroma, saves)
+        return Block(name, kind, on, function, parameters, given, percentiles, reach, chroma, saves)
 
     return declare
 

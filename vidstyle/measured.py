@@ -3,21 +3,60 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+
+from vidstyle.picture import Picture
+from vidstyle.planes import luma_rows
 
 SAMPLES = 320
 """A small copy has at most this many pixels on a side."""
 
 
-def sampled(plane: np.ndarray) -> np.ndarray:
-    """A small copy of a plane: every n-th pixel across and down, from the middle of each n x n square.
+@dataclass(frozen=True)
+class Sampling:
+    """Which pixels a small copy is made of: every n-th across and down, from the middle of each square.
 
     Single pixels, not means, so that the percentiles of the copy are those of the picture.
+
+    Attributes:
+        stride: n.
+        first: row and column of the first one.
+        shape: rows and columns of the copy.
     """
-    stride = -(-max(plane.shape[:2]) // SAMPLES)
-    first = [min((stride - 1) // 2, (side - 1) // 2) for side in plane.shape[:2]]
-    return plane[first[0] :: stride, first[1] :: stride]
+
+    stride: int
+    first: tuple[int, int]
+    shape: tuple[int, int]
+
+    @classmethod
+    def of(cls, height: int, width: int) -> Sampling:
+        """That of a picture of this size.
+
+        >>> Sampling.of(1080, 1920)
+        Sampling(stride=6, first=(2, 2), shape=(180, 320))
+        """
+        stride = -(-max(height, width) // SAMPLES)
+        top, left = (min((stride - 1) // 2, (side - 1) // 2) for side in (height, width))
+        return cls(stride, (top, left), (-(-(height - top) // stride), -(-(width - left) // stride)))
+
+
+def sampled(plane: np.ndarray) -> np.ndarray:
+    """The small copy of a plane, a view."""
+    sampling = Sampling.of(*plane.shape[:2])
+    top, left = sampling.first
+    return plane[top :: sampling.stride, left :: sampling.stride]
+
+
+def small_luma(picture: Picture) -> np.ndarray:
+    """A small copy of a picture's luma, float32."""
+    if picture.color is not None:
+        small = Picture(picture.encoding, color=sampled(picture.color))
+    else:
+        assert picture.luma is not None
+        small = Picture(picture.encoding, luma=sampled(picture.luma))
+    return luma_rows(small, 0, small.shape[0])
 
 
 class Settling:
@@ -25,24 +64,29 @@ class Settling:
 
     def __init__(self) -> None:
         self._numbers: np.ndarray | None = None
-        self._time = 0.0
+        self._time: float | None = None
 
     def restart(self) -> None:
         """Take the next measure as it is."""
-        self._numbers = None
+        self._time = None
 
-    def follow(self, measure: np.ndarray, time: float | None, constant: float) -> np.ndarray:
-        """The numbers at this time.
+    def share(self, time: float | None, constant: float) -> float:
+        """How far the numbers go towards the next measure, 0..1; to be asked once for each.
 
         Args:
-            measure: what has just been measured.
             time: presentation time in seconds; None for a picture that stands alone.
             constant: seconds; 0 follows at once.
         """
-        if self._numbers is None or time is None or constant == 0 or time < self._time:
+        before, self._time = self._time, time
+        if before is None or time is None or constant == 0 or time < before:
+            return 1.0
+        return 1 - math.exp(-(time - before) / constant)
+
+    def follow(self, measure: np.ndarray, time: float | None, constant: float) -> np.ndarray:
+        """The numbers at this time, of what has just been measured and what was before."""
+        share = self.share(time, constant)
+        if self._numbers is None or share == 1:
             self._numbers = measure
         else:
-            share = 1 - math.exp(-(time - self._time) / constant)
             self._numbers = self._numbers + share * (measure - self._numbers)
-        self._time = time or 0.0
         return self._numbers

@@ -29,6 +29,9 @@ SITINGS: dict[str, tuple[float, float]] = {
 }
 """Where the first chroma sample of 4:2:0 lies, in luma pixels right and down from the first."""
 
+NEUTRAL = 1e-6
+"""Chroma this small is rounding, not colour."""
+
 
 @dataclass(frozen=True)
 class Encoding:
@@ -100,6 +103,12 @@ class Encoding:
         """The inverse of `to_rgb`; float32."""
         return np.linalg.inv(self.to_rgb.astype(np.float64)).astype(np.float32)
 
+    def yuv_from_color(self, color: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Luma, blue and red difference of one RGB colour; of a gray the last two are 0 and no rounding."""
+        luma, *chroma = (float(part) for part in self.from_rgb @ np.array(color, np.float32))
+        blue, red = (0.0 if abs(part) <= NEUTRAL else part for part in chroma)
+        return luma, blue, red
+
     def chroma_shape(self, height: int, width: int) -> tuple[int, int]:
         """The shape of a chroma plane beside a luma plane of this size: rounded up.
 
@@ -108,6 +117,18 @@ class Encoding:
         """
         across, down = self.step
         return -(-height // down), -(-width // across)
+
+    def as_float_at(self, old: tuple[int, int], new: tuple[int, int]) -> Encoding:
+        """What float32 chroma planes mean that were resampled along with a picture from one size to another.
+
+        Resampling maps pixel areas; what lies beside the middle of its area moves with the size.
+        """
+        growth = new[1] / old[1], new[0] / old[0]
+        x, y = (
+            (step - 1) / 2 + (offset - (step - 1) / 2) * grown
+            for step, offset, grown in zip(self.step, self.siting, growth, strict=True)
+        )
+        return replace(self.as_float(), step=self.step, siting=(x, y))
 
     def as_float(self) -> Encoding:
         """The same colours held as float32 at full chroma resolution."""

@@ -80,6 +80,17 @@ def store(values: np.ndarray, black: float, white: float, depth: int, out: np.nd
         _store(values, np.float32(white - black), np.float32(black), 2**depth - 1, out)
 
 
+def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
+    """The picture's alpha in the wanted depth; itself where it has that."""
+    if source.alpha is None or source.encoding.depth == depth:
+        return source.alpha
+    old, new = (Encoding(full_range=True, depth=each) for each in (source.encoding.depth, depth))
+    out = np.empty(source.alpha.shape, new.dtype)
+    values = np.multiply(source.alpha, np.float32(1 / old.luma_levels[1]), dtype=np.float32)
+    store(values, *new.luma_levels, depth, out)
+    return out
+
+
 def chroma_reach(encoding: Encoding) -> tuple[int, int]:
     """How many rows above and below a band of whole chroma rows its samples average over."""
     step, offset = encoding.step[1], encoding.siting[1]

@@ -12,11 +12,11 @@ LEAST_RANGE = 8 / 255
 """A smaller range counts as this, so that black frames and fades do not turn into noise."""
 
 
-def _percentiles(luma: np.ndarray, low: float, high: float) -> np.ndarray:
-    return np.percentile(luma, (low, high))
+def _percentiles(low: float, high: float) -> tuple[float, float]:
+    return low, high
 
 
-@block("measured", on="luma", measure=_percentiles)
+@block("measured", on="luma", percentiles=_percentiles)
 def equalize(
     luma: np.ndarray,
     measured: Measured,

@@ -10,11 +10,11 @@ from vidstyle.block import Measured, Slider, block
 from vidstyle.blocks.equalize import LEAST_RANGE
 
 
-def _percentiles(luma: np.ndarray) -> np.ndarray:
-    return np.percentile(luma, (5, 95))
+def _percentiles() -> tuple[float, float]:
+    return 5, 95
 
 
-@block("measured", on="luma", measure=_percentiles)
+@block("measured", on="luma", percentiles=_percentiles)
 def minimum_range(
     luma: np.ndarray,
     measured: Measured,

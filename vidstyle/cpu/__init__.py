@@ -10,9 +10,8 @@ from vidstyle.cpu.band import Whole
 from vidstyle.cpu.output import Page, at_size, finish
 from vidstyle.cpu.work import CORES, Call, Work
 from vidstyle.cuts import CutDetector
-from vidstyle.measured import Settling, sampled
+from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import luma_rows
 from vidstyle.prepared import PreparedStep, prepare
 from vidstyle.style import SOURCE, Style
 
@@ -74,7 +73,7 @@ class CpuRenderer:
 
     def _page(self, picture: Picture, time: float | None) -> Page:
         """base, then background and lines from where it ended."""
-        if self._memories and self._cuts.is_cut(_small_luma(Whole.of(picture))):
+        if self._memories and self._cuts.is_cut(small_luma(picture)):
             for memory in self._memories.values():
                 memory.restart()
         frame = _FrameRun(self._pool, picture, time, self._memories)
@@ -130,7 +129,7 @@ class _FrameRun:
             work = work.finished(self._pool)
         numbers = None
         if memory is not None:
-            measure = block.take_measure(_small_luma(work.whole), step.values)
+            measure = np.percentile(small_luma(work.whole.main), block.percentages(step.values))
             numbers = memory.follow(measure, self._time, step.values.get("settle", 0))
         pictures = {name: self._saved_at(saved, work.shape) for name, saved in step.pictures.items()}
         return work.then(Call(step, numbers, pictures, work.shape))
@@ -143,14 +142,3 @@ class _FrameRun:
         size = step.block.function(work.shape, **step.values)
         resized = at_size(work.done(self._pool), size, step.values["method"])
         return Work(resized, back=step.values["back"])
-
-
-def _small_luma(whole: Whole) -> np.ndarray:
-    """A small copy of luma, H x W float32."""
-    main = whole.main
-    if main.color is not None:
-        small = Picture(main.encoding, color=sampled(main.color))
-    else:
-        assert main.luma is not None
-        small = Picture(main.encoding, luma=sampled(main.luma))
-    return luma_rows(small, 0, small.shape[0])

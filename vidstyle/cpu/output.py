@@ -12,14 +12,11 @@ from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.work import Work, in_bands
 from vidstyle.kernels import mix_channels
 from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import chroma_reach, shrunk_chroma, store
+from vidstyle.planes import alpha_in_depth, chroma_reach, shrunk_chroma, store
 from vidstyle.resample import resample
 from vidstyle.style import Style
 
 Triple = tuple[float, float, float]
-
-NEUTRAL = 1e-6
-"""Chroma this small is rounding, not colour."""
 
 
 @dataclass(frozen=True)
@@ -57,26 +54,21 @@ class Page:
     def _lines_on_paper(self, band: Band) -> Band:
         cover = band.luma()
         band.take_tint(None)
-        paper, blue, red = _yuv(self.paper, band)
+        paper, blue, red = band.encoding.yuv_from_color(self.paper)
         band.set_luma(np.full_like(cover, paper))
-        if max(abs(blue), abs(red)) > NEUTRAL:
+        if (blue, red) != (0, 0):
             band.set_chroma((np.full_like(cover, blue), np.full_like(cover, red)))
         self._draw(band, cover)
         return band
 
     def _draw(self, band: Band, cover: np.ndarray) -> None:
         """Ink where the lines are dark; mixing is linear, so luma and chroma serve, which come next."""
-        ink, blue, red = _yuv(self.ink, band)
+        ink, blue, red = band.encoding.yuv_from_color(self.ink)
         luma = band.luma()
-        if not (band.is_gray and max(abs(blue), abs(red)) <= NEUTRAL):
+        if not (band.is_gray and (blue, red) == (0, 0)):
             old_blue, old_red = band.chroma()
             band.set_chroma((_mixed(blue, old_blue, cover), _mixed(red, old_red, cover)))
         band.set_luma(_mixed(ink, luma, cover))
-
-
-def _yuv(color: Triple, band: Band) -> tuple[float, float, float]:
-    luma, blue, red = (float(part) for part in band.encoding.from_rgb @ np.array(color, np.float32))
-    return luma, blue, red
 
 
 def _mixed(ink: float, under: np.ndarray, cover: np.ndarray) -> np.ndarray:
@@ -102,7 +94,7 @@ def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: b
             pool, source.shape, reach, lambda top, bottom: _store_color(page.band(top, bottom), target, color)
         )
         packed = replace(target, full_range=True, step=(1, 1))
-        return Picture(packed, color=color, alpha=_alpha_of(source, target.depth))
+        return Picture(packed, color=color, alpha=alpha_in_depth(source, target.depth))
     planes = _Planes(source, target)
     above, below = chroma_reach(target)
 
@@ -145,7 +137,7 @@ class _Planes:
         elif not self._has_chroma:
             for plane in chroma:
                 plane.fill(self._target.chroma_levels[0])
-        alpha = _alpha_of(self._source, self._target.depth)
+        alpha = alpha_in_depth(self._source, self._target.depth)
         return Picture(self._target, luma=self._luma, chroma=chroma, alpha=alpha)
 
     def _fits(self, tint: Picture) -> bool:
@@ -169,17 +161,6 @@ def _store_color(band: Band, target: Encoding, out: np.ndarray) -> None:
     store(values.reshape(len(values), -1), black, white, target.depth, rows.reshape(len(rows), -1))
 
 
-def _alpha_of(source: Picture, depth: int) -> np.ndarray | None:
-    """The source's alpha in the wanted depth; itself where it has that."""
-    if source.alpha is None or source.encoding.depth == depth:
-        return source.alpha
-    old, new = (Encoding(full_range=True, depth=each) for each in (source.encoding.depth, depth))
-    out = np.empty(source.alpha.shape, new.dtype)
-    values = np.multiply(source.alpha, np.float32(1 / old.luma_levels[1]), dtype=np.float32)
-    store(values, *new.luma_levels, depth, out)
-    return out
-
-
 def at_size(whole: Whole, shape: tuple[int, int], method: str) -> Whole:
     """The picture at another size, as float32 planes, chroma at a step of its own."""
     main, tint = whole.main, whole.tint
@@ -201,13 +182,7 @@ def _with_chroma(luma: np.ndarray, tint: Picture, method: str) -> Picture:
         planes, new = (blue, red), old.as_float()
     else:
         neutral, span = old.chroma_levels
-        growth = [new_side / old_side for new_side, old_side in zip(luma.shape, tint.shape, strict=True)]
-        # Resampling maps pixel areas; what lies beside the middle of its area moves with the size.
-        x, y = (
-            (step - 1) / 2 + (offset - (step - 1) / 2) * grown
-            for step, offset, grown in zip(old.step, old.siting, reversed(growth), strict=True)
-        )
-        new = replace(old.as_float(), step=old.step, siting=(x, y))
+        new = old.as_float_at(tint.shape, (luma.shape[0], luma.shape[1]))
         planes = tuple((plane.astype(np.float32) - neutral) / span for plane in tint.chroma)  # type: ignore[assignment]
     shape = new.chroma_shape(*luma.shape)
     blue, red = (resample(plane.astype(np.float32, copy=False), shape, method) for plane in planes)
