@@ -1,0 +1,31 @@
+#version 330
+
+// The percentiles between their neighbours in order, and the remembered numbers moved towards them.
+
+uniform sampler2D ordered;
+uniform sampler2D remembered;
+uniform vec4 fractions;
+uniform float share;
+uniform float low;
+uniform float span;
+
+out vec4 numbers;
+
+vec4 neighbours(int which) {
+    return vec4(
+        texelFetch(ordered, ivec2(0, which), 0).r,
+        texelFetch(ordered, ivec2(1, which), 0).r,
+        texelFetch(ordered, ivec2(2, which), 0).r,
+        texelFetch(ordered, ivec2(3, which), 0).r
+    );
+}
+
+void main() {
+    vec4 below = neighbours(0);
+    numbers = low + span * (below + fractions * (neighbours(1) - below));
+    // What is remembered may still be undefined, even not a number, when all is taken of the new.
+    if (share < 1.0) {
+        vec4 before = texelFetch(remembered, ivec2(0), 0);
+        numbers = before + share * (numbers - before);
+    }
+}

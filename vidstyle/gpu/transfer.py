@@ -1,0 +1,241 @@
+"""Planes to the GPU and back through pixel buffers, two in turn, so that neither side waits for the other."""
+
+from __future__ import annotations
+
+import math
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import moderngl
+
+_SAMPLE_TYPES: dict[str, np.dtype] = {
+    "f1": np.dtype(np.uint8),
+    "nu2": np.dtype(np.uint16),
+    "f4": np.dtype(np.float32),
+}
+"""The type of a plane's samples by that of its texture, as moderngl names it; integers are normalized."""
+_TEXTURE_TYPES = {sample: texture for texture, sample in _SAMPLE_TYPES.items()}
+
+_ROW_PADDING = 128
+"""Rows with more unused pixels than this are copied together first, as the texture is as wide as they are."""
+_OFFSET_STEP = 64
+"""Planes in one buffer begin at a multiple of so many bytes: more than any sample, one line of the cache."""
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """How a plane lies in memory, in the terms of OpenGL.
+
+    Attributes:
+        size: pixels from one row to the next, and rows.
+        components: samples in a pixel.
+        alignment: rows begin at a multiple of so many bytes: 1, 2, 4 or 8.
+        row: bytes from one row to the next.
+    """
+
+    size: tuple[int, int]
+    components: int
+    dtype: np.dtype
+    alignment: int
+    row: int
+
+
+class Upload:
+    """Sends planes to textures. Whoever calls it owns the context."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._widest = int(context.info["GL_MAX_TEXTURE_SIZE"])
+        self._sets: tuple[dict[str, _Slot], dict[str, _Slot]] = ({}, {})
+        self._turn = 0
+
+    def send(self, planes: Mapping[str, np.ndarray]) -> dict[str, moderngl.Texture]:
+        """The planes as textures, good until the next but one call; the planes may be changed at once.
+
+        A texture can be wider than its plane, as rows are sent with their padding: what lies beyond the
+        plane's width is undefined.
+
+        Args:
+            planes: H x W or H x W x 3, of uint8, uint16 or float32, under names that stay the same from
+                picture to picture.
+        """
+        slots = self._sets[self._turn]
+        self._turn = 1 - self._turn
+        for name in slots.keys() - planes.keys():
+            slots.pop(name).release()
+        return {name: self._send(slots, name, plane) for name, plane in planes.items()}
+
+    def _send(self, slots: dict[str, _Slot], name: str, plane: np.ndarray) -> moderngl.Texture:
+        layout, memory = _as_it_lies(plane, self._widest)
+        if name in slots and slots[name].layout != layout:
+            slots.pop(name).release()
+        if name not in slots:
+            slots[name] = _Slot(self._context, layout)
+        return slots[name].write(memory)
+
+    def release(self) -> None:
+        """Let go of all buffers and textures."""
+        for slots in self._sets:
+            while slots:
+                slots.popitem()[1].release()
+
+
+class _Slot:
+    """A pixel buffer and the texture that is filled from it."""
+
+    def __init__(self, context: moderngl.Context, layout: _Layout) -> None:
+        self.layout = layout
+        dtype = _TEXTURE_TYPES[layout.dtype]
+        self._buffer = context.buffer(reserve=layout.row * layout.size[1], dynamic=True)
+        self._texture = context.texture(layout.size, layout.components, dtype=dtype)
+        self._texture.filter = context.NEAREST, context.NEAREST
+        self._texture.repeat_x = self._texture.repeat_y = False
+
+    def write(self, memory: np.ndarray) -> moderngl.Texture:
+        # Orphaned: the GPU may still be reading what was written the time before.
+        self._buffer.orphan()
+        self._buffer.write(memory)
+        self._texture.write(self._buffer, alignment=self.layout.alignment)
+        return self._texture
+
+    def release(self) -> None:
+        self._buffer.release()
+        self._texture.release()
+
+
+def _as_it_lies(plane: np.ndarray, widest: int) -> tuple[_Layout, np.ndarray]:
+    """How the plane lies, and its memory from the first sample to the last; no copy if OpenGL can read it."""
+    layout = _layout(plane)
+    if layout is None or layout.size[0] > widest:
+        plane = np.ascontiguousarray(plane, plane.dtype.newbyteorder("="))
+        layout = _layout(plane)
+        assert layout is not None
+    used = (plane.shape[0] - 1) * layout.row + plane[0].nbytes
+    samples = np.lib.stride_tricks.as_strided(
+        plane, (used // plane.itemsize,), (plane.itemsize,), writeable=False
+    )
+    return layout, samples
+
+
+def _layout(plane: np.ndarray) -> _Layout | None:
+    """How the plane lies, or None if its rows are not what OpenGL can read."""
+    if not (plane.dtype.isnative and plane[0].flags.c_contiguous):
+        return None
+    height, width, *channels = plane.shape
+    components = math.prod(channels)
+    pixel = components * plane.itemsize
+    # A stride over one row alone says nothing.
+    row = plane.strides[0] if height > 1 else width * pixel
+    across = row // pixel
+    if not width <= across <= width + _ROW_PADDING:
+        return None
+    # Rows of RGB often end with less than a pixel; OpenGL passes over that when it aligns them.
+    for alignment in (1, 2, 4, 8):
+        if -(-across * pixel // alignment) * alignment == row:
+            return _Layout((across, height), components, plane.dtype, alignment, row)
+    return None
+
+
+class Download:
+    """Fetches textures as planes. Whoever calls it owns the context."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._buffers = [context.buffer(reserve=1, dynamic=True) for _ in range(2)]
+        # Weak: an ended transfer holds its arrays, and one that nobody holds need not end.
+        self._transfers: list[Callable[[], Transfer | None]] = [lambda: None] * 2
+        self._turn = 0
+
+    def begin(self, textures: Sequence[tuple[moderngl.Texture, int]]) -> Transfer:
+        """Start to read the textures, without waiting unless the transfer before the last is still under way.
+
+        What a compute shader wrote needs a memory barrier before.
+
+        Args:
+            textures: each with the channels wanted: 1 of a texture with one component, or 3 of one with four.
+
+        Raises:
+            ValueError: another number of channels.
+        """
+        planes = _planes(textures)
+        older, buffer = self._transfers[self._turn](), self._buffers[self._turn]
+        if older is not None:
+            older.arrays()
+        size = planes[-1].offset + planes[-1].size
+        if buffer.size != size:
+            buffer.orphan(size)
+        for plane, (texture, _) in zip(planes, textures, strict=True):
+            self._start(texture, plane.offset, buffer)
+        transfer = Transfer(planes, buffer)
+        self._transfers[self._turn] = weakref.ref(transfer)
+        self._turn = 1 - self._turn
+        return transfer
+
+    def _start(self, texture: moderngl.Texture, offset: int, buffer: moderngl.Buffer) -> None:
+        if texture.components == 1:
+            texture.read_into(buffer, write_offset=offset)
+            return
+        framebuffer = self._context.framebuffer([texture])
+        framebuffer.read_into(buffer, components=3, dtype=texture.dtype, write_offset=offset)
+        # Not kept: it would hold the memory of a texture that its owner has released.
+        framebuffer.release()
+
+    def release(self) -> None:
+        """Let go of the buffers; transfers whose arrays were not asked for are lost."""
+        for buffer in self._buffers:
+            buffer.release()
+
+
+class Transfer:
+    """Textures on their way from the GPU."""
+
+    def __init__(self, planes: list[_Plane], buffer: moderngl.Buffer) -> None:
+        self._planes = planes
+        self._buffer = buffer
+        self._arrays: list[np.ndarray] = []
+
+    def arrays(self) -> list[np.ndarray]:
+        """The planes, H x W or H x W x 3, once they have arrived; the same arrays each time.
+
+        They have the textures' samples: uint8, uint16 or float32. Row 0 is the texture's first.
+        """
+        if not self._arrays:
+            self._arrays = [plane.read(self._buffer) for plane in self._planes]
+        return self._arrays
+
+
+@dataclass(frozen=True)
+class _Plane:
+    """Where a plane lies in a buffer."""
+
+    offset: int
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
+    def read(self, buffer: moderngl.Buffer) -> np.ndarray:
+        array = np.empty(self.shape, self.dtype)
+        buffer.read_into(array, self.size, self.offset)
+        return array
+
+
+def _planes(textures: Sequence[tuple[moderngl.Texture, int]]) -> list[_Plane]:
+    planes: list[_Plane] = []
+    end = 0
+    for texture, channels in textures:
+        if (channels, texture.components) not in ((1, 1), (3, 4)):
+            raise ValueError(f"{channels} channels of {texture.components} components; 1 of 1 or 3 of 4")
+        shape = (texture.height, texture.width) if channels == 1 else (texture.height, texture.width, 3)
+        offset = -(-end // _OFFSET_STEP) * _OFFSET_STEP
+        planes.append(_Plane(offset, shape, _SAMPLE_TYPES[texture.dtype]))
+        end = offset + planes[-1].size
+    return planes
