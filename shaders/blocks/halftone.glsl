@@ -1,0 +1,26 @@
+#include "lib/box_along.glsl"
+#include "lib/ink_cover.glsl"
+
+// The mean over a cell along the rows.
+vec3 halftone_across(ivec2 at, float cell) {
+    return box_along(at, ivec2(1, 0), cell);
+}
+
+// The mean over a cell down the columns of that.
+vec3 halftone_down(ivec2 at, float cell) {
+    return box_along(at, ivec2(0, 1), cell);
+}
+
+// Dots of cyan, magenta, yellow and black on screens at 15, 75, 0 and 45 degrees. Paper, section 3.2 B.
+vec3 halftone(ivec2 at, float cell, float dot, float gain, float black, int inks) {
+    float cyan = ink_cover(at, 0, vec2(0.9659258263, 0.2588190451), cell, dot, gain, black);
+    float magenta = ink_cover(at, 1, vec2(0.2588190451, 0.9659258263), cell, dot, gain, black);
+    float yellow = ink_cover(at, 2, vec2(1.0, 0.0), cell, dot, gain, black);
+    float key = ink_cover(at, 3, vec2(0.7071067812), cell, dot, gain, black);
+    // What each ink leaves of white paper.
+    bool press = inks == halftone_inks_press;
+    vec3 left = mix(vec3(1.0), press ? vec3(0.0, 0.62, 0.88) : vec3(0.0, 1.0, 1.0), cyan);
+    left *= mix(vec3(1.0), press ? vec3(0.87, 0.07, 0.5) : vec3(1.0, 0.0, 1.0), magenta);
+    left *= mix(vec3(1.0), press ? vec3(1.0, 0.9, 0.08) : vec3(1.0, 1.0, 0.0), yellow);
+    return left * mix(vec3(1.0), press ? vec3(0.13, 0.12, 0.13) : vec3(0.0), key);
+}

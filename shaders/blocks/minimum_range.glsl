@@ -1,0 +1,12 @@
+// A flat picture's range of luma widened about its middle to a least range, in levels of 255; any other
+// picture as it is. A range of less than 8 levels counts as 8. Paper, section 3.2 D.
+float minimum_range(float luma, vec2 measured, float dynamic_range) {
+    // Compared in levels, where 8 against 8 comes out even whatever a division rounds to.
+    float present = max((measured.y - measured.x) * 255.0, 8.0);
+    if (present >= dynamic_range)
+        return luma;
+    float middle = 0.5 * (measured.x + measured.y);
+    float half_wanted = dynamic_range / 510.0;
+    float moved = clamp(middle, half_wanted, 1.0 - half_wanted);
+    return clamp((luma - middle) * (dynamic_range / present) + moved, 0.0, 1.0);
+}
