@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import vidstyle
-from vidstyle.gpu.probe import gl_renderer
+from vidstyle.errors import DeviceError
+from vidstyle.gpu.devices import Device, choose, list_devices
 from vidstyle.kernels import user_cache
 from vidstyle.media.probe import cameras, decoder_devices, encoders, ffmpeg_version
 
@@ -29,7 +30,8 @@ def examine() -> dict[str, Any]:
         "ffmpeg": ffmpeg_version(),
         "encoders": encoders(),
         "decoder devices": decoder_devices(),
-        "gpu": gl_renderer(),
+        "gpu": _gpus(),
+        "device auto": choose("auto").notice,
         "cameras": cameras(),
         "kernel cache": _kernel_cache(),
     }
@@ -40,6 +42,22 @@ def _version(name: str) -> str:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return "missing"
+
+
+def _gpus() -> list[str] | str:
+    """A line for each device of OpenGL, or why there is none."""
+    try:
+        choose("gpu")
+    except DeviceError as error:
+        return f"none ({error.reason})"
+    return [_described(device) for device in list_devices()]
+
+
+def _described(device: Device) -> str:
+    version = f"OpenGL {device.version // 100}.{device.version // 10 % 10}"
+    software = " (software: not a GPU)" if device.software else ""
+    size = device.limits.texture_size
+    return f"{device}{software}, {version}, textures up to {size} x {size}, {device.form} passes"
 
 
 def _memory() -> str:

@@ -91,9 +91,13 @@ def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
     return out
 
 
-def chroma_reach(encoding: Encoding) -> tuple[int, int]:
-    """How many rows above and below a band of whole chroma rows its samples average over."""
-    step, offset = encoding.step[1], encoding.siting[1]
+def chroma_reach(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
+    """How many rows above and below a band of whole chroma rows its samples average over.
+
+    Args:
+        axis: 0 for columns left and right instead.
+    """
+    step, offset = encoding.step[axis], encoding.siting[axis]
     if step == 1:
         return 0, 0
     above, below = step / 2 - 0.5 - offset, offset + 0.5 - step / 2

@@ -89,8 +89,8 @@ def _ink_levels(averaged, ink, screen, top, spread, levels):  # type: ignore[no-
         end = ((top + height + near - along * sine) / cosine) * squared - second - 0.5
         for j in range(max(int(begin), 0), min(int(end) + 2, levels.shape[1])):
             across = (second + j + 0.5) / squared
-            x = min(max(int(np.floor(along * cosine - across * sine)), 0), width - 1)
-            y = min(max(int(np.floor(along * sine + across * cosine)) - top, 0), height - 1)
+            x = min(max(int(np.floor(along * cosine - across * sine + 5e-5)), 0), width - 1)
+            y = min(max(int(np.floor(along * sine + across * cosine + 5e-5)) - top, 0), height - 1)
             red, green, blue = averaged[y, x, 0], averaged[y, x, 1], averaged[y, x, 2]
             key = black * (one - max(red, max(green, blue)))
             if ink == 3:
@@ -131,12 +131,13 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
     # Counted from the row's own lowest cell, not the band's: float32 then rounds alike in every band.
     first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
+    lift = np.float32(1e-4) * per_pixel
     columns, flat = np.int32(levels.shape[1]), levels.reshape(-1)
     origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
     cell, height, slope = np.empty(width, np.int32), np.empty(width, np.float32), np.empty(width, np.float32)
     for x in range(width):
         along, across = start + np.float32(x) * step, side - np.float32(x) * turn
-        i, j = np.int32(along), np.int32(across)
+        i, j = np.int32(along + lift), np.int32(across + lift)
         s, t = abs(two * (along - np.float32(i)) - one), abs(two * (across - np.float32(j)) - one)
         down, right = s * (one - s), t * (one - t)
         cell[x] = origin + i * columns + j

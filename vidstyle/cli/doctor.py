@@ -9,6 +9,9 @@ import click
 
 from vidstyle.cli.reporting import reporting_options
 
+LINE = f"\n{'':21}"
+"""Between the lines of a fact that has several."""
+
 
 @click.command(short_help="Say what this machine has: for bug reports.")
 @click.option("--json", "as_json", is_flag=True, help="As JSON.")
@@ -27,7 +30,8 @@ def doctor(as_json: bool) -> None:
 
 def _text(fact: Any) -> str:
     if isinstance(fact, dict):
-        return f"\n{'':21}".join(f"{name}: {_text(value)}" for name, value in fact.items())
+        return LINE.join(f"{name}: {_text(value)}" for name, value in fact.items())
     if isinstance(fact, list):
-        return ", ".join(map(str, fact)) or "none"
+        separator = LINE if any(", " in str(value) for value in fact) else ", "
+        return separator.join(map(str, fact)) or "none"
     return str(fact)

@@ -1,0 +1,5 @@
+// The integer sample that stands for a value, as what a normalized texture stores: halves are rounded up,
+// and what leaves the range of numbers is cut off there.
+channels code(channels value, float black, float white, float top, float most) {
+    return clamp(floor(value * (white - black) + black + 0.5), 0.0, top) / most;
+}

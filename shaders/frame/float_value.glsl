@@ -1,0 +1,4 @@
+// Luma or RGB in a float32 plane of the source.
+VALUE IMAGE_at(ivec2 at) {
+    return texelFetch(IMAGE, clamp(at, ivec2(0), IMAGE_last) - IMAGE_origin, 0).CHANNELS;
+}

@@ -1,0 +1,25 @@
+#include "frame/shrunk_chroma.glsl"
+
+// Each group computes a tile of pixels with the rim that its chroma samples reach, each pixel once, and
+// averages its chroma out of shared memory.
+void main() {
+    ivec2 start = ivec2(gl_WorkGroupID.xy) * TILE;
+    tile_corner = origin + start - RIM_BEFORE;
+    for (int number = int(gl_LocalInvocationIndex); number < AREA.x * AREA.y; number += INVOCATIONS) {
+        ivec2 inside = ivec2(number % AREA.x, number / AREA.x);
+        ivec2 at = tile_corner + inside;
+        ivec2 place = at - origin;
+        bool own = all(greaterThanEqual(inside, RIM_BEFORE)) && all(lessThan(inside, RIM_BEFORE + TILE));
+        if (all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, page - 1))) {
+            tile_chroma[number] = evaluate(at, place, own && all(lessThan(place, size)));
+        }
+    }
+    barrier();
+    ivec2 samples = TILE / STEP;
+    for (int number = int(gl_LocalInvocationIndex); number < samples.x * samples.y; number += INVOCATIONS) {
+        ivec2 sample_place = start / STEP + ivec2(number % samples.x, number / samples.x);
+        if (all(lessThan(sample_place * STEP, size))) {
+            store_chroma(sample_place, shrunk_chroma(origin / STEP + sample_place, STEP, SITING));
+        }
+    }
+}

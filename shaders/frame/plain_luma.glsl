@@ -1,0 +1,4 @@
+// Luma that is the same everywhere.
+float plain_luma(float level) {
+    return level;
+}

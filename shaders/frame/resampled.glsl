@@ -1,0 +1,47 @@
+#include "lib/cubic_weight.glsl"
+#include "lib/lanczos_weight.glsl"
+
+// A picture at another size, as OpenCV resamples: pixel areas are mapped, so corners stay corners. Positions
+// are kept as a whole pixel and an exact part, since a float alone loses the part on wide pictures.
+channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
+    if (method == resampled_method_nearest) {
+        return picture_at((2 * at + 1) * old_size / (2 * new_size));
+    }
+    ivec2 first = at * old_size / new_size;
+    vec2 part = vec2(at * old_size - first * new_size) / vec2(new_size);
+    vec2 scale = vec2(old_size) / vec2(new_size);
+    ivec2 taps = ivec2(2);
+    bool averages = method == resampled_method_area && all(greaterThanEqual(old_size, new_size));
+    if (averages) {
+        taps = ivec2(ceil(part + scale));
+    } else if (method == resampled_method_area) {
+        // Grown by areas, a pixel mixes two only where it lies across their common edge.
+        vec2 beyond = part / scale + 1.0 - 1.0 / scale;
+        part = mix(vec2(0.0), fract(beyond), greaterThan(beyond, vec2(0.0)));
+    } else {
+        ivec2 moved = (2 * at + 1) * old_size + new_size;
+        first = moved / (2 * new_size);
+        part = vec2(moved - first * 2 * new_size) / vec2(2 * new_size);
+        taps = ivec2(method == resampled_method_bilinear ? 2 : method == resampled_method_bicubic ? 4 : 8);
+        first -= taps / 2;
+    }
+    channels total = channels(0.0);
+    float weights = 0.0;
+    for (int row = 0; row < taps.y; row++) {
+        for (int column = 0; column < taps.x; column++) {
+            vec2 tap = vec2(column, row);
+            vec2 distance = abs(tap - part - vec2(taps / 2 - 1));
+            vec2 share = max(1.0 - distance, 0.0);
+            if (averages) {
+                share = max(min(part + scale, tap + 1.0) - max(part, tap), 0.0);
+            } else if (method == resampled_method_bicubic) {
+                share = vec2(cubic_weight(distance.x), cubic_weight(distance.y));
+            } else if (method == resampled_method_lanczos) {
+                share = vec2(lanczos_weight(distance.x), lanczos_weight(distance.y));
+            }
+            total += share.x * share.y * picture_at(first + ivec2(column, row));
+            weights += share.x * share.y;
+        }
+    }
+    return total / weights;
+}

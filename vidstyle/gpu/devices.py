@@ -1,0 +1,190 @@
+"""The OpenGL devices of this machine, and which of them a style runs on."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+from vidstyle.errors import DeviceError, UsageError
+from vidstyle.gpu.context import close_context, count_devices, open_context
+
+DEVICES = ("auto", "cpu", "gpu", "gpu:N")
+"""The words that choose a device; N is its number."""
+SOFTWARE = ("llvmpipe", "softpipe", "swr", "swiftshader", "software", "basic render")
+"""Words in the names of renderers that draw on the CPU; those do not count as a GPU (design, section 1)."""
+DEVICE_FILES = ("/dev/dri/renderD*", "/dev/nvidia[0-9]*", "/dev/dxg")
+"""What a graphics card looks like on Linux: those with a driver in Mesa, NVIDIA's, and Windows' below WSL."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a device can take.
+
+    Attributes:
+        texture_size: the largest width and height, in pixels.
+        group_size: the most invocations in a group of a compute pass; 0 where there are none.
+    """
+
+    texture_size: int
+    group_size: int
+
+
+@dataclass(frozen=True)
+class Device:
+    """Something that OpenGL draws on.
+
+    Attributes:
+        index: its number for `open_context`.
+        name: the renderer's.
+        version: of OpenGL, 450 for 4.5; for some drivers the best of those that we ask for.
+        software: whether it is in truth the CPU.
+        limits: what it can take.
+    """
+
+    index: int
+    name: str
+    version: int
+    software: bool
+    limits: Limits
+
+    @property
+    def form(self) -> Literal["compute", "fragment"]:
+        """How passes run on it."""
+        return "compute" if self.version >= 430 else "fragment"
+
+    def __str__(self) -> str:
+        return f"gpu:{self.index}, {self.name}"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a style runs on.
+
+    Attributes:
+        device: None: the CPU, without OpenGL.
+        notice: which it is and why, in one line; empty where the user asked for the CPU.
+    """
+
+    device: Device | None
+    notice: str = ""
+
+
+def list_devices() -> list[Device]:
+    """All devices that can be opened, in the order of their numbers; looked for once in a process."""
+    return [device for device in map(_device, range(count_devices())) if isinstance(device, Device)]
+
+
+def has_gpu_hardware() -> bool:
+    """Whether there may be a graphics card: without a look at OpenGL, which takes time."""
+    return not sys.platform.startswith("linux") or bool(_device_files())
+
+
+def choose(device: str) -> Choice:
+    """The device that a word stands for.
+
+    Args:
+        device: "auto": the first real GPU, else the CPU; "cpu"; "gpu": the first real GPU, else the first
+            software renderer; "gpu:N": the one with that number.
+
+    Raises:
+        UsageError: another word.
+        DeviceError: there is no such device.
+    """
+    if device == "cpu":
+        return Choice(None)
+    if device == "auto":
+        return _choose_by_itself()
+    if device == "gpu":
+        return _chosen(_first_gpu() or _first())
+    if re.fullmatch("gpu:[0-9]{1,4}", device):
+        return _chosen(_numbered(device))
+    raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
+
+
+def _choose_by_itself() -> Choice:
+    if not has_gpu_hardware():
+        return Choice(None, "no GPU: this machine has no graphics card; using the CPU")
+    gpu = _first_gpu()
+    if gpu:
+        return _chosen(gpu)
+    try:
+        reason = f"{_first().name} is a software renderer"
+    except DeviceError as error:
+        reason = error.reason
+    return Choice(None, f"no GPU: {_obstacle() or reason}; using the CPU")
+
+
+def _chosen(device: Device) -> Choice:
+    if device.software:
+        return Choice(device, f"{device}, is software that draws on the CPU: --device cpu is faster")
+    return Choice(device, f"using {device}")
+
+
+def _first_gpu() -> Device | None:
+    """The first real one; those after it are not opened."""
+    devices = (_device(index) for index in range(count_devices()))
+    return next((each for each in devices if isinstance(each, Device) and not each.software), None)
+
+
+def _first() -> Device:
+    devices = list_devices()
+    if devices:
+        return devices[0]
+    failure = _device(0)
+    assert isinstance(failure, DeviceError)
+    raise DeviceError("--device gpu", failure.reason, failure.remedy)
+
+
+def _numbered(word: str) -> Device:
+    devices = {f"gpu:{device.index}": device for device in list_devices()}
+    found = devices.get(word)
+    if found is None:
+        remedy = f"choose {' or '.join(map(str, devices.values()))}" if devices else "use --device cpu"
+        raise DeviceError(f"--device {word}", "there is no such device", remedy)
+    return found
+
+
+@lru_cache(maxsize=None)
+def _device(index: int) -> Device | DeviceError:
+    """A device, or why it cannot be opened.
+
+    A thread of its own: to open a context would take the caller's own context out of the caller's thread.
+    """
+    with ThreadPoolExecutor(1) as thread:
+        try:
+            return thread.submit(_examine, index).result()
+        except DeviceError as error:
+            return error
+
+
+def _examine(index: int) -> Device:
+    context = open_context(index)
+    try:
+        info = context.info
+        name = info["GL_RENDERER"]
+        limits = Limits(info["GL_MAX_TEXTURE_SIZE"], info.get("GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS", 0))
+        software = any(word in name.lower() for word in SOFTWARE)
+        return Device(index, name, context.version_code, software, limits)
+    finally:
+        close_context(context)
+
+
+def _device_files() -> list[str]:
+    return sorted(path for pattern in DEVICE_FILES for path in glob.glob(pattern))
+
+
+def _obstacle() -> str:
+    """Why a graphics card that is there cannot be used, in the two cases that are frequent on Linux."""
+    files = _device_files()
+    closed = [path for path in files if not os.access(path, os.R_OK | os.W_OK)]
+    if closed:
+        return f"{closed[0]} may not be opened by this user (group video or render?)"
+    if any(path.startswith("/dev/nvidia") for path in files):
+        return "NVIDIA's OpenGL is not installed (in a container: NVIDIA_DRIVER_CAPABILITIES=all)"
+    return ""

@@ -1,0 +1,72 @@
+"""What the numbers in textures stand for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vidstyle.gpu.nodes import Kind
+from vidstyle.picture import Encoding
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of texture.
+
+    Attributes:
+        components: numbers in a texel.
+        dtype: moderngl's name of their type: "f1" and "nu2" are normalized 8 and 16 bit, "f4" is float32.
+        low, span: what the normalized 0 stands for, and how far 1 lies above it.
+    """
+
+    components: int
+    dtype: str
+    low: float = 0.0
+    span: float = 1.0
+
+    @property
+    def bytes(self) -> int:
+        """Bytes in a texel."""
+        return self.components * {"f1": 1, "nu2": 2, "f4": 4}[self.dtype]
+
+    @property
+    def image(self) -> str:
+        """Its name as a GLSL image layout."""
+        return {1: "r", 2: "rg", 4: "rgba"}[self.components] + {"f1": "8", "nu2": "16", "f4": "32f"}[
+            self.dtype
+        ]
+
+    @property
+    def most(self) -> int:
+        """The integer that the normalized 1 is stored as."""
+        return {"f1": 255, "nu2": 65535, "f4": 1}[self.dtype]
+
+
+WORKING: dict[Kind, Format] = {
+    "luma": Format(1, "nu2", -0.125, 1.25),
+    "chroma": Format(2, "nu2", -0.75, 1.5),
+    "color": Format(4, "nu2", -1.0, 3.0),
+}
+"""Textures between passes. Normalized 16 bit, not half floats, which take as much room: near white a half
+float is off by up to 1/4096, and a difference of Gaussians under a soft threshold multiplies that by forty,
+to three levels of 255; these are off by 1/105000 of white in luma and 1/43000 in RGB. The range leaves room
+for what video codes beyond black and white, and for the RGB of colours that no screen shows."""
+
+
+def plane_format(depth: int, components: int = 1) -> Format:
+    """The texture for a plane of the source or of the result.
+
+    Args:
+        depth: bits of an integer sample, 0 for float32.
+        components: 1, 3 or 4.
+    """
+    return Format(components, "f4" if depth == 0 else "f1" if depth <= 8 else "nu2")
+
+
+def levels(encoding: Encoding, kind: Kind) -> tuple[float, float]:
+    """The codes that stand for 0 and 1 of a value in a plane; RGB always has the full range."""
+    if kind == "chroma":
+        neutral, span = encoding.chroma_levels
+        return neutral, neutral + span
+    if kind == "color" and encoding.depth:
+        return 0.0, float(2**encoding.depth - 1)
+    return encoding.luma_levels

@@ -1,0 +1,261 @@
+"""From the steps of a style to the graph of what is computed at every pixel.
+
+It takes the same decisions as the CPU's `Band` and `Work`: a picture is luma with or without chroma, or
+RGB, and is converted when a step asks for another form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vidstyle.block import Block, Choice, LumaWeights, Saved
+from vidstyle.gpu.nodes import CHANNELS, Function, Kind, Layout, Measure, Node, Shape
+from vidstyle.gpu.signature import functions_of_block
+from vidstyle.prepared import PreparedStep
+from vidstyle.resample import METHODS
+from vidstyle.style import SOURCE
+
+
+@dataclass(frozen=True)
+class Look:
+    """A picture in the graph: RGB, or luma with or without chroma.
+
+    Attributes:
+        back: the method by which it goes back to the page's size, if it has another one.
+    """
+
+    luma: Node | None = None
+    chroma: Node | None = None
+    color: Node | None = None
+    back: str = "bicubic"
+
+    @property
+    def shape(self) -> Shape:
+        """Height and width."""
+        main = self.color or self.luma
+        assert main is not None
+        return main.shape
+
+    @property
+    def is_gray(self) -> bool:
+        """Whether there is no chroma."""
+        return self.chroma is None and self.color is None
+
+
+class Graph:
+    """Makes nodes, each only once, and follows the steps of a style.
+
+    Attributes:
+        source: what comes in.
+        encoding: its matrix is the one that luma is taken with.
+        planes: the source itself.
+        measures: all that the steps want to know of the whole picture, in the order of the steps.
+    """
+
+    def __init__(self, source: Layout) -> None:
+        self.source = source
+        self.encoding = source.encoding
+        self.measures: list[Measure] = []
+        self.planes = self._source_planes()
+        self._nodes: dict[object, Node] = {}
+        self._saved = {SOURCE: self.planes}
+
+    def run_layer(self, layer: str, steps: tuple[PreparedStep, ...], look: Look) -> Look:
+        """The picture after all steps of a layer."""
+        for number, step in enumerate(steps):
+            look = self._saved[step.source] if step.source else look
+            if step.block is not None:
+                look = self._run_step(step, step.block, look, (layer, number))
+            if step.save:
+                self._saved[step.save] = look
+        return look
+
+    def luma(self, look: Look) -> Node:
+        """Its luma."""
+        if look.color is None:
+            assert look.luma is not None
+            return look.luma
+        return self.call("luma", "luma_from_rgb", {"color": look.color}, from_rgb=self.encoding.from_rgb)
+
+    def chroma(self, look: Look) -> Node | None:
+        """Its blue and red difference at every pixel; None for gray."""
+        if look.color is not None:
+            return self.call(
+                "chroma", "chroma_from_rgb", {"color": look.color}, from_rgb=self.encoding.from_rgb
+            )
+        if look.chroma is None or look.chroma.grid is None:
+            return look.chroma
+        grid = look.chroma.grid
+        return self._node(
+            Node(
+                "chroma",
+                look.shape,
+                Function("frame/chroma_image.glsl", "between"),
+                around=look.chroma,
+                values={"step": grid.step, "siting": grid.siting},
+            )
+        )
+
+    def color(self, look: Look) -> Node:
+        """Its RGB."""
+        if look.color is not None:
+            return look.color
+        chroma = self.chroma(look)
+        if chroma is None:
+            return self.call("color", "rgb_from_gray", {"luma": self.luma(look)})
+        inputs = {"luma": self.luma(look), "chroma": chroma}
+        return self.call("color", "rgb_from_yuv", inputs, to_rgb=self.encoding.to_rgb)
+
+    def call(self, kind: Kind, name: str, inputs: dict[str, Node], **values: Any) -> Node:
+        """A node made by one of the runner's own functions, of values of the same pixel."""
+        shape = next(iter(inputs.values())).shape if inputs else self.source.shape
+        return self._node(Node(kind, shape, Function(f"frame/{name}.glsl", name), inputs, values=values))
+
+    def in_matrix(self, look: Look, matrix: str) -> Look:
+        """The picture, from which luma and chroma are to be taken with another colour matrix from now on."""
+        if matrix == self.encoding.matrix or look.is_gray:
+            return look
+        look = Look(color=self.color(look))
+        self.encoding = replace(self.encoding, matrix=matrix)
+        return look
+
+    def at_size(self, look: Look, shape: Shape, method: str) -> Look:
+        """The picture at another size."""
+        if look.shape == shape:
+            return look
+        if look.color is not None:
+            return Look(color=self._resized(look.color, shape, method))
+        assert look.luma is not None
+        chroma = look.chroma
+        if chroma is not None and chroma.grid is not None:
+            assert chroma.page is not None
+            grid = chroma.grid.as_float_at(chroma.page, shape)
+            chroma = self._resized(chroma, grid.chroma_shape(*shape), method)
+            chroma = self._node(replace(chroma, grid=grid, page=shape))
+        elif chroma is not None:
+            chroma = self._resized(chroma, shape, method)
+        return Look(self._resized(look.luma, shape, method), chroma)
+
+    def _source_planes(self) -> Look:
+        shape, encoding = self.source.shape, self.source.encoding
+        if self.source.planes == "color":
+            return Look(color=Node("color", shape))
+        if self.source.planes == "gray":
+            return Look(Node("luma", shape))
+        chroma = Node("chroma", encoding.chroma_shape(*shape), grid=encoding, page=shape)
+        return Look(Node("luma", shape), chroma)
+
+    def _run_step(self, step: PreparedStep, block: Block, look: Look, number: tuple[str, int]) -> Look:
+        if block.saves:
+            self._saved[block.saves] = look
+        if block.kind == "resize":
+            size = block.function(look.shape, **step.values)
+            return replace(self.at_size(look, size, step.values["method"]), back=step.values["back"])
+        measure = None
+        if block.kind == "measured":
+            percentages = block.percentages(step.values)
+            measure = Measure(self.luma(look), percentages, step.values.get("settle", 0.0), number)
+            self.measures.append(measure)
+        pictures = {
+            name: self.at_size(self._saved[saved], look.shape, "bilinear")
+            for name, saved in step.pictures.items()
+        }
+        return self._run_block(step, block, look, pictures, measure)
+
+    def _run_block(
+        self,
+        step: PreparedStep,
+        block: Block,
+        look: Look,
+        pictures: dict[str, Look],
+        measure: Measure | None,
+    ) -> Look:
+        if step.on == "color" or (step.on == "channels" and not look.is_gray):
+            inputs = self._inputs(block, pictures, color=True)
+            color = self._call_block(step, block, self.color(look), inputs, measure)
+            return Look(color=color, back=look.back)
+        inputs = self._inputs(block, pictures, color=False)
+        luma = self._call_block(step, block, self.luma(look), inputs, measure)
+        chroma = None if block.chroma == "dropped" else look.chroma
+        if look.color is not None and block.chroma == "kept":
+            chroma = self.chroma(look)
+        for name, picture in pictures.items():
+            if _wants(block, name) == "chroma":
+                chroma = self.chroma(picture) if picture.color is not None else picture.chroma
+        return Look(luma, chroma, back=look.back)
+
+    def _inputs(self, block: Block, pictures: dict[str, Look], color: bool) -> dict[str, Node]:
+        wanted = {name: look for name, look in pictures.items() if _wants(block, name) != "chroma"}
+        return {
+            name: self.color(look) if color and _wants(block, name) == "same" else self.luma(look)
+            for name, look in wanted.items()
+        }
+
+    def _call_block(
+        self,
+        step: PreparedStep,
+        block: Block,
+        picture: Node,
+        inputs: dict[str, Node],
+        measure: Measure | None,
+    ) -> Node:
+        values, options = _numbered(block, step.values)
+        values |= {name: self.encoding.weights for name, kind in block.given.items() if kind is LumaWeights}
+        for signature in functions_of_block(block.name):
+            function = Function(signature.file, signature.name, CHANNELS[picture.kind])
+            node = Node(
+                picture.kind, picture.shape, function, dict(inputs), None, 0, values, options, measure
+            )
+            if block.kind == "filter":
+                picture = replace(node, around=picture, reach=block.rows_around(step.values))
+            else:
+                picture = replace(node, inputs={signature.parameters[0].name: picture, **inputs})
+            picture = self._node(picture)
+        return picture
+
+    def _resized(self, node: Node, shape: Shape, method: str) -> Node:
+        if node.shape == shape:
+            return node
+        function = Function("frame/resampled.glsl", "resampled", CHANNELS[node.kind])
+        options = {"method": tuple(METHODS)}
+        values = {
+            "method": options["method"].index(method),
+            "old_size": node.shape[::-1],
+            "new_size": shape[::-1],
+        }
+        return self._node(Node(node.kind, shape, function, around=node, values=values, options=options))
+
+    def _node(self, node: Node) -> Node:
+        """The node, or the same one made before."""
+        inputs = tuple((name, id(each)) for name, each in node.inputs.items())
+        values = tuple((name, _hashable(value)) for name, value in node.values.items())
+        grid = None if node.grid is None else (node.grid.step, node.grid.siting, node.page)
+        measured = id(node.measure) if node.measure else None
+        key = (node.kind, node.shape, node.function, inputs, id(node.around), values, measured, grid)
+        return self._nodes.setdefault(key, node)
+
+
+def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, tuple[str, ...]]]:
+    """The values with the number of each chosen word in its place, and the words."""
+    controls = {name: block.parameters[name].control for name in values}
+    options = {name: control.options for name, control in controls.items() if isinstance(control, Choice)}
+    numbered = {
+        name: options[name].index(value) if name in options else value for name, value in values.items()
+    }
+    return numbered, options
+
+
+def _wants(block: Block, name: str) -> str:
+    control = block.parameters[name].control
+    assert isinstance(control, Saved)
+    return control.on
+
+
+def _hashable(value: Any) -> object:
+    """What stands for the value in a key. Arrays live as long as the style, so their identity does."""
+    return value if isinstance(value, int | float | str | tuple) and not _holds_arrays(value) else id(value)
+
+
+def _holds_arrays(value: Any) -> bool:
+    return isinstance(value, tuple) and any(not isinstance(part, int | float) for part in value)

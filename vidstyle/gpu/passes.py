@@ -1,0 +1,285 @@
+"""Cuts a graph into passes: what rides on what, and which values become textures.
+
+A pass computes values at every pixel of a page, one after the other, without leaving the processor's
+registers. What reads around a pixel begins one; calls that read only their own pixel ride on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from vidstyle.gpu.nodes import CHANNELS, Measure, Node, Shape
+
+RECOMPUTED = 12
+"""So many calls that need no neighbour are made anew in each pass rather than kept in a texture: arithmetic
+costs less than the way to memory and back."""
+
+MOST_STORED = 5
+"""A pass keeps at most so many values: OpenGL promises eight targets, and up to three planes may join them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Values that leave together as planes of the result.
+
+    Attributes:
+        role: "planes" for luma, with or without chroma, which is averaged to the result's own grid;
+            "chroma" for chroma that has that grid already; "color" for RGB.
+        nodes: the values.
+        shape: height and width of their page.
+    """
+
+    role: Literal["planes", "chroma", "color"]
+    nodes: tuple[Node, ...]
+    shape: Shape
+
+
+@dataclass(eq=False)
+class Pass:
+    """Values computed together at every pixel of a page.
+
+    Attributes:
+        shape: the page's height and width.
+        stored: what is kept in textures, for later passes.
+        sampled: what is measured, at a grid of pixels only; then nothing else is computed.
+        result: what leaves as planes.
+        before: the passes that must have run.
+        nodes: all that is computed, in order.
+        loads: textures and planes of which it reads each pixel's own value.
+    """
+
+    shape: Shape
+    stored: list[Node] = field(default_factory=list)
+    sampled: Measure | None = None
+    result: Result | None = None
+    before: set[Pass] = field(default_factory=set)
+    nodes: list[Node] = field(default_factory=list)
+    loads: list[Node] = field(default_factory=list)
+
+    @property
+    def images(self) -> list[Node]:
+        """All pictures that it reads, each once."""
+        around = [node.around for node in self.nodes if node.around is not None]
+        return list(dict.fromkeys([*self.loads, *around]))
+
+    @property
+    def roots(self) -> list[Node]:
+        """What it computes for others."""
+        sampled = [self.sampled.of] if self.sampled else []
+        return [*self.stored, *(self.result.nodes if self.result else ()), *sampled]
+
+    @property
+    def is_light(self) -> bool:
+        """Whether it reads no neighbours and looks at every pixel."""
+        return self.sampled is None and not any(node.is_heavy for node in self.nodes)
+
+    def needs(self, other: Pass) -> bool:
+        """Whether the other one must have run before, itself or by way of others."""
+        waiting, seen = list(self.before), set(self.before)
+        while waiting:
+            each = waiting.pop()
+            if each is other:
+                return True
+            waiting += each.before - seen
+            seen |= each.before
+        return False
+
+
+def cut(results: Sequence[Result]) -> list[Pass]:
+    """The passes that compute the results, and what has to be measured for them, in order."""
+    kept: set[Node] = set()
+    while True:
+        partition = _Partition(results, kept)
+        again = partition.worth_keeping()
+        if not again:
+            return partition.in_order()
+        kept |= again
+
+
+class _Partition:
+    """One attempt, with some nodes kept in textures from the outset."""
+
+    def __init__(self, results: Sequence[Result], kept: set[Node]) -> None:
+        nodes = list(_ordered(node for result in results for node in result.nodes))
+        around = {node.around for node in nodes if node.around is not None}
+        self._stored = {node for node in kept | around if not node.is_plane}
+        self._homes: dict[Node, Pass] = {}
+        self._needs: dict[Node, set[Pass]] = {node: set() for node in nodes if node.is_plane}
+        self._measured: dict[Measure, Pass] = {}
+        self._passes: list[Pass] = []
+        for node in nodes:
+            self._settle_measure(node.measure)
+            if not node.is_plane:
+                self._settle(node)
+        for result in results:
+            self._settle_result(result)
+        for each in list(self._passes):
+            self._divide(each, nodes)
+        for each in self._passes:
+            self._fill(each)
+
+    def worth_keeping(self) -> set[Node]:
+        """Light nodes that are so long in the making that several passes should not repeat it."""
+        users: dict[Node, int] = {}
+        for each in self._passes:
+            for node in each.nodes if each.sampled is None else ():
+                users[node] = users.get(node, 0) + 1
+        often = [node for node, count in users.items() if count > 1 and node not in self._stored]
+        long = {node for node in often if len(self._calls([node], None)) > RECOMPUTED}
+        return long - {other for node in long for other in node.inputs.values()}
+
+    def in_order(self) -> list[Pass]:
+        """The passes, each after all that it needs."""
+        done: dict[Pass, None] = {}
+
+        def visit(each: Pass) -> None:
+            for other in sorted(each.before, key=self._passes.index):
+                if other not in done:
+                    visit(other)
+            done[each] = None
+
+        for each in self._passes:
+            if each.roots and each not in done:
+                visit(each)
+        return list(done)
+
+    def _settle_measure(self, measure: Measure | None) -> None:
+        if measure is None or measure in self._measured:
+            return
+        if home := self._homes.get(measure.of):
+            self._store(measure.of, home)
+        sampling = self._new_pass(measure.of.shape)
+        sampling.sampled, sampling.before = measure, set(self._needs[measure.of])
+        self._measured[measure] = sampling
+
+    def _settle(self, node: Node) -> None:
+        """Find the pass that computes a node, unless it is light: then each pass does that needs it."""
+        others = [*node.inputs.values(), *([node.around] if node.around else [])]
+        measured = {self._measured[node.measure]} if node.measure else set()
+        needed = measured.union(*(self._needs[other] for other in others))
+        home: Pass | None
+        if node.is_heavy:
+            home = self._pass_around(node, needed) or self._new_pass(node.shape)
+        else:
+            home = self._ride(others, measured, node.shape)
+        if home is None and node in self._stored:
+            home = self._light_pass(node.shape, needed)
+            home.stored.append(node)
+        if home is None:
+            self._needs[node] = needed
+            return
+        home.before |= needed - {home}
+        home.nodes.append(node)
+        self._needs[node] = {home}
+        if home.is_light:
+            self._homes.setdefault(node, home)
+            return
+        self._homes[node] = home
+        if node in self._stored:
+            self._store(node, home)
+
+    def _pass_around(self, node: Node, needed: set[Pass]) -> Pass | None:
+        """A pass that reads around the same picture already: each sample then comes from memory once."""
+        for each in self._passes:
+            beside = any(other.is_heavy and other.around is node.around for other in each.nodes)
+            if beside and each.shape == node.shape and not any(n is each or n.needs(each) for n in needed):
+                return each
+        return None
+
+    def _ride(self, nodes: Iterable[Node], measured: set[Pass], shape: Shape) -> Pass | None:
+        """The pass of one of these nodes that can go on with them all; what other passes make is stored.
+
+        The widest node's, because the others are then cheaper to keep.
+        """
+        nodes = list(nodes)
+        riding = [node for node in nodes if node in self._homes and not self._homes[node].is_light]
+        riding.sort(key=lambda node: -CHANNELS[node.kind])
+        homes = (self._homes[node] for node in riding)
+        found = next((home for home in homes if self._can_ride(home, nodes, measured, shape)), None)
+        for node in riding:
+            if self._homes[node] is not found:
+                self._store(node, self._homes[node])
+        return found
+
+    def _can_ride(self, home: Pass, nodes: list[Node], measured: set[Pass], shape: Shape) -> bool:
+        others = (self._needs[node] for node in nodes if self._homes.get(node) is not home)
+        needed = measured.union(*others)
+        return home.shape == shape and not any(each is home or each.needs(home) for each in needed)
+
+    def _light_pass(self, shape: Shape, needed: set[Pass]) -> Pass:
+        """A pass without neighbours: one that there is already, if it may run late enough."""
+        for each in self._passes:
+            if each.is_light and each.shape == shape:
+                if not any(other.needs(each) for other in needed if other is not each):
+                    return each
+        return self._new_pass(shape)
+
+    def _settle_result(self, result: Result) -> None:
+        home = self._ride(result.nodes, set(), result.shape)
+        needed = set().union(*(self._needs[node] for node in result.nodes))
+        home = home or self._light_pass(result.shape, needed)
+        home.result = result
+        home.before |= needed - {home}
+
+    def _store(self, node: Node, home: Pass) -> None:
+        self._stored.add(node)
+        if node not in home.stored:
+            home.stored.append(node)
+
+    def _new_pass(self, shape: Shape) -> Pass:
+        self._passes.append(Pass(shape))
+        return self._passes[-1]
+
+    def _divide(self, each: Pass, order: list[Node]) -> None:
+        """Give what a pass cannot keep at once to passes before it."""
+        while len(each.stored) > MOST_STORED:
+            each.stored.sort(key=order.index)
+            first = self._new_pass(each.shape)
+            first.before = set(each.before)
+            first.stored, each.stored = each.stored[:MOST_STORED], each.stored[MOST_STORED:]
+            self._homes.update(dict.fromkeys(first.stored, first))
+            for other in self._passes:
+                if each in other.before:
+                    other.before.add(first)
+            each.before.add(first)
+
+    def _fill(self, each: Pass) -> None:
+        """Write into a pass what it computes and what it loads."""
+        each.nodes = self._calls(each.roots, each)
+        wanted = [*each.roots, *(node for call in each.nodes for node in call.inputs.values())]
+        each.loads = [node for node in dict.fromkeys(wanted) if node not in each.nodes]
+
+    def _calls(self, roots: list[Node], home: Pass | None) -> list[Node]:
+        """What is computed for the roots, in order: not planes, nor what another pass has stored."""
+        found: dict[Node, None] = {}
+
+        def visit(node: Node) -> None:
+            loaded = node in self._stored and self._homes.get(node) is not home
+            if node.is_plane or loaded or node in found:
+                return
+            for other in node.inputs.values():
+                visit(other)
+            found[node] = None
+
+        for root in roots:
+            visit(root)
+        return list(found)
+
+
+def _ordered(roots: Iterable[Node]) -> Iterator[Node]:
+    """All nodes that the roots need, each after those that it needs."""
+    seen: set[Node] = set()
+
+    def visit(node: Node) -> Iterator[Node]:
+        if node in seen:
+            return
+        seen.add(node)
+        measured = [node.measure.of] if node.measure else []
+        for other in [*node.inputs.values(), *([node.around] if node.around else []), *measured]:
+            yield from visit(other)
+        yield node
+
+    for root in roots:
+        yield from visit(root)

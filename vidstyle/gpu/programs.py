@@ -1,0 +1,106 @@
+"""Compiled shaders, each text only once."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vidstyle.errors import DeviceError
+from vidstyle.gpu.includes import Assembly
+from vidstyle.gpu.signature import read_source
+
+if TYPE_CHECKING:
+    import moderngl
+
+MOST_UNUSED = 64
+"""So many programs are kept for styles that may come back."""
+
+
+class Program:
+    """A compiled shader and the values that its uniforms have."""
+
+    def __init__(self, context: moderngl.Context, assembly: Assembly) -> None:
+        self._context = context
+        self._values: dict[str, object] = {}
+        moderngl: Any = importlib.import_module("moderngl")
+        try:
+            self._compile(assembly)
+        except moderngl.Error as error:
+            message = assembly.name_places(str(error))
+            reason = next((line for line in message.splitlines() if "error" in line.lower()), message)
+            raise DeviceError("the GPU", f"refuses a shader: {reason.strip()}", "use --device cpu") from None
+
+    def set(self, name: str, value: Any) -> None:
+        """Give a uniform a value; nothing happens where it has it, or where the compiler has left it out."""
+        plain = _plain(value)
+        if self._values.get(name) == plain:
+            return
+        self._values[name] = plain
+        uniform = self._program.get(name, None)
+        if uniform is not None:
+            length = getattr(uniform, "array_length", 1)
+            uniform.value = plain[:length] if isinstance(plain, list) and length < len(plain) else plain
+
+    def run(self, corner: tuple[int, int], size: tuple[int, int], group: tuple[int, int]) -> None:
+        """Run over `size` pixels across and down."""
+        if self._triangle is None:
+            self._program.run(-(-size[0] // group[0]), -(-size[1] // group[1]))
+            self._context.memory_barrier()
+        else:
+            self._context.viewport = (*corner, *size)
+            self._triangle.render(self._context.TRIANGLES, vertices=3)
+
+    def release(self) -> None:
+        """Let it go."""
+        if self._triangle is not None:
+            self._triangle.release()
+        self._program.release()
+
+    def _compile(self, assembly: Assembly) -> None:
+        self._triangle: Any = None
+        self._program: Any
+        if "gl_GlobalInvocationID" in assembly.text or "gl_WorkGroupID" in assembly.text:
+            self._program = self._context.compute_shader(assembly.text)
+        else:
+            vertices = read_source("frame/triangle.glsl")
+            self._program = self._context.program(vertex_shader=vertices, fragment_shader=assembly.text)
+            self._triangle = self._context.vertex_array(self._program, [])
+
+
+class Programs:
+    """All programs of a context, by their texts."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._programs: dict[str, Program] = {}
+
+    def get(self, assembly: Assembly) -> Program:
+        """The program of a text, compiled if it is new.
+
+        Raises:
+            DeviceError: the driver does not compile it; names our file and line.
+        """
+        if assembly.text not in self._programs:
+            self._programs[assembly.text] = Program(self._context, assembly)
+        return self._programs[assembly.text]
+
+    def keep_only(self, assemblies: list[Assembly]) -> None:
+        """Let go of all others, if there are many."""
+        wanted = {assembly.text for assembly in assemblies}
+        if len(self._programs) > len(wanted) + MOST_UNUSED:
+            for text in self._programs.keys() - wanted:
+                self._programs.pop(text).release()
+
+    def release(self) -> None:
+        """Let all go."""
+        while self._programs:
+            self._programs.popitem()[1].release()
+
+
+def _plain(value: Any) -> Any:
+    """The value as moderngl takes it: matrices by columns."""
+    if isinstance(value, np.ndarray):
+        return tuple(float(number) for number in (value.T if value.ndim == 2 else value).ravel())
+    return list(value) if isinstance(value, list) else value

@@ -1,0 +1,336 @@
+"""Writes the shader of a pass: uniforms, our GLSL files, and the calls of their functions in order.
+
+The text depends on what is called, not on the values of parameters: those become uniforms, so that moving
+a slider compiles nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vidstyle.errors import VidstyleError
+from vidstyle.gpu.formats import WORKING, Format, levels, plane_format
+from vidstyle.gpu.includes import TYPES, Assembly
+from vidstyle.gpu.nodes import CHANNELS, Kind, Measure, Node
+from vidstyle.gpu.passes import Pass
+from vidstyle.gpu.plan import Plan
+from vidstyle.gpu.signature import Parameter, signatures
+from vidstyle.measured import Sampling
+from vidstyle.planes import chroma_reach
+
+TILE = (32, 16)
+"""Pixels across and down that a group of a compute pass makes together where chroma is averaged."""
+GROUP = (16, 16)
+"""Invocations across and down in a group of any other compute pass."""
+
+SWIZZLES = {1: "r", 2: "rg", 3: "rgb"}
+
+
+@dataclass(frozen=True)
+class Target:
+    """A texture that a pass writes.
+
+    Attributes:
+        name: "working" for the result of a node that later passes read, "samples" for what is measured, or
+            the plane of the result: "luma", "blue", "red", "color".
+        node: what is written.
+        format: of the texture.
+        shape: its height and width.
+    """
+
+    name: str
+    node: Node
+    format: Format
+    shape: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class ImageOf:
+    """A picture that a sampler reads; `part` is 1 for the second plane, red difference."""
+
+    node: Node
+    part: int = 0
+
+
+@dataclass
+class Shader:
+    """The text of a pass and what has to be bound before it runs.
+
+    Attributes:
+        assembly: the text, and the files that it comes from.
+        targets: what it writes, in the order of the bindings.
+        uniforms: values by the names of uniforms.
+        samplers: what each reads: a picture, the numbers of a measure, or an asset's arrays.
+        groups: pixels across and down for each group of a compute pass.
+    """
+
+    assembly: Assembly
+    targets: list[Target] = field(default_factory=list)
+    uniforms: dict[str, Any] = field(default_factory=dict)
+    samplers: dict[str, ImageOf | Measure | tuple] = field(default_factory=dict)
+    groups: tuple[int, int] = GROUP
+
+
+def write_shader(plan: Plan, each: Pass) -> Shader:
+    """The shader of one pass of a plan, for the plan's form.
+
+    Raises:
+        VidstyleError: a GLSL function asks for something that its block does not have.
+    """
+    return _Writer(plan, each).shader
+
+
+class _Writer:
+    def __init__(self, plan: Plan, each: Pass) -> None:
+        self._plan, self._pass = plan, each
+        self._names: dict[Node, str] = {}
+        self._images = {node: f"image_{number}" for number, node in enumerate(each.images)}
+        self.shader = Shader(Assembly(430 if plan.form == "compute" else 330))
+        self._text = self.shader.assembly
+        self._shrinks = _shrinks(plan, each)
+        self._declare_targets()
+        self._declare_images()
+        loads = [line for node in each.loads for line in self._load(node)]
+        body = [line for node in each.nodes for line in self._compute(node)]
+        self._write_evaluate(loads, body)
+        self._text.include(self._main())
+
+    def _main(self) -> str:
+        if self._plan.form == "fragment":
+            return "frame/main_fragment.glsl"
+        return "frame/main_planes.glsl" if self._shrinks else "frame/main_compute.glsl"
+
+    def _declare_targets(self) -> None:
+        self._text.add("uniform ivec2 origin, size, corner, stride, page;")
+        self.shader.targets = _targets(self._plan, self._pass)
+        compute = self._plan.form == "compute"
+        if compute:
+            across, down = (256, 1) if self._shrinks else GROUP
+            self._text.add(f"layout(local_size_x = {across}, local_size_y = {down}) in;")
+        for number, target in enumerate(self.shader.targets):
+            name, image = f"target_{number}", target.format.image
+            if compute:
+                self._text.add(f"layout({image}, binding = {number}) writeonly uniform image2D {name};")
+                store = f"imageStore({name}, place, value);"
+            else:
+                self._text.add(f"layout(location = {number}) out vec4 {name};")
+                store = f"{name} = value;"
+            self._text.add(f"void store_{number}(ivec2 place, vec4 value) {{ {store} }}")
+        if self._shrinks:
+            self._declare_tile()
+
+    def _declare_tile(self) -> None:
+        target = self._plan.target
+        rims = [chroma_reach(target, axis) for axis in (0, 1)]
+        area = [side + sum(rim) for side, rim in zip(TILE, rims, strict=True)]
+        self.shader.groups = TILE
+        for name, (across, down) in {
+            "TILE": TILE,
+            "RIM_BEFORE": (rims[0][0], rims[1][0]),
+            "AREA": (area[0], area[1]),
+            "STEP": target.step,
+        }.items():
+            self._text.add(f"const ivec2 {name} = ivec2({across}, {down});")
+        self._text.add(f"const vec2 SITING = vec2{target.siting};", "const int INVOCATIONS = 256;")
+        blue = [target.name for target in self.shader.targets].index("blue")
+        self._text.include("frame/code.glsl")
+        lines = self._plane_stores("chroma", "value", blue)
+        self._text.add("void store_chroma(ivec2 place, vec2 value) {", *lines, "}")
+        self._text.include("frame/tile_chroma.glsl")
+
+    def _declare_images(self) -> None:
+        for node, name in self._images.items():
+            self._text.add(f"uniform ivec2 {name}_origin, {name}_last;")
+            self._add_sampler(name, "sampler2D", ImageOf(node))
+            words = {
+                "IMAGE": name,
+                "VALUE": TYPES[CHANNELS[node.kind]],
+                "CHANNELS": SWIZZLES[CHANNELS[node.kind]],
+            }
+            if node.is_plane:
+                self._declare_plane(node, name, words)
+            else:
+                coding = WORKING[node.kind]
+                self._text.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
+                self._text.add_template("frame/image.glsl", words)
+
+    def _declare_plane(self, node: Node, name: str, words: dict[str, str]) -> None:
+        encoding = self._plan.source.encoding
+        zero, one = levels(encoding, node.kind)
+        top = plane_format(encoding.depth).most
+        gain, offset = 1 / (one - zero), -zero / (one - zero)
+        if node.kind == "chroma":
+            self._add_sampler(f"{name}_red", "sampler2D", ImageOf(node, 1))
+            self._text.add(f"const float {name}_gain = {top * gain}, {name}_offset = {offset};")
+            self._text.add_template("frame/plane_chroma.glsl", words)
+        elif encoding.depth == 0:
+            self._text.add_template("frame/float_value.glsl", words)
+        else:
+            numbers = f"{name}_top = {float(top)}, {name}_gain = {gain}, {name}_offset = {offset}"
+            self._text.add(f"const float {numbers};")
+            self._text.add_template("frame/plane_value.glsl", words)
+
+    def _add_sampler(self, name: str, kind: str, what: ImageOf | Measure | tuple) -> None:
+        self._text.add(f"uniform {kind} {name};")
+        self.shader.samplers[name] = what
+
+    def _load(self, node: Node) -> list[str]:
+        """A picture's own value at the pixel. Chroma on a grid of its own is read by `between` instead."""
+        if node.kind == "chroma" and node.grid is not None:
+            return []
+        name = self._names[node] = f"loaded_{len(self._names)}"
+        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {self._images[node]}_at(at);"]
+
+    def _compute(self, node: Node) -> list[str]:
+        assert node.function is not None
+        number = len(self._names)
+        for parameter, words in node.options.items():
+            self._declare_options(Path(node.function.file).stem, parameter, words)
+        if node.is_enlarged:
+            function = self._add_between(node)
+        else:
+            function = node.function.name
+            if node.around is not None:
+                self._add_around(node)
+            self._text.include(node.function.file, node.function.channels)
+        arguments = ", ".join(self._argument(node, number, each) for each in _parameters(node))
+        name = self._names[node] = f"value_{number}"
+        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {function}({arguments});"]
+
+    def _declare_options(self, owner: str, parameter: str, words: tuple[str, ...]) -> None:
+        for number, word in enumerate(words):
+            line = f"const int {owner}_{parameter}_{word} = {number};"
+            if line not in self._text.lines:
+                self._text.add(line)
+
+    def _add_between(self, node: Node) -> str:
+        assert node.around is not None
+        image = self._images[node.around]
+        if not any(f"{image}_between(" in line for line in self._text.lines):
+            self._text.add_template("frame/between.glsl", {"IMAGE": image})
+        return f"{image}_between"
+
+    def _add_around(self, node: Node) -> None:
+        assert node.around is not None and node.function is not None
+        reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
+        type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
+        self._text.add(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")
+
+    def _argument(self, node: Node, number: int, parameter: Parameter) -> str:
+        name = parameter.name.rstrip("_")  # added where the name is a word of GLSL
+        if name in node.inputs:
+            return self._names[node.inputs[name]]
+        if name == "at":
+            return "at"
+        if name == "page":
+            return self._uniform(f"page_{number}", parameter, (node.shape[1], node.shape[0]))
+        if name == "measured" and node.measure is not None:
+            self._add_sampler(f"measured_{number}", "sampler2D", node.measure)
+            return f"texelFetch(measured_{number}, ivec2(0), 0).{'xyzw'[: len(node.measure.percentages)]}"
+        if parameter.type == "sampler2DArray" and name in node.values:
+            self._add_sampler(f"{name}_{number}", parameter.type, node.values[name] or ())
+            return f"{name}_{number}"
+        return self._uniform(f"{name}_{number}", parameter, self._value(node, parameter))
+
+    def _value(self, node: Node, parameter: Parameter) -> Any:
+        """A parameter that is the same for all pixels; NAME_count and NAME_sizes tell of the asset NAME."""
+        name = parameter.name.rstrip("_")
+        owner, _, what = name.rpartition("_")
+        if name in node.values:
+            return node.values[name]
+        if what == "count" and owner in node.values:
+            return len(node.values[owner] or ())
+        if what == "sizes" and owner in node.values:
+            sizes = [array.shape[::-1] for array in node.values[owner] or ()]
+            return [*sizes, *[(1, 1)] * (parameter.count - len(sizes))]
+        if parameter.type == "float":  # a saved picture that may be left out, and has been
+            return 1.0
+        file = node.function.file if node.function else ""
+        raise VidstyleError(f"shaders/{file}", f"asks for {parameter.name!r}, which nobody has", "correct it")
+
+    def _uniform(self, name: str, parameter: Parameter, value: Any) -> str:
+        count = f"[{parameter.count}]" if parameter.count else ""
+        self._text.add(f"uniform {parameter.type} {name}{count};")
+        self.shader.uniforms[name] = value
+        return name
+
+    def _write_evaluate(self, loads: list[str], body: list[str]) -> None:
+        self._text.include("frame/code.glsl")
+        result = self._pass.result
+        chroma = next((node for node in result.nodes if node.kind == "chroma"), None) if result else None
+        returned = self._names[chroma] if chroma and self._shrinks else "vec2(0.0)"
+        stores = [line for number in range(len(self.shader.targets)) for line in self._store(number)]
+        self._text.add(
+            "// The values at a pixel of the page, kept at a place of the targets if they are its own.",
+            "vec2 evaluate(ivec2 at, ivec2 place, bool own) {",
+            *(f"    {line}" for line in [*loads, *body]),
+            "    if (own) {",
+            *(f"        {line}" for line in stores),
+            "    }",
+            f"    return {returned};",
+            "}",
+        )
+
+    def _store(self, number: int) -> list[str]:
+        target = self.shader.targets[number]
+        name, coding = self._names[target.node], target.format
+        if target.name in ("working", "samples"):
+            padding = ", 0.0" * (4 - CHANNELS[target.node.kind])
+            return [f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"]
+        if target.name == "blue" and self._shrinks or target.name == "red":
+            return []
+        return self._plane_stores(target.node.kind, name, number)
+
+    def _plane_stores(self, kind: Kind, name: str, number: int) -> list[str]:
+        """Lines that store a value in planes of the result, from target `number` on."""
+        encoding = self._plan.target
+        zero, one = levels(encoding, kind)
+        coding = plane_format(encoding.depth)
+        numbers = f"{zero}, {one}, {float(2**encoding.depth - 1)}, {float(coding.most)}"
+        names = [f"{name}.x", f"{name}.y"] if kind == "chroma" else [name]
+        if encoding.depth:
+            self._text.include("frame/code.glsl", 3 if kind == "color" else 1)
+            names = [f"code({each}, {numbers})" for each in names]
+        elif kind == "color":
+            names = [f"clamp({name}, 0.0, 1.0)"]
+        padding = "1.0" if kind == "color" else "0.0, 0.0, 1.0"
+        return [
+            f"store_{number + offset}(place, vec4({each}, {padding}));" for offset, each in enumerate(names)
+        ]
+
+
+def _parameters(node: Node) -> tuple[Parameter, ...]:
+    assert node.function is not None
+    if node.is_enlarged:
+        return signatures("frame/between.glsl")["IMAGE_between"].parameters
+    return signatures(node.function.file)[node.function.name].parameters
+
+
+def _shrinks(plan: Plan, each: Pass) -> bool:
+    """Whether the pass averages chroma to the result's grid itself."""
+    result = each.result
+    if result is None or result.role != "planes" or plan.target.step == (1, 1):
+        return False
+    return any(node.kind == "chroma" for node in result.nodes)
+
+
+def _targets(plan: Plan, each: Pass) -> list[Target]:
+    targets = [Target("working", node, WORKING[node.kind], node.shape) for node in each.stored]
+    if each.sampled:
+        node = each.sampled.of
+        targets.append(Target("samples", node, WORKING["luma"], Sampling.of(*node.shape).shape))
+    for node in each.result.nodes if each.result else ():
+        targets += _planes_of(plan, node)
+    return targets
+
+
+def _planes_of(plan: Plan, node: Node) -> list[Target]:
+    encoding, shape = plan.target, plan.source.shape
+    if node.kind == "color":
+        return [Target("color", node, plane_format(encoding.depth, 4), shape)]
+    if node.kind == "luma":
+        return [Target("luma", node, plane_format(encoding.depth), shape)]
+    small = encoding.chroma_shape(*shape)
+    return [Target(name, node, plane_format(encoding.depth), small) for name in ("blue", "red")]

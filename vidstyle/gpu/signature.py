@@ -1,0 +1,80 @@
+"""Reads GLSL files: which functions they define, and what those ask for.
+
+The names and types of a function's parameters are all that the runner needs to call it; nothing about
+a shader is said a second time in Python.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+
+from vidstyle.assets import asset_folder
+
+_FUNCTION = re.compile(r"^(?P<type>\w+) (?P<name>\w+)\((?P<parameters>[^)]*)\)\s*\{", re.MULTILINE)
+_PARAMETER = re.compile(r"^(?P<type>\w+) (?P<name>\w+)(?:\[(?P<count>\d+)\])?$")
+_COMMENT = re.compile(r"//[^\n]*")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a GLSL function; `count` is above 0 for an array."""
+
+    type: str
+    name: str
+    count: int = 0
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A GLSL function: where it stands, what it gives and what it asks for."""
+
+    file: str
+    type: str
+    name: str
+    parameters: tuple[Parameter, ...]
+
+
+@cache
+def read_source(file: str) -> str:
+    """The text of a file below shaders/.
+
+    Raises:
+        FileNotFoundError: there is none.
+    """
+    return (asset_folder("shaders") / file).read_text(encoding="utf-8")
+
+
+@cache
+def signatures(file: str) -> dict[str, Signature]:
+    """The functions that a file defines, by name, in the order in which they stand.
+
+    >>> [parameter.name for parameter in signatures("frame/rgb_from_gray.glsl")["rgb_from_gray"].parameters]
+    ['luma']
+    """
+    text = _COMMENT.sub("", read_source(file))
+    found = (_signature(file, match) for match in _FUNCTION.finditer(text))
+    return {signature.name: signature for signature in found}
+
+
+@cache
+def functions_of_block(name: str) -> tuple[Signature, ...]:
+    """The functions that a block's step calls one after another: those named `name_...`, then `name`."""
+    found = signatures(f"blocks/{name}.glsl")
+    before = [signature for other, signature in found.items() if other.startswith(f"{name}_")]
+    return (*before, found[name])
+
+
+def _signature(file: str, match: re.Match[str]) -> Signature:
+    texts = [text.strip() for text in match["parameters"].split(",")]
+    return Signature(
+        file, match["type"], match["name"], tuple(_parameter(file, text) for text in texts if text)
+    )
+
+
+def _parameter(file: str, text: str) -> Parameter:
+    match = _PARAMETER.match(" ".join(text.split()))
+    if match is None:
+        raise ValueError(f"{file}: cannot read the parameter {text!r}")
+    return Parameter(match["type"], match["name"], int(match["count"] or 0))

@@ -1,0 +1,108 @@
+"""Which texture each value of a plan is kept in: one serves for several that are not needed at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vidstyle.gpu.formats import WORKING, Format
+from vidstyle.gpu.jobs import Job
+from vidstyle.gpu.nodes import Measure, Node, Shape
+from vidstyle.gpu.passes import Pass
+from vidstyle.gpu.plan import Plan
+from vidstyle.gpu.shader import Shader
+from vidstyle.gpu.textures import TexturePool
+
+if TYPE_CHECKING:
+    import moderngl
+
+
+class Slots:
+    """The textures that a plan writes. Whoever calls it owns the context."""
+
+    def __init__(self, pool: TexturePool, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
+        self._pool = pool
+        self._shaders = shaders
+        self._taken: list[tuple[moderngl.Texture, Format]] = []
+        self._nodes = self._place(plan, jobs)
+        self._samples = {
+            each.sampled: self._take(target.shape, target.format)
+            for each, shader in shaders.items()
+            for target in shader.targets
+            if each.sampled and target.name == "samples"
+        }
+        self._results: dict[tuple[str, Shape], moderngl.Texture] = {}
+
+    def texture(self, job: Job, each: Pass, number: int) -> moderngl.Texture:
+        """The texture of a pass's target."""
+        target = self._shaders[each].targets[number]
+        if target.name == "working":
+            return self._nodes[target.node]
+        if target.name == "samples":
+            assert each.sampled is not None
+            return self.samples(each.sampled)
+        shape = job.result_window(target.name).shape
+        key = target.name, shape
+        if key not in self._results:
+            self._results[key] = self._take(shape, target.format, exact=True)
+        return self._results[key]
+
+    def texture_of_node(self, node: Node) -> moderngl.Texture:
+        """The texture in which a value is kept."""
+        return self._nodes[node]
+
+    def samples(self, measure: Measure) -> moderngl.Texture:
+        """The texture of what is measured."""
+        return self._samples[measure]
+
+    def release(self) -> None:
+        """Give all textures back to the pool."""
+        for texture, coding in self._taken:
+            self._pool.give(texture, coding)
+        self._taken.clear()
+
+    def _take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
+        texture = self._pool.take(shape, coding, exact)
+        self._taken.append((texture, coding))
+        return texture
+
+    def _place(self, plan: Plan, jobs: list[Job]) -> dict[Node, moderngl.Texture]:
+        """A texture for each stored value, shared by values of which the first is read no more."""
+        needed = shapes_of_stored(plan, jobs)
+        found: dict[Node, moderngl.Texture] = {}
+        free: list[tuple[moderngl.Texture, Format]] = []
+        for number, each in enumerate(plan.passes):
+            for node in each.stored:
+                coding = WORKING[node.kind]
+                fitting = [slot for slot in free if slot[1] == coding and _holds(slot[0], needed[node])]
+                if fitting:
+                    slot = min(fitting, key=lambda slot: slot[0].width * slot[0].height)
+                    free.remove(slot)
+                    found[node] = slot[0]
+                else:
+                    found[node] = self._take(needed[node], coding)
+            free += [(found[node], WORKING[node.kind]) for node in ending(plan, number)]
+        return found
+
+
+def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[Node, Shape]:
+    """How large the texture of each stored value has to be: as large as its largest window."""
+    shapes: dict[Node, Shape] = {}
+    for job in jobs:
+        for each in job.passes:
+            height, width = job.windows[each].shape
+            for node in each.stored:
+                old = shapes.get(node, (1, 1))
+                shapes[node] = max(old[0], height), max(old[1], width)
+    return shapes
+
+
+def ending(plan: Plan, number: int) -> list[Node]:
+    """The stored values that no pass after this one reads."""
+    later = {image for each in plan.passes[number + 1 :] for image in each.images}
+    now = plan.passes[number]
+    alive = {node for each in plan.passes[: number + 1] for node in each.stored}
+    return [node for node in alive if node not in later and (node in now.images or node in now.stored)]
+
+
+def _holds(texture: moderngl.Texture, shape: Shape) -> bool:
+    return bool(texture.height >= shape[0] and texture.width >= shape[1])
