@@ -49,7 +49,7 @@ def _gpus() -> list[str] | str:
     try:
         choose("gpu")
     except DeviceError as error:
-        return f"none ({error.reason})"
+        return f"none ({error.reason}; {error.remedy})"
     return [_described(device) for device in list_devices()]
 
 

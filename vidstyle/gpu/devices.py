@@ -8,11 +8,14 @@ import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Literal
+from functools import cache
+from typing import TYPE_CHECKING
 
 from vidstyle.errors import DeviceError, UsageError
 from vidstyle.gpu.context import close_context, count_devices, open_context
+
+if TYPE_CHECKING:
+    from vidstyle.gpu.plan import Form
 
 DEVICES = ("auto", "cpu", "gpu", "gpu:N")
 """The words that choose a device; N is its number."""
@@ -54,7 +57,7 @@ class Device:
     limits: Limits
 
     @property
-    def form(self) -> Literal["compute", "fragment"]:
+    def form(self) -> Form:
         """How passes run on it."""
         return "compute" if self.version >= 430 else "fragment"
 
@@ -101,7 +104,7 @@ def choose(device: str) -> Choice:
     if device == "auto":
         return _choose_by_itself()
     if device == "gpu":
-        return _chosen(_first_gpu() or _first())
+        return _chosen(_first_gpu() or _first(device))
     if re.fullmatch("gpu:[0-9]{1,4}", device):
         return _chosen(_numbered(device))
     raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
@@ -114,7 +117,7 @@ def _choose_by_itself() -> Choice:
     if gpu:
         return _chosen(gpu)
     try:
-        reason = f"{_first().name} is a software renderer"
+        reason = f"{_first('auto').name} is a software renderer"
     except DeviceError as error:
         reason = error.reason
     return Choice(None, f"no GPU: {_obstacle() or reason}; using the CPU")
@@ -132,25 +135,24 @@ def _first_gpu() -> Device | None:
     return next((each for each in devices if isinstance(each, Device) and not each.software), None)
 
 
-def _first() -> Device:
+def _first(word: str) -> Device:
     devices = list_devices()
     if devices:
         return devices[0]
     failure = _device(0)
     assert isinstance(failure, DeviceError)
-    raise DeviceError("--device gpu", failure.reason, failure.remedy)
+    raise DeviceError(f"--device {word}", failure.reason, failure.remedy)
 
 
 def _numbered(word: str) -> Device:
-    devices = {f"gpu:{device.index}": device for device in list_devices()}
-    found = devices.get(word)
-    if found is None:
-        remedy = f"choose {' or '.join(map(str, devices.values()))}" if devices else "use --device cpu"
-        raise DeviceError(f"--device {word}", "there is no such device", remedy)
-    return found
+    devices = {f"gpu:{device.index}": device for device in list_devices() or [_first(word)]}
+    if word not in devices:
+        names = " or ".join(map(str, devices.values()))
+        raise DeviceError(f"--device {word}", "there is no such device", f"choose {names}")
+    return devices[word]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _device(index: int) -> Device | DeviceError:
     """A device, or why it cannot be opened.
 
@@ -185,6 +187,6 @@ def _obstacle() -> str:
     closed = [path for path in files if not os.access(path, os.R_OK | os.W_OK)]
     if closed:
         return f"{closed[0]} may not be opened by this user (group video or render?)"
-    if any(path.startswith("/dev/nvidia") for path in files):
+    if any(os.path.basename(path).startswith("nvidia") for path in files):
         return "NVIDIA's OpenGL is not installed (in a container: NVIDIA_DRIVER_CAPABILITIES=all)"
     return ""
