@@ -10,13 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.compare import Compare, compared, compared_info
-from vidstyle.cpu import CpuRenderer
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import Reader, ReadOptions, VideoInfo, open_reader
 from vidstyle.media.writer import WriteOptions, Writer, open_writer
-from vidstyle.picture import Picture
 from vidstyle.progress import Progress, Summary
-from vidstyle.renderer import StyleLike, open_renderer
+from vidstyle.renderer import Backend, StyleLike, open_renderer
 from vidstyle.stages import Stages
 
 DAMAGED_EXIT_CODE = 4
@@ -45,7 +43,7 @@ def render(
         target: the same, or "-" for standard output; its ending says what kind of file it becomes.
         style: a style, or what `load_style` takes.
         read, write: how to read and how to write; see their classes.
-        device: "auto", "cpu" or "gpu".
+        device: "auto", "cpu", "gpu" or "gpu:N"; see `open_renderer`.
         frames: how many frames at most.
         compare: "side" or "split" to show the source beside the result.
         on_progress: called about ten times a second, in the calling thread.
@@ -62,7 +60,7 @@ def render(
         info = compared_info(reader.info, compare)
         writer = open_writer(target, info, write or WriteOptions(), reader)
         items = first_frames(reader, frames) if frames else reader
-        stages = Stages(items, lambda frame: restyler(frame, writer), writer)
+        stages = Stages(items, lambda frame: restyler.start(frame, writer), writer, restyler.late)
         watch = _watcher(stages, reader.info, frames, began, on_progress)
         stages.run(stop or threading.Event(), watch)
         watch()
@@ -78,24 +76,35 @@ class Restyler:
     """Turns a frame of the source into the frame to be written."""
 
     def __init__(self, style: StyleLike, device: str, compare: Compare | None) -> None:
-        self._renderer = open_renderer(style, device)
+        self._renderer: Backend = open_renderer(style, device)
         self._plain = open_renderer("plain", "cpu")
         self._compare = compare
 
-    def __call__(self, frame: Frame, writer: Writer) -> Frame:
-        """The frame restyled, in the encoding that the writer wants; itself when nothing is to be changed."""
-        picture = self._run(self._renderer, frame, writer)
-        if self._compare:
-            picture = compared(self._run(self._plain, frame, writer), picture, self._compare)
-        return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
+    @property
+    def late(self) -> int:
+        """How many frames may be under way before the result of the first is asked for."""
+        return self._renderer.late
+
+    def start(self, frame: Frame, writer: Writer) -> Callable[[], Frame]:
+        """Begin with a frame; what is returned waits for it to be restyled, in the writer's encoding.
+
+        It is the frame itself when nothing is to be changed.
+        """
+        wanted = float(frame.time), writer.encoding, writer.wants_rgb
+        pending = self._renderer.start(frame.picture, *wanted)
+
+        def result() -> Frame:
+            picture = pending.result()
+            if self._compare:
+                picture = compared(self._plain.run(frame.picture, *wanted), picture, self._compare)
+            return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
+
+        return result
 
     def close(self) -> None:
         """Let the renderers' threads go."""
         self._renderer.close()
         self._plain.close()
-
-    def _run(self, renderer: CpuRenderer, frame: Frame, writer: Writer) -> Picture:
-        return renderer.run(frame.picture, float(frame.time), writer.encoding, writer.wants_rgb)
 
 
 def first_frames(items: Iterable[Any], count: int) -> Iterator[Any]:

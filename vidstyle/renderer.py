@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Protocol, overload
 
 import numpy as np
 
 from vidstyle.cpu import CpuRenderer
-from vidstyle.errors import DeviceError, UsageError
+from vidstyle.gpu.devices import DEVICES, choose
+from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.picture import Encoding, Picture
 from vidstyle.style import Style, load_style
 
@@ -19,22 +22,60 @@ if TYPE_CHECKING:
 StyleLike = Style | str | Path | Mapping[str, object]
 """What `load_style` takes: a style, a name, a path or a table."""
 
-DEVICES = ("auto", "cpu", "gpu")
+log = logging.getLogger("vidstyle")
 
 
-def open_renderer(style: StyleLike, device: str = "auto") -> CpuRenderer:
-    """What restyles pictures on a device: "auto", "cpu" or "gpu".
+class Pending(Protocol):
+    """A picture that is being restyled."""
+
+    def result(self) -> Picture:
+        """The restyled picture; waits for it."""
+
+
+class Backend(Protocol):
+    """What restyles pictures, on the CPU or a GPU; `CpuRenderer` says what the methods do.
+
+    Attributes:
+        late: how many pictures may be under way before a result is asked for.
+    """
+
+    late: int
+
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Pending:
+        """Begin with a picture."""
+
+    def run(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Picture:
+        """Restyle a picture and wait for it."""
+
+    def close(self) -> None:
+        """Let the device go."""
+
+
+def open_renderer(style: StyleLike, device: str = "auto") -> Backend:
+    """What restyles pictures on a device; says in a notice which one that is and why.
+
+    Args:
+        style: the style; one that leaves pictures as they are needs no device.
+        device: "auto" (a real GPU if there is one, else the CPU), "cpu", "gpu" or "gpu:N".
 
     Raises:
         UsageError: another word.
         DeviceError: there is no such device.
         StyleError: the style cannot be used.
     """
-    if device not in DEVICES:
-        raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
-    if device == "gpu":
-        raise DeviceError("--device gpu", "there is no GPU renderer yet", "use --device cpu")
-    return CpuRenderer(load_style(style))
+    style = load_style(style)
+    choice = choose("cpu" if style.is_plain and device in DEVICES else device)
+    if choice.device is None:
+        renderer: Backend = CpuRenderer(style)
+    else:
+        renderer = GpuRenderer(style, choice.device, lambda: CpuRenderer(style))
+    if choice.notice:
+        log.info(choice.notice)
+    return renderer
 
 
 class Renderer:
@@ -115,7 +156,7 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
     Args:
         picture: H x W x 3 or H x W x 4 in RGB order: uint8, uint16, or floats 0..1; alpha is kept.
         style: what `load_style` takes.
-        device: "auto", "cpu" or "gpu".
+        device: as for `open_renderer`.
 
     Returns:
         A new array of the same shape and type.
@@ -127,11 +168,11 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
     >>> bright.dtype, bright[0, 0].round(3).tolist()
     (dtype('float64'), [0.65, 0.65, 0.65])
     """
-    with open_renderer(style, device) as renderer:
+    with closing(open_renderer(style, device)) as renderer:
         return _array_run(renderer, picture, None)
 
 
-def _array_run(renderer: CpuRenderer, array: np.ndarray, time: float | None) -> np.ndarray:
+def _array_run(renderer: Backend, array: np.ndarray, time: float | None) -> np.ndarray:
     if array.ndim != 3:
         raise ValueError(f"a picture is H x W x 3 or H x W x 4, not {array.shape}")
     picture = Picture.from_array(array)

@@ -12,7 +12,8 @@ METHODS = {
     "lanczos": cv2.INTER_LANCZOS4,
     "area": cv2.INTER_AREA,
 }
-"""The resampling methods by name, as OpenCV calls them. All but `area` look at a few samples only, so they alias when shrinking."""
+"""The resampling methods by name, as OpenCV calls them. All but `area` look at a few samples only, so they
+alias when shrinking."""
 
 
 def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarray:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,12 @@ Batch = list[Any]
 class Stages:
     """One job on its way; `run` takes it to its end.
 
+    Args:
+        items: frames and packets in the order of the source.
+        restyle: begins with a frame and returns what waits for the result.
+        writer: where everything goes.
+        late: how many frames may be under way before the result of the first is waited for.
+
     Attributes:
         frames: frames handed to the writer.
         start, end: when the first of them begins and the last of them ends, in seconds of the source.
@@ -41,9 +48,16 @@ class Stages:
         partial: the file that an unfinished job leaves, or None.
     """
 
-    def __init__(self, items: Iterable[Any], restyle: Callable[[Frame], Frame], writer: Writer) -> None:
+    def __init__(
+        self,
+        items: Iterable[Any],
+        restyle: Callable[[Frame], Callable[[], Frame]],
+        writer: Writer,
+        late: int = 0,
+    ) -> None:
         self._items = items
         self._restyle = restyle
+        self._late = late
         self._writer = writer
         self._source: Channel[Batch] = Channel(ROOM)
         self._result: Channel[Batch] = Channel(ROOM)
@@ -123,8 +137,13 @@ class Stages:
         self._source.close()
 
     def _style(self) -> None:
+        waiting: deque[Batch] = deque()
         for batch in self._source:
-            self._result.put([self._restyle(item) if isinstance(item, Frame) else item for item in batch])
+            waiting.append([self._restyle(item) if isinstance(item, Frame) else item for item in batch])
+            while sum(_is_pending(each) for each in waiting) > self._late:
+                self._result.put(_finished(waiting.popleft()))
+        for each in waiting:
+            self._result.put(_finished(each))
         self._result.close()
 
     def _write(self) -> None:
@@ -151,6 +170,15 @@ class Stages:
         self.start = begin if self.frames == 0 else self.start
         self.end = begin + float((frame.duration or 0) * frame.time_base)
         self.frames += 1
+
+
+def _is_pending(batch: Batch) -> bool:
+    return callable(batch[-1])
+
+
+def _finished(batch: Batch) -> Batch:
+    """The batch with its frame restyled, once that has come."""
+    return [*batch[:-1], batch[-1]()] if _is_pending(batch) else batch
 
 
 def batches(items: Iterable[Any]) -> Iterator[Batch]:

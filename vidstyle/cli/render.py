@@ -53,7 +53,9 @@ if TYPE_CHECKING:
 @click.option("--no-autorotate", is_flag=True, help="Leave the pictures as they are stored.")
 @click.option("--allow-url", is_flag=True, help="Let INPUT be an address on the network.")
 @click.option("--compare", type=click.Choice(["side", "split"]), help="Show the source beside the result.")
-@click.option("--device", type=click.Choice(["auto", "cpu", "gpu"]), default="auto", show_default=True)
+@click.option(
+    "--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True, help="What runs the style."
+)
 @click.option("--progress", type=click.Choice(KINDS), default="auto", show_default=True)
 @click.option(
     "--json", "as_json", is_flag=True, help="Print a summary as JSON (on stderr when OUTPUT is '-')."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
@@ -21,7 +21,12 @@ class CpuRenderer:
 
     It keeps what measured blocks remember of earlier pictures; a cut or another size starts it afresh.
     Close it, or use it as a context manager, to let its threads go.
+
+    Attributes:
+        late: how many pictures may be under way before a result is asked for.
     """
+
+    late = 0
 
     def __init__(self, style: Style, threads: int = CORES) -> None:
         self.style = style
@@ -57,6 +62,14 @@ class CpuRenderer:
             return picture
         self._prepare(picture)
         return finish(self._pool, self._page(picture, time), picture, target, rgb)
+
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Future[Picture]:
+        """As `run`, for callers that also use a GPU, whose results come later."""
+        future: Future[Picture] = Future()
+        future.set_result(self.run(picture, time, target, rgb))
+        return future
 
     def _prepare(self, picture: Picture) -> None:
         """Look everything up anew for a new size."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vidstyle.picture import Encoding
+from vidstyle.picture import Encoding, Picture
 
 Kind = Literal["luma", "chroma", "color"]
 CHANNELS: dict[Kind, int] = {"luma": 1, "chroma": 2, "color": 3}
@@ -105,3 +105,9 @@ class Layout:
     encoding: Encoding
     shape: Shape
     planes: Literal["gray", "chroma", "color"]
+
+    @classmethod
+    def of(cls, picture: Picture) -> Layout:
+        """That of a picture."""
+        planes: Literal["gray", "chroma", "color"] = "gray" if picture.chroma is None else "chroma"
+        return cls(picture.encoding, picture.shape, planes if picture.color is None else "color")

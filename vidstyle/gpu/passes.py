@@ -17,7 +17,7 @@ RECOMPUTED = 12
 costs less than the way to memory and back."""
 
 MOST_STORED = 5
-"""A pass keeps at most so many values: OpenGL promises eight targets, and up to three planes may join them."""
+"""A pass keeps so many values at most: OpenGL promises eight targets, and three planes may join them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +87,13 @@ class Pass:
         return False
 
 
-def cut(results: Sequence[Result]) -> list[Pass]:
-    """The passes that compute the results, and what has to be measured for them, in order."""
-    kept: set[Node] = set()
+def cut(results: Sequence[Result], fused: bool = True) -> list[Pass]:
+    """The passes that compute the results, and what has to be measured for them, in order.
+
+    Args:
+        fused: False keeps the result of every call in a texture, to compare with.
+    """
+    kept = set() if fused else {node for node in _ordered(_nodes_of(results)) if not node.is_plane}
     while True:
         partition = _Partition(results, kept)
         again = partition.worth_keeping()
@@ -102,7 +106,7 @@ class _Partition:
     """One attempt, with some nodes kept in textures from the outset."""
 
     def __init__(self, results: Sequence[Result], kept: set[Node]) -> None:
-        nodes = list(_ordered(node for result in results for node in result.nodes))
+        nodes = list(_ordered(_nodes_of(results)))
         around = {node.around for node in nodes if node.around is not None}
         self._stored = {node for node in kept | around if not node.is_plane}
         self._homes: dict[Node, Pass] = {}
@@ -266,6 +270,10 @@ class _Partition:
         for root in roots:
             visit(root)
         return list(found)
+
+
+def _nodes_of(results: Sequence[Result]) -> list[Node]:
+    return [node for result in results for node in result.nodes]
 
 
 def _ordered(roots: Iterable[Node]) -> Iterator[Node]:

@@ -50,7 +50,15 @@ class Plan:
         return list(dict.fromkeys(image for image in images if image.is_plane))
 
 
-def make_plan(style: Style, steps: Steps, source: Layout, target: Encoding, rgb: bool, form: Form) -> Plan:
+def make_plan(
+    style: Style,
+    steps: Steps,
+    source: Layout,
+    target: Encoding,
+    rgb: bool,
+    form: Form,
+    fused: bool = True,
+) -> Plan:
     """The plan of a style.
 
     Args:
@@ -60,28 +68,27 @@ def make_plan(style: Style, steps: Steps, source: Layout, target: Encoding, rgb:
         target: how the planes of the result are encoded.
         rgb: whether packed RGB of the target's depth is wanted instead.
         form: how the passes are to run.
+        fused: False makes a pass of every call, to compare with.
     """
     graph = Graph(source)
     look = _page(graph, style, steps)
     if rgb:
         results = [Result("color", (graph.color(look),), source.shape)]
-        return Plan(source, target, rgb, form, tuple(cut(results)), "made", "made")
+        return Plan(source, target, rgb, form, tuple(cut(results, fused)), "made", "made")
     look = graph.in_matrix(look, target.matrix)
     same = source.encoding == target
     luma, chroma = graph.luma(look), graph.chroma(look)
     luma_untouched = same and luma is graph.planes.luma
     chroma_untouched = same and look.chroma is not None and look.chroma is graph.planes.chroma
-    passes = cut(
-        _results(
-            None if luma_untouched else luma, None if chroma_untouched else chroma, source.shape, target, form
-        )
+    results = _results(
+        None if luma_untouched else luma, None if chroma_untouched else chroma, source.shape, target, form
     )
     return Plan(
         source,
         target,
         rgb,
         form,
-        tuple(passes),
+        tuple(cut(results, fused)),
         "untouched" if luma_untouched else "made",
         "untouched" if chroma_untouched else "made" if chroma else "gray",
     )

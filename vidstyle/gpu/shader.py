@@ -216,7 +216,9 @@ class _Writer:
         assert node.around is not None and node.function is not None
         reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
-        self._text.add(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")
+        line = f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}"
+        if line not in self._text.lines:
+            self._text.add(line)
 
     def _argument(self, node: Node, number: int, parameter: Parameter) -> str:
         name = parameter.name.rstrip("_")  # added where the name is a word of GLSL

@@ -1,0 +1,212 @@
+"""Restyles pictures on one context, for as long as that lasts."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vidstyle.cuts import CutDetector
+from vidstyle.errors import DeviceError
+from vidstyle.gpu.context import close_context, open_context
+from vidstyle.gpu.devices import Device
+from vidstyle.gpu.nodes import Layout
+from vidstyle.gpu.owner import Owner
+from vidstyle.gpu.plan import Form, Plan, make_plan
+from vidstyle.gpu.runner import Equipment, Fetch, Runner
+from vidstyle.measured import Settling, small_luma
+from vidstyle.picture import Encoding, Picture
+from vidstyle.planes import alpha_in_depth
+from vidstyle.prepared import PreparedStep, prepare
+from vidstyle.style import Style
+
+LARGEST = 8192
+"""A page with a longer side is done in tiles, even where the device says that it takes more: what drivers
+report is no promise that there is memory for it."""
+END_SECONDS = 2.0
+"""How long to wait for a context to be closed."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """A picture to be restyled; the arguments are those of `CpuRenderer.run`."""
+
+    picture: Picture
+    time: float | None
+    target: Encoding
+    rgb: bool
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What has been started for a request."""
+
+    request: Request
+    plan: Plan
+    fetches: list[Fetch]
+
+
+class Session:
+    """A context, its thread, and what a style needs there.
+
+    Args:
+        style: the style, until another one is asked for.
+        device: what to open.
+        form: how passes run; None: as the device does best.
+        fused: False makes a pass of every call, to compare with.
+        largest: a page with a longer side is done in tiles.
+
+    Raises:
+        DeviceError: the context cannot be opened.
+    """
+
+    def __init__(
+        self,
+        style: Style,
+        device: Device,
+        form: Form | None = None,
+        fused: bool = True,
+        largest: int = LARGEST,
+    ) -> None:
+        self._style = style
+        self._form: Form = form or device.form
+        self._fused = fused
+        self._largest = min(device.limits.texture_size, largest)
+        self._owner = Owner("vidstyle-gpu")
+        self._runner: Runner | None = None
+        self._steps: dict[str, tuple[PreparedStep, ...]] = {}
+        self._settlings: dict[tuple[str, int], Settling] = {}
+        self._cuts = CutDetector()
+        self._owner.submit(self._open, device.index).result()
+
+    def start(self, request: Request) -> Future[Drawn]:
+        """Send a picture and start all passes for it, in the thread."""
+        return self._owner.submit(self._start, request)
+
+    def fetch(self, drawn: Drawn) -> Future[Picture]:
+        """The restyled picture; waits, in the thread, until the GPU is done with it."""
+        return self._owner.submit(self._fetch, drawn)
+
+    def change_style(self, style: Style) -> None:
+        """Go on in another style; what is compiled and allocated already is used again where it fits."""
+        self._owner.submit(self._change_style, style).result()
+
+    def close(self) -> None:
+        """Let the context go."""
+        self._owner.submit(self._close)
+        self._owner.end(END_SECONDS)
+
+    def _open(self, index: int) -> None:
+        self._context = open_context(index)
+        self._equipment = Equipment(self._context)
+
+    def _close(self) -> None:
+        if self._runner is not None:
+            self._runner.release()
+        self._equipment.release()
+        close_context(self._context)
+
+    def _change_style(self, style: Style) -> None:
+        self._style = style
+        self._steps = {}
+        self._equipment.forget_numbers()
+        self._let_runner_go()
+
+    def _start(self, request: Request) -> Drawn:
+        with driver_errors():
+            runner = self._prepared(request)
+            shares = self._shares(request, runner.plan)
+            drawn = Drawn(request, runner.plan, runner.draw(request.picture, shares))
+            self._check()
+            return drawn
+
+    def _prepared(self, request: Request) -> Runner:
+        """The runner for pictures such as this one."""
+        layout = Layout.of(request.picture)
+        old = self._runner.plan if self._runner else None
+        if old and (old.source, old.target, old.rgb) == (layout, request.target, request.rgb) and self._steps:
+            assert self._runner is not None
+            return self._runner
+        if old is None or old.source.shape != layout.shape or not self._steps:
+            self._steps = prepare(self._style, *layout.shape)
+            self._settlings = {}
+        plan = make_plan(
+            self._style, self._steps, layout, request.target, request.rgb, self._form, self._fused
+        )
+        self._let_runner_go()
+        self._runner = Runner(self._equipment, plan, self._largest)
+        self._equipment.textures.clear()
+        return self._runner
+
+    def _let_runner_go(self) -> None:
+        if self._runner is not None:
+            self._runner.release()
+            self._runner = None
+
+    def _shares(self, request: Request, plan: Plan) -> dict[tuple[str, int], float]:
+        measures = [each.sampled for each in plan.passes if each.sampled]
+        if measures and self._cuts.is_cut(small_luma(request.picture)):
+            self._settlings = {}
+        return {
+            measure.step: self._settlings.setdefault(measure.step, Settling()).share(
+                request.time, measure.settle
+            )
+            for measure in measures
+        }
+
+    def _fetch(self, drawn: Drawn) -> Picture:
+        with driver_errors():
+            tiles = [(fetch, fetch.transfer.arrays()) for fetch in drawn.fetches]
+            self._check()
+        planes: dict[str, np.ndarray] = {}
+        for fetch, arrays in tiles:
+            for (name, window), array in zip(fetch.windows.items(), arrays, strict=True):
+                if len(tiles) == 1:
+                    planes[name] = array
+                    continue
+                shape = _plane_shape(drawn, name)
+                whole = planes.setdefault(name, np.empty(shape + array.shape[2:], array.dtype))
+                whole[window.top : window.bottom, window.left : window.right] = array
+        return _picture(drawn, planes)
+
+    def _check(self) -> None:
+        error = self._context.error
+        if error != "GL_NO_ERROR":
+            raise DeviceError("the GPU", f"reports {error}", "use --device cpu")
+
+
+@contextmanager
+def driver_errors() -> Iterator[None]:
+    """Within the block, what moderngl raises for the driver becomes a DeviceError."""
+    moderngl: Any = importlib.import_module("moderngl")
+    try:
+        yield
+    except moderngl.Error as error:
+        reason = str(error).strip().partition("\n")[0]
+        raise DeviceError("the GPU", f"fails ({reason})", "use --device cpu") from None
+
+
+def _plane_shape(drawn: Drawn, name: str) -> tuple[int, int]:
+    shape = drawn.request.picture.shape
+    return drawn.request.target.chroma_shape(*shape) if name in ("blue", "red") else shape
+
+
+def _picture(drawn: Drawn, planes: dict[str, np.ndarray]) -> Picture:
+    """The result, with what the passes have left untouched."""
+    source, target = drawn.request.picture, drawn.request.target
+    alpha = alpha_in_depth(source, target.depth)
+    if drawn.request.rgb:
+        return Picture(replace(target, full_range=True, step=(1, 1)), color=planes["color"], alpha=alpha)
+    luma = planes.get("luma", source.luma)
+    chroma = source.chroma
+    if drawn.plan.chroma == "made":
+        chroma = planes["blue"], planes["red"]
+    elif drawn.plan.chroma == "gray":
+        neutral = np.full(target.chroma_shape(*source.shape), target.chroma_levels[0], target.dtype)
+        chroma = neutral, neutral.copy()
+    return Picture(target, luma=luma, chroma=chroma, alpha=alpha)
