@@ -54,6 +54,14 @@ class Equipment:
         self.upload = Upload(context)
         self.download = Download(context)
         self.numbers: dict[tuple[str, int], Percentiles] = {}
+        self._nowhere = context.framebuffer([context.renderbuffer((1, 1))])
+
+    def draw_nowhere(self) -> None:
+        """Take the framebuffer out of use, so that it can be let go.
+
+        Whatever makes another one puts the one in use back afterwards, which fails if that is gone.
+        """
+        self._nowhere.use()
 
     def numbers_of(self, measure: Measure) -> Percentiles:
         """What remembers the numbers of a measured step."""
@@ -70,7 +78,7 @@ class Equipment:
     def release(self) -> None:
         """Let go of everything."""
         self.forget_numbers()
-        for each in (self.programs, self.upload, self.download, self.assets):
+        for each in (self.programs, self.upload, self.download, self.assets, self._nowhere):
             each.release()
         self.textures.clear()
 
@@ -102,6 +110,7 @@ class Runner:
 
     def release(self) -> None:
         """Give textures back and let go of the rest."""
+        self._equipment.draw_nowhere()
         for framebuffer in self._framebuffers.values():
             framebuffer.release()
         self._framebuffers.clear()
