@@ -129,7 +129,6 @@ def test_the_doctor_names_what_bug_reports_need(capfd):
     assert facts["encoders"]["libx264"] == "works"
     assert facts["encoders"]["h264_nvenc"] != "works" or Path("/dev/nvidiactl").exists()
     assert facts["libraries"]["av"][0].isdigit() and facts["ffmpeg"][0].isdigit()
-    assert "llvmpipe" not in facts["gpu"] or "software" in facts["gpu"]
     exit_code, out, _ = run(capfd, "doctor")
     assert exit_code == 0
     for name in facts:

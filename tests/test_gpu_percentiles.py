@@ -202,14 +202,14 @@ def test_what_others_left_enabled_does_no_harm(context: moderngl.Context, percen
 def alive(context: moderngl.Context) -> set[int]:
     """The identities of all objects of the context that have not been released, held or not."""
     kinds = (
-        moderngl.Texture
-        | moderngl.Framebuffer
-        | moderngl.Buffer
-        | moderngl.Program
-        | moderngl.VertexArray
-        | moderngl.Scope
+        moderngl.Texture,
+        moderngl.Framebuffer,
+        moderngl.Buffer,
+        moderngl.Program,
+        moderngl.VertexArray,
+        moderngl.Scope,
     )
-    held = [thing for thing in gc.get_objects() if isinstance(thing, kinds) and thing.ctx is context]
+    held = [thing for thing in gc.get_objects() if type(thing) in kinds and thing.ctx is context]
     lost = [thing for thing in context.objects if not isinstance(thing, moderngl.InvalidObject)]
     held = [thing for thing in held if not isinstance(thing.mglo, moderngl.InvalidObject)]
     return {id(thing) for thing in (*held, *lost)}

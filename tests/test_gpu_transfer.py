@@ -71,8 +71,8 @@ def seen(texture: moderngl.Texture, width: int) -> np.ndarray:
 
 def alive(context: moderngl.Context) -> list[object]:
     """All buffers, textures and framebuffers that have not been released, held or not."""
-    kinds = moderngl.Buffer | moderngl.Texture | moderngl.Framebuffer
-    held = [thing for thing in gc.get_objects() if isinstance(thing, kinds) and thing.ctx is context]
+    kinds = (moderngl.Buffer, moderngl.Texture, moderngl.Framebuffer)
+    held = [thing for thing in gc.get_objects() if type(thing) in kinds and thing.ctx is context]
     lost = [thing for thing in context.objects if not isinstance(thing, moderngl.InvalidObject)]
     return [thing for thing in held if not isinstance(thing.mglo, moderngl.InvalidObject)] + lost
 

@@ -161,7 +161,7 @@ def test_errors_come_before_anything_is_written(clip: Path, tmp_path: Path):
     with pytest.raises(StyleError):
         render(clip, tmp_path / "out.mp4", "no such style")
     with pytest.raises(DeviceError) as raised:
-        render(clip, tmp_path / "out.mp4", "plain", device="gpu")
+        render(clip, tmp_path / "out.mp4", POSTER, device="gpu:99")
     assert raised.value.exit_code == 6
     assert list(tmp_path.iterdir()) == []
 

@@ -11,7 +11,7 @@ TYPES = {1: "float", 2: "vec2", 3: "vec3"}
 
 _INCLUDE = re.compile(r'^#include "(?P<file>[^"]+)"$')
 _CHANNELS = re.compile(r"\bchannels\b")
-_PLACE = re.compile(r"\b(?P<source>\d+)(?::(?P<colon>\d+)|\((?P<bracket>\d+)\))")
+_PLACE = re.compile(r"\b0(?::(?P<colon>\d+)|\((?P<bracket>\d+)\))")
 
 
 class Assembly:
@@ -19,12 +19,12 @@ class Assembly:
 
     Attributes:
         lines: the text so far.
-        files: the files by the number under which the compiler knows them; 0 is the generated text.
     """
 
     def __init__(self, version: int) -> None:
         self.lines = [f"#version {version}"]
-        self.files = ["generated"]
+        # Not told to the compiler by `#line`: some forget the file in some of their messages.
+        self._places: dict[int, str] = {}
         self._included: set[tuple[str, int]] = set()
 
     @property
@@ -61,20 +61,15 @@ class Assembly:
         """A compiler's message with our files and lines in it."""
 
         def named(match: re.Match[str]) -> str:
-            number = int(match["source"])
-            line = match["colon"] or match["bracket"]
-            return f"{self.files[number]}:{line}" if number < len(self.files) else match[0]
+            line = int(match["colon"] or match["bracket"])
+            return self._places.get(line, f"generated:{line}")
 
         return "\n".join(_PLACE.sub(named, line, count=1) for line in message.splitlines())
 
     def _add_file(self, file: str, source: str, channels: int) -> None:
-        number = len(self.files)
-        self.files.append(f"shaders/{file}")
-        self.lines.append(f"#line 1 {number}")
         for line, text in enumerate(source.splitlines(), 1):
             if match := _INCLUDE.match(text):
                 self.include(match["file"], channels or 1)
-                self.lines.append(f"#line {line + 1} {number}")
             else:
                 self.lines.append(text)
-        self.lines.append("#line 1 0")
+                self._places[len(self.lines)] = f"shaders/{file}:{line}"

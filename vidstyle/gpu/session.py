@@ -82,7 +82,11 @@ class Session:
         self._steps: dict[str, tuple[PreparedStep, ...]] = {}
         self._settlings: dict[tuple[str, int], Settling] = {}
         self._cuts = CutDetector()
-        self._owner.submit(self._open, device.index).result()
+        try:
+            self._owner.submit(self._open, device.index).result()
+        except DeviceError:
+            self._owner.end(END_SECONDS)
+            raise
 
     def start(self, request: Request) -> Future[Drawn]:
         """Send a picture and start all passes for it, in the thread."""
