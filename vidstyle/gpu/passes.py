@@ -167,7 +167,9 @@ class _Partition:
         if node.is_heavy:
             home = self._pass_around(node, needed) or self._new_pass(node.shape)
         else:
-            home = self._ride(others, measured, node.shape)
+            # What is around it must be finished: it rides on no pass that makes that, even one of its size.
+            before = measured.union(self._needs[node.around] if node.around else ())
+            home = self._ride(node.inputs.values(), before, node.shape)
         if home is None and node in self._stored:
             home = self._light_pass(node.shape, needed)
             home.stored.append(node)
