@@ -203,6 +203,8 @@ class Graph:
         values, options = _numbered(block, step.values)
         values |= {name: self.encoding.weights for name, kind in block.given.items() if kind is LumaWeights}
         for signature in functions_of_block(block.name):
+            if signature.is_identity:  # to_gray and to_color do all they do by choosing the chroma
+                continue
             function = Function(signature.file, signature.name, CHANNELS[picture.kind])
             node = Node(
                 picture.kind, picture.shape, function, dict(inputs), None, 0, values, options, measure

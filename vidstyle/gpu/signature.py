@@ -12,7 +12,9 @@ from functools import cache
 
 from vidstyle.assets import asset_folder
 
-_FUNCTION = re.compile(r"^(?P<type>\w+) (?P<name>\w+)\((?P<parameters>[^)]*)\)\s*\{", re.MULTILINE)
+_FUNCTION = re.compile(
+    r"^(?P<type>\w+) (?P<name>\w+)\((?P<parameters>[^)]*)\)\s*\{(?P<body>[^}]*)", re.MULTILINE
+)
 _PARAMETER = re.compile(r"^(?P<type>\w+) (?P<name>\w+)(?:\[(?P<count>\d+)\])?$")
 _COMMENT = re.compile(r"//[^\n]*")
 
@@ -28,12 +30,17 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Signature:
-    """A GLSL function: where it stands, what it gives and what it asks for."""
+    """A GLSL function: where it stands, what it gives and what it asks for.
+
+    Attributes:
+        is_identity: whether it does nothing but return its first parameter.
+    """
 
     file: str
     type: str
     name: str
     parameters: tuple[Parameter, ...]
+    is_identity: bool
 
 
 @cache
@@ -68,9 +75,9 @@ def functions_of_block(name: str) -> tuple[Signature, ...]:
 
 def _signature(file: str, match: re.Match[str]) -> Signature:
     texts = [text.strip() for text in match["parameters"].split(",")]
-    return Signature(
-        file, match["type"], match["name"], tuple(_parameter(file, text) for text in texts if text)
-    )
+    parameters = tuple(_parameter(file, text) for text in texts if text)
+    is_identity = bool(parameters) and match["body"].split() == ["return", f"{parameters[0].name};"]
+    return Signature(file, match["type"], match["name"], parameters, is_identity)
 
 
 def _parameter(file: str, text: str) -> Parameter:

@@ -1,0 +1,181 @@
+"""What a plan is, without OpenGL: passes, their order, and what becomes a texture."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from pictures import RGB8, VIDEO, step, style
+
+import vidstyle
+from vidstyle.block import Asset, Block, Choice, Color, Parameter, Saved, Slider, Switch
+from vidstyle.blocks import all_blocks
+from vidstyle.gpu.jobs import jobs_of
+from vidstyle.gpu.nodes import Layout
+from vidstyle.gpu.passes import MOST_STORED
+from vidstyle.gpu.plan import Form, Plan, make_plan
+from vidstyle.gpu.shader import write_shader
+from vidstyle.gpu.signature import functions_of_block
+from vidstyle.gpu.slots import ending
+from vidstyle.picture import Encoding
+from vidstyle.prepared import prepare
+from vidstyle.style import Style, override, style_names
+
+SHAPE = (360, 640)
+GIVEN = {"at": "ivec2", "page": "ivec2", "weights": "vec3", "measured": "vec2"}
+TYPES = {Switch: "bool", Choice: "int", Color: "vec3"}
+
+with_shaders = pytest.mark.parametrize(
+    "block",
+    [block for block in all_blocks().values() if block.kind not in ("recipe", "resize")],
+    ids=lambda block: block.name,
+)
+
+
+def plan_of(look: Style, form: Form = "compute", target: Encoding = VIDEO, **source: Any) -> Plan:
+    layout = Layout(**({"encoding": VIDEO, "shape": SHAPE, "planes": "chroma"} | source))
+    return make_plan(look, prepare(look, *layout.shape), layout, target, False, form)
+
+
+def calls(plan: Plan) -> list[list[str]]:
+    """The names of the functions that each pass calls."""
+    return [[node.function.name for node in each.nodes if node.function] for each in plan.passes]
+
+
+FIVE = style(
+    step("brightness"), step("soft_threshold"), step("posterize"), step("saturation"), step("colorize")
+)
+
+
+def test_five_pixel_blocks_are_one_pass() -> None:
+    assert len(plan_of(FIVE).passes) == 1
+    fragment = plan_of(FIVE, "fragment")  # chroma is averaged in a pass of its own
+    assert [each.result.role for each in fragment.passes if each.result] == ["planes", "chroma"]
+    assert len(fragment.passes) == 2
+    whole = plan_of(FIVE, "fragment", RGB8, encoding=RGB8)
+    assert len(whole.passes) == 1
+
+
+def test_pixel_blocks_ride_on_the_filter_before_them() -> None:
+    plan = plan_of(style(step("sobel"), step("brightness"), step("gaussian"), step("posterize")))
+    assert calls(plan) == [["sobel", "brightness"], ["gaussian_across"], ["gaussian", "posterize"]]
+    assert [image.is_plane for image in plan.passes[0].images] == [True], "the decoder's own luma"
+
+
+def test_what_touches_only_luma_sends_and_fetches_only_luma() -> None:
+    plan = plan_of(style(step("gaussian"), step("brightness")))
+    # A picture with chroma is blurred in RGB; a gray one is not.
+    assert plan.chroma == "made"
+    plan = plan_of(style(step("brightness"), step("to_gray"), step("to_color")))
+    assert (plan.luma, plan.chroma) == ("made", "untouched")
+    assert [node.kind for node in plan.planes] == ["luma"]
+
+
+def test_a_style_that_changes_nothing_needs_no_pass() -> None:
+    for look in (style(step("to_gray"), step("to_color")), style(step(save="here"))):
+        plan = plan_of(look)
+        assert (plan.passes, plan.luma, plan.chroma) == ((), "untouched", "untouched")
+
+
+def test_what_is_saved_and_read_at_its_own_pixel_is_no_texture() -> None:
+    look = style(
+        step("brightness", save="bright"),
+        step("posterize", save="flat"),
+        step("blend", other="bright", mode="multiply"),
+        step("blend", other="flat", mode="screen"),
+    )
+    plan = plan_of(look)
+    assert len(plan.passes) == 1 and plan.passes[0].stored == []
+
+
+def test_what_nobody_reads_is_not_computed() -> None:
+    look = style(step("gaussian", save="unused"), step("brightness", source="source"))
+    across, *rest = calls(plan_of(look))
+    assert (across, rest) == (["gaussian_across"] * 2, [["gaussian"], ["gaussian", "blend"]])
+    )
+
+
+def test_the_last_pass_lays_lines_over_colours_and_writes_the_planes() -> None:
+    look = style(step("gaussian"), lines=(step("sobel", invert=True), step("soft_threshold")), ink="#402010")
+    plan = plan_of(look)
+    assert [name for name in calls(plan)[-1] if name.startswith("inked")] == ["inked_luma", "inked_chroma"]
+    assert "gaussian" in calls(plan)[-1], "the wider picture is not stored, the lines are"
+
+
+@pytest.mark.parametrize("form", ["compute", "fragment"])
+@pytest.mark.parametrize("name", style_names())
+def test_passes_run_after_what_they_read_and_textures_are_free_when_used_again(name: str, form: Form) -> None:
+    plan = plan_of(vidstyle.load_style(name), form)
+    made: set[object] = set()
+    for number, each in enumerate(plan.passes):
+        assert all(image.is_plane or image in made for image in each.images)
+        measured = [node.measure for node in each.nodes if node.measure]
+        assert all(measure in made for measure in measured)
+        made |= {*each.stored, each.sampled}
+        later = {image for other in plan.passes[number + 1 :] for image in other.images}
+        assert later.isdisjoint(ending(plan, number))
+        assert (
+            sum(node.is_heavy for node in each.nodes) <= 1
+            or len({n.around for n in each.nodes if n.is_heavy}) == 1
+        )
+
+
+def test_no_pass_keeps_more_than_opengl_promises() -> None:
+    saves = [step("brightness", f"s{number}", "source", factor=0.5 + number / 10) for number in range(14)]
+    blurs = [
+        part
+        for number in range(14)
+        for part in (step("gaussian", f"b{number}", f"s{number}"), step("blend", other="b0"))
+    ]
+    plan = plan_of(style(*saves, *blurs))
+    assert max(len(each.stored) for each in plan.passes) <= MOST_STORED
+
+
+@pytest.mark.parametrize("form", ["compute", "fragment"])
+def test_a_slider_changes_no_shader(form: Form) -> None:
+    look = vidstyle.load_style("comic")
+    other = override(
+        look, ["halftone.cell=9", "soft_threshold.epsilon=90", "luma_posterize.levels=3"]
+    )
+    texts = [
+        [write_shader(plan, each).assembly.text for each in plan.passes]
+        for plan in (plan_of(look, form), plan_of(other, form))
+    ]
+    assert texts[0] == texts[1]
+
+
+@with_shaders
+def test_every_block_has_a_shader_that_asks_for_what_the_block_has(block: Block) -> None:
+    for signature in functions_of_block(block.name):
+        for parameter in signature.parameters:
+            name = parameter.name.rstrip("_")
+            if name in GIVEN:
+                assert parameter.type == GIVEN[name]
+            elif name in block.parameters:
+                assert parameter.type == glsl_type(block.parameters[name], block)
+            else:
+                asset = re.fullmatch(r"(\w+)_(count|sizes)", name)
+                is_picture = parameter is signature.parameters[0] and block.kind != "filter"
+                assert is_picture or (asset and isinstance(block.parameters[asset[1]].control, Asset)), name
+
+
+def glsl_type(parameter: Parameter, block: Block) -> str:
+    control = parameter.control
+    if isinstance(control, Slider):
+        return "int" if parameter.whole else "float"
+    if isinstance(control, Asset):
+        return "sampler2DArray"
+    if isinstance(control, Saved):
+        same = {"luma": "float", "color": "vec3", "channels": "channels"}[block.on]
+        return same if control.on == "same" else "float"
+    return TYPES[type(control)]
+
+
+def test_a_page_that_is_too_long_is_done_in_tiles() -> None:
+    plan = plan_of(vidstyle.load_style("comic"), shape=(700, 1300))
+    jobs = jobs_of(plan, 512)
+    assert len(jobs) > 6 and all(max(w.shape) <= 512 for job in jobs for w in job.windows.values())
+    covered = [job.result_window("luma") for job in jobs if any(each.result for each in job.passes)]
+    assert sum(w.shape[0] * w.shape[1] for w in covered) == 700 * 1300
+    assert len(jobs_of(plan, 2048)) == 1

@@ -1,0 +1,95 @@
+"""Restyles many frames on the GPU, with other styles and sizes now and then, and fails if anything grows.
+
+`python tools/soak_gpu.py` runs 10,000 frames; a software renderer will do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import sys
+from itertools import cycle
+
+import numpy as np
+from soak import MOST_MEGABYTES, growth, pictures, resident_bytes
+
+from vidstyle.gpu.devices import choose
+from vidstyle.gpu.session import Drawn, Request, Session
+from vidstyle.picture import Picture
+from vidstyle.style import style_names, load_style
+
+STYLE_FRAMES = 100
+"""So many frames in one style."""
+SIZES = ((96, 64), (90, 52), (128, 72), (55, 91))
+"""Width and height; each for a tenth of the frames."""
+
+
+def main() -> None:
+    """Restyle, and fail if memory or the number of OpenGL objects grows."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=10_000)
+    parser.add_argument("--device", default="gpu")
+    parser.add_argument("--form", choices=("compute", "fragment"))
+    arguments = parser.parse_args()
+    samples = soak(arguments.frames, arguments.device, arguments.form)
+    half = samples[len(samples) // 2 :]
+    slope = growth(half)
+    print(
+        f"{arguments.frames} frames: {slope:+.2f} MB per 10,000 frames "
+        f"({half[:, 1].min() / 2**20:.1f} to {half[:, 1].max() / 2**20:.1f} MB), "
+        f"{half[:, 2].min()} to {half[:, 2].max()} OpenGL objects"
+    )
+    first, last = np.array_split(half, 2)
+    sys.exit(int(slope > MOST_MEGABYTES or last[:, 2].max() > first[:, 2].max()))
+
+
+def soak(frames: int, device: str, form: str | None) -> np.ndarray:
+    """Rows of frames done, bytes of memory and OpenGL objects, one before each change of style."""
+    styles = cycle([load_style(name) for name in style_names() if name != "plain"])
+    chosen = choose(device).device
+    if chosen is None:
+        sys.exit(f"{device}: is no GPU; use --device gpu")
+    session = Session(next(styles), chosen, form)  # type: ignore[arg-type]
+    samples: list[tuple[int, int, int]] = []
+    done = 0
+    for size in cycle(SIZES):
+        waiting: Drawn | None = None
+        for picture in pictures(max(frames // 10, 1), *size):
+            waiting = advance(session, picture, done, waiting)
+            done += 1
+            if done % STYLE_FRAMES == 0:
+                samples.append((done, resident_bytes(), living_objects(session)))
+                session.change_style(next(styles))
+        if done >= frames:
+            session.close()
+            return np.array(samples)
+    raise AssertionError("cycles do not end")
+
+
+def advance(session: Session, picture: Picture, number: int, waiting: Drawn | None) -> Drawn:
+    """Start a frame, and fetch the one before, as a film does."""
+    drawn = session.start(Request(picture, number / 25, picture.encoding, False))
+    if waiting is not None:
+        session.fetch(waiting).result()
+    return drawn.result()
+
+
+def living_objects(session: Session) -> int:
+    """How many OpenGL objects have not been released."""
+    import moderngl
+
+    kinds = (
+        moderngl.Texture,
+        moderngl.TextureArray,
+        moderngl.Buffer,
+        moderngl.Framebuffer,
+        moderngl.Program,
+        moderngl.VertexArray,
+    )
+    gc.collect()
+    things = [thing for thing in gc.get_objects() if type(thing) in kinds]
+    return sum(not isinstance(thing.mglo, moderngl.InvalidObject) for thing in things)
+
+
+if __name__ == "__main__":
+    main()
