@@ -93,7 +93,6 @@ def test_what_nobody_reads_is_not_computed() -> None:
     look = style(step("gaussian", save="unused"), step("brightness", source="source"))
     across, *rest = calls(plan_of(look))
     assert (across, rest) == (["gaussian_across"] * 2, [["gaussian"], ["gaussian", "blend"]])
-    )
 
 
 def test_the_last_pass_lays_lines_over_colours_and_writes_the_planes() -> None:
@@ -135,9 +134,7 @@ def test_no_pass_keeps_more_than_opengl_promises() -> None:
 @pytest.mark.parametrize("form", ["compute", "fragment"])
 def test_a_slider_changes_no_shader(form: Form) -> None:
     look = vidstyle.load_style("comic")
-    other = override(
-        look, ["halftone.cell=9", "soft_threshold.epsilon=90", "luma_posterize.levels=3"]
-    )
+    other = override(look, ["halftone.cell=9", "soft_threshold.epsilon=90", "luma_posterize.levels=3"])
     texts = [
         [write_shader(plan, each).assembly.text for each in plan.passes]
         for plan in (plan_of(look, form), plan_of(other, form))
