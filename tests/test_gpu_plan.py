@@ -91,6 +91,16 @@ def test_what_is_saved_and_read_at_its_own_pixel_is_no_texture() -> None:
 
 def test_what_nobody_reads_is_not_computed() -> None:
     look = style(step("gaussian", save="unused"), step("brightness", source="source"))
+    assert calls(plan_of(look)) == [["brightness"]]
+
+
+def test_filters_around_the_same_picture_share_a_pass() -> None:
+    look = style(
+        step("to_gray", save="gray"),
+        step("gaussian", sigma=4, save="wide"),
+        step("gaussian", source="gray", sigma=1),
+        step("blend", other="wide", mode="grain_extract"),
+    )
     across, *rest = calls(plan_of(look))
     assert (across, rest) == (["gaussian_across"] * 2, [["gaussian"], ["gaussian", "blend"]])
 
