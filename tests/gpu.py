@@ -1,0 +1,153 @@
+"""What the tests that hold the GPU to the CPU share: sessions that last, pictures, the rule of agreement."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import cv2
+import numpy as np
+from media import photograph
+from pictures import FLOAT, RGB8, VIDEO, run, style
+
+from vidstyle.gpu.devices import Device, choose
+from vidstyle.gpu.plan import Form
+from vidstyle.gpu.session import Request, Session
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Style
+
+FORMS: tuple[Form, ...] = ("compute", "fragment")
+SHAPES = {
+    "640x360": (360, 640),
+    "641x361": (361, 641),
+    "1x1": (1, 1),
+    "16x8192": (8192, 16),
+    "8192x16": (16, 8192),
+}
+"""Height and width by a name of width x height."""
+
+AGREEMENT = 0.999
+"""The share of the samples of each plane that may differ by no more than one level of 255."""
+
+
+def device() -> Device:
+    """The device that the tests run on: Mesa's where there is no graphics card. Not optional."""
+    chosen = choose("gpu").device
+    assert chosen is not None
+    return chosen
+
+
+class Sessions:
+    """A session for each form, opened once: a context takes long to open, and a program to compile.
+
+    Args:
+        options: those of every session.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        self._sessions = {form: Session(style(), device(), form, **options) for form in FORMS}
+        self._styles: dict[Form, Style] = {}
+
+    def __enter__(self) -> Sessions:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for session in self._sessions.values():
+            session.close()
+
+    def use(self, form: Form, chosen: Style) -> Session:
+        """The session of a form with a style."""
+        if self._styles.get(form) is not chosen:
+            self._styles[form] = chosen
+            self._sessions[form].change_style(chosen)
+        return self._sessions[form]
+
+    def run(
+        self,
+        form: Form,
+        chosen: Style,
+        picture: Picture,
+        target: Encoding | None = None,
+        rgb: bool = False,
+        time: float | None = None,
+    ) -> Picture:
+        """A picture in a style, on the GPU."""
+        session = self.use(form, chosen)
+        drawn = session.start(Request(picture, time, target or picture.encoding, rgb)).result()
+        return session.fetch(drawn).result()
+
+
+@cache
+def scene(height: int, width: int, name: str = "coffee") -> np.ndarray:
+    """A photograph stretched to a size, with noise upon it: RGB, float32 0..1."""
+    still = cv2.resize(photograph(name), (width, height), interpolation=cv2.INTER_AREA)
+    grain = np.random.default_rng(1).normal(0, 0.03, still.shape)
+    return np.clip(still / 255 + grain, 0, 1).astype(np.float32)
+
+
+@cache
+def film_picture(height: int, width: int, encoding: Encoding = VIDEO, name: str = "coffee") -> Picture:
+    """The scene as planes of an encoding, legal video 4:2:0 in 8 bits if nothing else is said."""
+    return run(style(), Picture(FLOAT, color=scene(height, width, name)), target=encoding)
+
+
+def gray_picture(height: int, width: int) -> Picture:
+    """The scene's luma alone."""
+    return Picture(VIDEO, luma=film_picture(height, width).luma)
+
+
+def packed_picture(height: int, width: int, encoding: Encoding = RGB8) -> Picture:
+    """The scene as packed RGB of an encoding's depth."""
+    return run(style(), Picture(FLOAT, color=scene(height, width)), target=encoding, rgb=True)
+
+
+def named_planes(picture: Picture) -> dict[str, np.ndarray]:
+    """The planes that a picture has."""
+    blue, red = picture.chroma or (None, None)
+    named = {"luma": picture.luma, "blue": blue, "red": red, "color": picture.color, "alpha": picture.alpha}
+    return {name: plane for name, plane in named.items() if plane is not None}
+
+
+def share_off(one: Picture, other: Picture) -> dict[str, float]:
+    """For each plane the share of samples that differ by more than one level of 255.
+
+    Both pictures must have the same planes, of the same sizes and types, in the same encoding.
+    """
+    assert one.encoding == other.encoding
+    planes, others = named_planes(one), named_planes(other)
+    described, described_other = (
+        {name: (plane.shape, plane.dtype) for name, plane in each.items()} for each in (planes, others)
+    )
+    assert described == described_other
+    depth = one.encoding.depth
+    # In float32 a level more or less is not told from rounding.
+    level = (2**depth - 1) // 255 if depth else 1 / 255 + 1e-6
+    return {
+        name: float((np.abs(planes[name].astype(np.float64) - others[name]) > level).mean())
+        for name in planes
+    }
+
+
+def disagreements(right: Picture, made: Picture, share: float = AGREEMENT) -> list[str]:
+    """What is not alike, one line for each plane; nothing where the rule is kept."""
+    return [
+        f"{name}: {off:.3%} of the samples are off"
+        for name, off in share_off(right, made).items()
+        if off > 1 - share + 1e-12
+    ]
+
+
+def faults(
+    sessions: Sessions,
+    chosen: Style,
+    picture: Picture,
+    label: str,
+    **options: Any,
+) -> list[str]:
+    """Where either form disagrees with the CPU."""
+    right = run(chosen, picture, **options)
+    return [
+        f"{label}, {form}: {line}"
+        for form in FORMS
+        for line in disagreements(right, sessions.run(form, chosen, picture, **options))
+    ]
