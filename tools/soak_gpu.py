@@ -1,6 +1,6 @@
 """Restyles many frames on the GPU, with other styles and sizes now and then, and fails if anything grows.
 
-`python tools/soak_gpu.py` runs 10,000 frames; a software renderer will do.
+`python tools/soak_gpu.py` runs 20,000 frames and judges the second half; a software renderer will do.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SIZES = ((96, 64), (90, 52), (128, 72), (55, 91))
 def main() -> None:
     """Restyle, and fail if memory or the number of OpenGL objects grows."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=10_000)
+    parser.add_argument("--frames", type=int, default=20_000)
     parser.add_argument("--device", default="gpu")
     parser.add_argument("--form", choices=("compute", "fragment"))
     arguments = parser.parse_args()

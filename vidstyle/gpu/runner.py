@@ -128,17 +128,19 @@ class Runner:
             if each.sampled is not None and job.ends_measure:
                 self._measure(each.sampled, shares)
         results = [
-            (target, self._slots.texture(job, each, number))
+            (target, self._slots.texture(each, number))
             for each in job.passes
             for number, target in enumerate(self._shaders[each].targets)
-            if target.name not in ("working", "samples")
+            if target.is_plane
         ]
         if not results:
             return None
+        windows = {target.name: job.result_window(target.name) for target, _ in results}
         transfer = self._equipment.download.begin(
-            [(texture, 3 if target.name == "color" else 1) for target, texture in results]
+            [(texture, 3 if target.name == "color" else 1) for target, texture in results],
+            [window.shape for window in windows.values()],
         )
-        return Fetch(transfer, {target.name: job.result_window(target.name) for target, _ in results})
+        return Fetch(transfer, windows)
 
     def _run_pass(self, job: Job, each: Pass, sent: Mapping[str, moderngl.Texture]) -> None:
         shader, program = self._shaders[each], self._programs[each]
@@ -156,7 +158,7 @@ class Runner:
             program.set(name, pair)
         program.set("stride", (stride, stride))
         program.set("page", each.shape[::-1])
-        self._bind_targets(job, each, shader)
+        self._bind_targets(each, shader)
         program.run(corner, size, shader.groups)
 
     def _texture_of(self, what: ImageOf | Measure | tuple, sent: Mapping[str, moderngl.Texture]) -> Any:
@@ -168,8 +170,8 @@ class Runner:
             return sent[_names_of(what.node)[what.part]]
         return self._slots.texture_of_node(what.node)
 
-    def _bind_targets(self, job: Job, each: Pass, shader: Shader) -> None:
-        textures = [self._slots.texture(job, each, number) for number in range(len(shader.targets))]
+    def _bind_targets(self, each: Pass, shader: Shader) -> None:
+        textures = [self._slots.texture(each, number) for number in range(len(shader.targets))]
         if self.plan.form == "compute":
             for number, texture in enumerate(textures):
                 texture.bind_to_image(number, read=False, write=True)

@@ -45,6 +45,11 @@ class Target:
     format: Format
     shape: tuple[int, int]
 
+    @property
+    def is_plane(self) -> bool:
+        """Whether it is a plane of the result."""
+        return self.name not in ("working", "samples")
+
 
 @dataclass(frozen=True)
 class ImageOf:

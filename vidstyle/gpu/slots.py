@@ -10,7 +10,7 @@ from vidstyle.gpu.nodes import Measure, Node, Shape
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
 from vidstyle.gpu.shader import Shader
-from vidstyle.gpu.textures import TexturePool
+from vidstyle.gpu.textures import TexturePool, fits
 
 if TYPE_CHECKING:
     import moderngl
@@ -21,6 +21,8 @@ class Slots:
 
     def __init__(self, pool: TexturePool, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
         self._pool = pool
+        # A framebuffer takes only textures of one size; what a compute shader writes may be larger.
+        self._exact = plan.form == "fragment"
         self._shaders = shaders
         self._taken: list[tuple[moderngl.Texture, Format]] = []
         self._nodes = self._place(plan, jobs)
@@ -30,9 +32,12 @@ class Slots:
             for target in shader.targets
             if each.sampled and target.name == "samples"
         }
-        self._results: dict[tuple[str, Shape], moderngl.Texture] = {}
+        self._results = {
+            name: self._take(shape, coding, exact=True)
+            for (name, coding), shape in shapes_of_results(jobs, shaders).items()
+        }
 
-    def texture(self, job: Job, each: Pass, number: int) -> moderngl.Texture:
+    def texture(self, each: Pass, number: int) -> moderngl.Texture:
         """The texture of a pass's target."""
         target = self._shaders[each].targets[number]
         if target.name == "working":
@@ -40,11 +45,7 @@ class Slots:
         if target.name == "samples":
             assert each.sampled is not None
             return self.samples(each.sampled)
-        shape = job.result_window(target.name).shape
-        key = target.name, shape
-        if key not in self._results:
-            self._results[key] = self._take(shape, target.format, exact=True)
-        return self._results[key]
+        return self._results[target.name]
 
     def texture_of_node(self, node: Node) -> moderngl.Texture:
         """The texture in which a value is kept."""
@@ -61,7 +62,7 @@ class Slots:
         self._taken.clear()
 
     def _take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
-        texture = self._pool.take(shape, coding, exact)
+        texture = self._pool.take(shape, coding, exact or self._exact)
         self._taken.append((texture, coding))
         return texture
 
@@ -73,7 +74,9 @@ class Slots:
         for number, each in enumerate(plan.passes):
             for node in each.stored:
                 coding = WORKING[node.kind]
-                fitting = [slot for slot in free if slot[1] == coding and _holds(slot[0], needed[node])]
+                fitting = [
+                    slot for slot in free if slot[1] == coding and fits(slot[0], needed[node], self._exact)
+                ]
                 if fitting:
                     slot = min(fitting, key=lambda slot: slot[0].width * slot[0].height)
                     free.remove(slot)
@@ -96,13 +99,21 @@ def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[Node, Shape]:
     return shapes
 
 
+def shapes_of_results(jobs: list[Job], shaders: dict[Pass, Shader]) -> dict[tuple[str, Format], Shape]:
+    """How large the texture of each plane of the result has to be."""
+    shapes: dict[tuple[str, Format], Shape] = {}
+    for job in jobs:
+        for target in (target for each in job.passes for target in shaders[each].targets if target.is_plane):
+            key = target.name, target.format
+            height, width = job.result_window(target.name).shape
+            old = shapes.get(key, (1, 1))
+            shapes[key] = max(old[0], height), max(old[1], width)
+    return shapes
+
+
 def ending(plan: Plan, number: int) -> list[Node]:
     """The stored values that no pass after this one reads."""
     later = {image for each in plan.passes[number + 1 :] for image in each.images}
     now = plan.passes[number]
     alive = {node for each in plan.passes[: number + 1] for node in each.stored}
     return [node for node in alive if node not in later and (node in now.images or node in now.stored)]
-
-
-def _holds(texture: moderngl.Texture, shape: Shape) -> bool:
-    return bool(texture.height >= shape[0] and texture.width >= shape[1])

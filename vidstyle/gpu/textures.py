@@ -27,7 +27,7 @@ class TexturePool:
         Args:
             exact: it must not be larger, because it will be read as a whole.
         """
-        fitting = [free for free in self._free if free[0] == coding and _fits(free[1], shape, exact)]
+        fitting = [free for free in self._free if free[0] == coding and fits(free[1], shape, exact)]
         if fitting:
             best = min(fitting, key=lambda free: free[1].width * free[1].height)
             self._free.remove(best)
@@ -48,7 +48,8 @@ class TexturePool:
         self._free.clear()
 
 
-def _fits(texture: moderngl.Texture, shape: Shape, exact: bool) -> bool:
+def fits(texture: moderngl.Texture, shape: Shape, exact: bool) -> bool:
+    """Whether a texture serves for a picture of this height and width."""
     size = texture.height, texture.width
     if exact:
         return size == shape

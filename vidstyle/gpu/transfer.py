@@ -151,18 +151,24 @@ class Download:
         self._transfers: list[Callable[[], Transfer | None]] = [lambda: None] * 2
         self._turn = 0
 
-    def begin(self, textures: Sequence[tuple[moderngl.Texture, int]]) -> Transfer:
+    def begin(
+        self,
+        textures: Sequence[tuple[moderngl.Texture, int]],
+        shapes: Sequence[tuple[int, int]] | None = None,
+    ) -> Transfer:
         """Start to read the textures, without waiting unless the transfer before the last is still under way.
 
         What a compute shader wrote needs a memory barrier before.
 
         Args:
             textures: each with the channels wanted: 1 of a texture with one component, or 3 of one with four.
+            shapes: how many rows and columns of each, from the first on; None: all.
 
         Raises:
             ValueError: another number of channels.
         """
-        planes = _planes(textures)
+        shapes = shapes or [(texture.height, texture.width) for texture, _ in textures]
+        planes = _planes(textures, shapes)
         older, buffer = self._transfers[self._turn](), self._buffers[self._turn]
         if older is not None:
             older.arrays()
@@ -170,18 +176,25 @@ class Download:
         if buffer.size != size:
             buffer.orphan(size)
         for plane, (texture, _) in zip(planes, textures, strict=True):
-            self._start(texture, plane.offset, buffer)
+            self._start(texture, plane, buffer)
         transfer = Transfer(planes, buffer)
         self._transfers[self._turn] = weakref.ref(transfer)
         self._turn = 1 - self._turn
         return transfer
 
-    def _start(self, texture: moderngl.Texture, offset: int, buffer: moderngl.Buffer) -> None:
-        if texture.components == 1:
-            texture.read_into(buffer, write_offset=offset)
+    def _start(self, texture: moderngl.Texture, plane: _Plane, buffer: moderngl.Buffer) -> None:
+        height, width, *channels = plane.shape
+        if texture.size == (width, height) and not channels:
+            texture.read_into(buffer, write_offset=plane.offset)
             return
         framebuffer = self._context.framebuffer([texture])
-        framebuffer.read_into(buffer, components=3, dtype=texture.dtype, write_offset=offset)
+        framebuffer.read_into(
+            buffer,
+            viewport=(0, 0, width, height),
+            components=math.prod(channels),
+            dtype=texture.dtype,
+            write_offset=plane.offset,
+        )
         # Not kept: it would hold the memory of a texture that its owner has released.
         framebuffer.release()
 
@@ -228,13 +241,15 @@ class _Plane:
         return array
 
 
-def _planes(textures: Sequence[tuple[moderngl.Texture, int]]) -> list[_Plane]:
+def _planes(
+    textures: Sequence[tuple[moderngl.Texture, int]], shapes: Sequence[tuple[int, int]]
+) -> list[_Plane]:
     planes: list[_Plane] = []
     end = 0
-    for texture, channels in textures:
+    for (texture, channels), size in zip(textures, shapes, strict=True):
         if (channels, texture.components) not in ((1, 1), (3, 4)):
             raise ValueError(f"{channels} channels of {texture.components} components; 1 of 1 or 3 of 4")
-        shape = (texture.height, texture.width) if channels == 1 else (texture.height, texture.width, 3)
+        shape = size if channels == 1 else (*size, 3)
         offset = -(-end // _OFFSET_STEP) * _OFFSET_STEP
         planes.append(_Plane(offset, shape, _SAMPLE_TYPES[texture.dtype]))
         end = offset + planes[-1].size
