@@ -16,7 +16,7 @@ from soak import MOST_MEGABYTES, growth, pictures, resident_bytes
 from vidstyle.gpu.devices import choose
 from vidstyle.gpu.session import Drawn, Request, Session
 from vidstyle.picture import Picture
-from vidstyle.style import style_names, load_style
+from vidstyle.style import load_style, style_names
 
 STYLE_FRAMES = 100
 """So many frames in one style."""
