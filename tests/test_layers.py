@@ -25,7 +25,7 @@ ORDER = """
     channel progress stopping compare stages renderer pipeline
     comic explore cluster
     designer
-    demo doctor
+    demo doctor bench
     cli
     tools
 """.split()

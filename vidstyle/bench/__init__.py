@@ -1,0 +1,125 @@
+"""How fast blocks and styles are on this machine."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count
+from typing import Literal
+
+from vidstyle.bench.subjects import Subject, film_picture_at, subjects
+from vidstyle.cpu import CpuRenderer
+from vidstyle.errors import DeviceError
+from vidstyle.gpu.devices import Device, choose
+from vidstyle.gpu.plan import Form
+from vidstyle.gpu.timing import RATE, GpuTimes, median_time, time_style
+from vidstyle.picture import Picture
+from vidstyle.style import Style
+
+Size = tuple[int, int]
+"""Width and height."""
+
+log = logging.getLogger("vidstyle")
+
+
+@dataclass(frozen=True)
+class Timed:
+    """What was measured of one style or block at one size.
+
+    Attributes:
+        size: of the pictures.
+        cpu: seconds for a frame on the CPU: the median.
+        gpu: on the GPU, for each form.
+    """
+
+    subject: Subject
+    size: Size
+    cpu: float
+    gpu: tuple[GpuTimes, ...]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What is to be measured.
+
+    Attributes:
+        sizes: of the pictures.
+        subjects: the styles.
+        device: the GPU, or None for the CPU alone.
+        forms: how passes run there.
+        seconds: about how long each measurement takes.
+    """
+
+    sizes: Sequence[Size]
+    subjects: Sequence[Subject]
+    device: Device | None
+    forms: Sequence[Form]
+    seconds: float
+
+    def run(self) -> Iterator[Timed]:
+        """The measurements, one after another.
+
+        Raises:
+            DeviceError: the GPU fails.
+            StyleError: a style cannot be used.
+        """
+        for size in self.sizes:
+            picture = film_picture_at(*size)
+            for subject in self.subjects:
+                yield self._time(subject, size, picture)
+
+    def _time(self, subject: Subject, size: Size, picture: Picture) -> Timed:
+        cpu = time_on_cpu(subject.style, picture, self.seconds)
+        gpu = [
+            time_style(subject.style, picture, self.device, form, self.seconds)
+            for form in self.forms
+            if self.device is not None
+        ]
+        return Timed(subject, size, cpu, tuple(gpu))
+
+
+def set_up(
+    sizes: Sequence[Size],
+    styles: Sequence[str] = (),
+    blocks: Sequence[str] = (),
+    device: str = "auto",
+    form: Literal["best", "compute", "fragment", "both"] = "best",
+    seconds: float = 1.0,
+) -> Bench:
+    """What is to be measured, all of it checked; says in a notice which device it is.
+
+    Args:
+        styles: names or paths; with no `blocks` either, every style and every block.
+        device: "auto", "cpu", "gpu" or "gpu:N"; the CPU is measured whichever it is.
+        form: "best" is how the device runs passes by itself.
+
+    Raises:
+        UsageError: no such device or block.
+        StyleError: a style is not there or has mistakes.
+        DeviceError: there is no such device, or it has no compute passes.
+    """
+    wanted, chosen = subjects(styles, blocks), choose(device)
+    if chosen.notice:
+        log.info(chosen.notice)
+    forms = _forms(chosen.device, form) if chosen.device else ()
+    return Bench(sizes, wanted, chosen.device, forms, seconds)
+
+
+def time_on_cpu(style: Style, picture: Picture, seconds: float) -> float:
+    """The median of the seconds that the CPU takes for a frame, in as many runs as fit."""
+    numbers = count()
+    with CpuRenderer(style) as renderer:
+        return median_time(lambda: renderer.run(picture, next(numbers) / RATE), seconds)
+
+
+def _forms(device: Device, form: Literal["best", "compute", "fragment", "both"]) -> Sequence[Form]:
+    choices: dict[str, Sequence[Form]] = {
+        "best": [device.form],
+        "compute": ["compute"],
+        "fragment": ["fragment"],
+        "both": ["compute", "fragment"],
+    }
+    if "compute" in choices[form] and device.form != "compute":
+        raise DeviceError(str(device), "has no compute shaders (OpenGL 4.3)", "use --form fragment")
+    return choices[form]

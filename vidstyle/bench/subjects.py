@@ -1,0 +1,81 @@
+"""What is timed: every block by itself, every shipped style, and the picture that they work on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from vidstyle.block import Block, Saved
+from vidstyle.blocks import all_blocks
+from vidstyle.cpu import CpuRenderer
+from vidstyle.demo_film import film_picture
+from vidstyle.errors import UsageError
+from vidstyle.picture import Encoding, Picture
+from vidstyle.resample import resample
+from vidstyle.style import SOURCE, Step, Style, load_style, style_names
+from vidstyle.style.values import nearest
+
+FILM_TIME = 1.3
+"""Seconds into our own film: its faces, letters and hills are in sight."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A style to be timed.
+
+    Attributes:
+        kind: whether it stands for a single block.
+        on: what the block works on: "luma", "RGB", or "planes", all by themselves; empty for a style.
+    """
+
+    kind: Literal["block", "style"]
+    name: str
+    style: Style
+    on: str = ""
+
+
+def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Subject]:
+    """Those with these names; without any, every block and every style that does something.
+
+    Raises:
+        StyleError: a style is not there or has mistakes.
+        UsageError: there is no such block.
+    """
+    if not styles and not blocks:
+        return [*_blocks(all_blocks()), *_styles(name for name in style_names())]
+    return [*_blocks(blocks), *_styles(styles)]
+
+
+def film_picture_at(width: int, height: int) -> Picture:
+    """A picture of our own film at this size, as video has it: 4:2:0, 8 bit."""
+    drawn = resample(film_picture(FILM_TIME), (height, width), "bicubic")
+    with CpuRenderer(load_style("plain")) as renderer:
+        return renderer.run(Picture.from_array(drawn), target=Encoding())
+
+
+def _blocks(names: Iterable[str]) -> list[Subject]:
+    for name in names:
+        if name not in all_blocks():
+            raise UsageError(name, "is not a block", nearest(name, all_blocks()))
+    blocks = (all_blocks()[name] for name in names)
+    return [Subject("block", block.name, _style_of(block), _works_on(block)) for block in blocks]
+
+
+def _styles(names: Iterable[str]) -> list[Subject]:
+    styles = (load_style(name) for name in names)
+    return [Subject("style", style.name, style) for style in styles if not style.is_plain]
+
+
+def _style_of(block: Block) -> Style:
+    """The block as the only step, at its defaults; a picture that must be saved before is the source."""
+    wanted = {p.default for p in block.parameters.values() if isinstance(p.control, Saved)}
+    savers = [other for other in all_blocks().values() if other.saves and other.saves in wanted]
+    before = tuple(Step(saver.name) for saver in savers)
+    return Style(block.name, background=(*before, Step(block.name, source=SOURCE if before else "")))
+
+
+def _works_on(block: Block) -> str:
+    if block.kind == "resize":
+        return "planes"
+    return "luma" if block.on == "luma" else "RGB"

@@ -1,0 +1,116 @@
+"""Measurements as tables for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from vidstyle.bench.paper import FIGURES
+
+NOTHING = "-"
+"""Where there is no number."""
+
+Row = dict[str, str]
+"""A line of a table: texts by the names of columns."""
+
+
+def markdown(data: dict[str, Any]) -> str:
+    """What `results.as_dict` tells: for each size a table of the CPU and one of each form of passes."""
+    machine, results = data["machine"], data["results"]
+    lines = [", ".join(f"{name}: {fact}" for name, fact in machine.items())]
+    for size in dict.fromkeys(tuple(result["size"]) for result in results):
+        alike = [result for result in results if tuple(result["size"]) == size]
+        name = f"{size[0]}x{size[1]}"
+        lines += ["", f"## {name}, CPU", "", *_table([_cpu_row(result) for result in alike])]
+        for number, first in enumerate(alike[0]["gpu"]):
+            title = f"## {name}, {machine['device']}: {first['form']} passes, timed by {first['clock']}"
+            rows = [_gpu_row(result, result["gpu"][number]) for result in alike]
+            lines += ["", title, "", *_table(rows)]
+    return "\n".join([*lines, "", *_legend(results)]) + "\n"
+
+
+def _cpu_row(result: dict[str, Any]) -> Row:
+    return _subject(result) | {
+        "ms": _number(result["cpu"]["ms"]),
+        "MP/s": _number(result["cpu"]["mp_per_s"]),
+        "paper, MP/s": _paper(result),
+    }
+
+
+def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> Row:
+    """Times in ms; where nothing runs on the GPU there is nothing to tell."""
+    runs = bool(gpu["passes"])
+    share = gpu["share_of_bandwidth"]
+    return _subject(result) | {
+        "passes": str(len(gpu["passes"])),
+        "bytes a pixel": _number(gpu["bytes"]),
+        "up, down": f"{_number(gpu['bytes_up'])}, {_number(gpu['bytes_down'])}",
+        "passes, ms": _number(gpu["all_passes"]["ms"] if runs else None),
+        "MP/s": _number(gpu["all_passes"]["mp_per_s"]),
+        "GB/s": _number(gpu["gigabytes_per_s"]),
+        "of bandwidth": NOTHING if share is None else f"{share:.0%}",
+        "upload, ms": _number(gpu["upload"]["ms"] if runs else None),
+        "download, ms": _number(gpu["download"]["ms"] if runs else None),
+        "whole, ms": _number(gpu["whole"]["ms"] if runs else None),
+        "whole, MP/s": _number(gpu["whole"]["mp_per_s"] if runs else None),
+        "paper, MP/s": _paper(result),
+    }
+
+
+def _subject(result: dict[str, Any]) -> Row:
+    return {"block or style": result["name"], "works on": result["on"] or NOTHING}
+
+
+def _paper(result: dict[str, Any]) -> str:
+    figure = result["paper"]
+    return f"{figure['desktop']:.0f}, {figure['mobile']:.0f}" if figure else NOTHING
+
+
+def _number(value: float | None) -> str:
+    """Three digits, and as many more as it takes.
+
+    >>> [_number(value) for value in (0.01234, 1.5, 1719.4, None)]
+    ['0.0123', '1.5', '1719', '-']
+    """
+    if value is None:
+        return NOTHING
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def _table(rows: list[Row]) -> Iterator[str]:
+    """A Markdown table with its columns below one another; those in which there is nothing are left out."""
+    columns = [name for name in rows[0] if any(row[name] != NOTHING for row in rows)]
+    widths = {name: max(len(name), *(len(row[name]) for row in rows)) for name in columns}
+    left = columns[0]
+
+    def line(texts: Row) -> str:
+        cells = (
+            texts[name].ljust(widths[name]) if name == left else texts[name].rjust(widths[name])
+            for name in columns
+        )
+        return f"| {' | '.join(cells)} |"
+
+    yield line({name: name for name in columns})
+    yield line(
+        {name: "-" * widths[name] if name == left else "-" * (widths[name] - 1) + ":" for name in columns}
+    )
+    yield from map(line, rows)
+
+
+def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """What is not to be seen in the tables."""
+    if any(result["gpu"] for result in results):
+        yield (
+            "Passes: alone, without transfers. Upload and download: alone. Whole: from picture to picture, "
+            "the next one sent before the last is back. Bytes: as the plan counts them, each picture once."
+        )
+        yield ""
+    desktop, mobile = (sorted(getattr(each, name) for each in FIGURES) for name in ("desktop", "mobile"))
+    yield (
+        f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(FIGURES)} styles run at {desktop[0]:.0f} to "
+        f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters it only draws."
+    )
+    for name, style in {
+        result["name"]: result["paper"]["style"] for result in results if result["paper"]
+    }.items():
+        yield f"`{name}` is like its style {style}, which has fewer filters."

@@ -1,0 +1,96 @@
+"""vidstyle bench: how fast blocks and styles are here."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.values import Size
+from vidstyle.errors import OutputError, UsageError
+
+if TYPE_CHECKING:
+    from vidstyle.bench import Timed
+
+FORMS = ("compute", "fragment")
+"""How passes run on a GPU."""
+
+
+def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
+    """Refuses sizes of which only one side is given: there is no picture to take the other from."""
+    for size in [value] if isinstance(value, tuple) and isinstance(value[0], int) else value:
+        if min(size) < 1:
+            raise click.BadParameter("give both sides, such as 1280x720", param=parameter)
+    return value
+
+
+@click.command(short_help="Measure the speed of blocks and styles here.")
+@click.option("--size", "sizes", type=Size(), multiple=True, default=["1920x1080"], show_default=True,
+              callback=both_sides, help="Size of the pictures; may be given several times.")  # fmt: skip
+@click.option("--style", "style_names", metavar="NAME", multiple=True, help="Only these styles.")
+@click.option("--block", "block_names", metavar="NAME", multiple=True, help="Only these blocks.")
+@click.option("--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True,
+              help="Which GPU to measure beside the CPU.")  # fmt: skip
+@click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best", show_default=True,
+              help="How passes run on the GPU.")  # fmt: skip
+@click.option("--seconds", type=click.FloatRange(0, 3600), default=1.0, show_default=True,
+              help="About how long each measurement takes.")  # fmt: skip
+@click.option("--bandwidth", type=click.FloatRange(0, min_open=True), metavar="GB/S",
+              help="Of the GPU's memory: then the share of it that is reached is shown.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="As JSON, with the time of every pass.")
+@click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
+              help="Write the tables, or the JSON, there.")  # fmt: skip
+@click.option("-y", "--overwrite", is_flag=True, help="Replace FILE if it exists.")
+@reporting_options
+def bench(
+    sizes: tuple[tuple[int, int], ...],
+    bandwidth: float | None,
+    as_json: bool,
+    output: Path | None,
+    overwrite: bool,
+    **options: Any,
+) -> None:
+    """Measure how fast every block and every style is on this machine, beside the paper's figures."""
+    from vidstyle.bench import set_up
+    from vidstyle.bench.results import as_dict
+    from vidstyle.bench.table import markdown
+
+    if output is not None and not overwrite and os.path.lexists(output):
+        raise UsageError(output, "exists already", "add -y to overwrite it, or choose another name")
+    prepared = set_up(
+        sizes,
+        options["style_names"],
+        options["block_names"],
+        options["device"],
+        options["form"],
+        options["seconds"],
+    )
+    timed = []
+    for each in prepared.run():
+        timed.append(each)
+        _tell(each)
+    data = as_dict(prepared, timed, bandwidth)
+    text = json.dumps(data, indent=2) + "\n" if as_json else markdown(data)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        _write(output, text)
+
+
+def _tell(timed: Timed) -> None:
+    """What has just been measured, for those who wait."""
+    gpu = "".join(
+        f", {times.plan.form} passes {sum(times.passes) * 1e3:.3g} ms" for times in timed.gpu if times.passes
+    )
+    say(f"{timed.subject.name}, {timed.size[0]}x{timed.size[1]}: CPU {timed.cpu * 1e3:.3g} ms{gpu}")
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise OutputError(path, f"cannot be written ({error.strerror})", "choose another -o") from error
