@@ -4,24 +4,38 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.bench import FORMS, both_sides
 from vidstyle.cli.reporting import reporting_options
+from vidstyle.cli.values import Size
+
+if TYPE_CHECKING:
+    from vidstyle.gpu.plan import Form
 
 
 @click.command(short_help="List the styles; with a name, what is in it.")
 @click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="As JSON.")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of style files, for editors.")
+@click.option("--plan", is_flag=True, help="Print the passes that a GPU runs for the style, and their bytes.")
+@click.option("--size", type=Size(), default="1920x1080", show_default=True, callback=both_sides,
+              help="Size of the pictures, for --plan.")  # fmt: skip
+@click.option("--form", type=click.Choice(FORMS), default=FORMS[0], show_default=True,
+              help="How the passes run, for --plan.")  # fmt: skip
 @reporting_options
-def styles(name: str | None, as_json: bool, schema: bool) -> None:
+def styles(
+    name: str | None, as_json: bool, schema: bool, plan: bool, size: tuple[int, int], form: Form
+) -> None:
     """List the styles; with a NAME or a style file, its steps and what can be set on them."""
     from vidstyle.style import describe, load_style, style_names, style_schema
 
     if schema:
         click.echo(json.dumps(style_schema(), indent=2))
+    elif plan:
+        _print_plan(name, size, form, as_json)
     elif name is not None:
         described = describe(load_style(name))
         click.echo(json.dumps(described, indent=2) if as_json else "\n".join(_details(described)))
@@ -30,6 +44,20 @@ def styles(name: str | None, as_json: bool, schema: bool) -> None:
     else:
         for each in style_names():
             click.echo(f"{each:16} {load_style(each).note}".rstrip())
+
+
+def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bool) -> None:
+    from vidstyle.gpu.explain import explain, lines_of, plan_for_video
+    from vidstyle.style import load_style
+
+    if name is None:
+        raise click.UsageError("--plan needs the NAME of a style")
+    style = load_style(name)
+    explained = explain(plan_for_video(style, *size, form))
+    if as_json:
+        click.echo(json.dumps({"style": style.name} | explained, indent=2))
+    else:
+        click.echo("\n".join([style.name, *lines_of(explained)]))
 
 
 def _details(described: dict[str, Any]) -> Iterator[str]:

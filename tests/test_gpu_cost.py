@@ -1,0 +1,154 @@
+"""What a plan moves, and what is told about it. Nothing here needs OpenGL."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from pictures import RGB8, VIDEO, step, style
+
+from vidstyle.bench.subjects import subjects
+from vidstyle.block import Slider
+from vidstyle.blocks import all_blocks
+from vidstyle.cli.bench import FORMS
+from vidstyle.gpu.cost import (
+    Room,
+    Traffic,
+    download_bytes,
+    held_textures,
+    pass_traffic,
+    plan_traffic,
+    upload_bytes,
+)
+from vidstyle.gpu.explain import explain, lines_of, plan_for_video
+from vidstyle.gpu.formats import WORKING, plane_format
+from vidstyle.gpu.nodes import Layout
+from vidstyle.gpu.plan import Form, Plan, make_plan
+from vidstyle.gpu.shader import write_shader
+from vidstyle.picture import Encoding
+from vidstyle.prepared import prepare
+from vidstyle.style import Style, load_style, style_names
+
+SUBJECTS = subjects()
+BLOCKS = [subject for subject in SUBJECTS if subject.kind == "block"]
+every_form = pytest.mark.parametrize("form", FORMS)
+
+FIVE = style(
+    step("brightness", factor=1.1), step("saturation"), step("hue"), step("posterize"), step("soft_threshold")
+)
+"""Five pixel blocks: luma, then RGB."""
+LUMA = style(step("brightness"), step("luma_posterize"), step("minimum_range"))
+
+
+def plan_of(chosen: Style, layout: Layout, target: Encoding | None = None, rgb: bool = False) -> Plan:
+    steps = prepare(chosen, *layout.shape)
+    return make_plan(chosen, steps, layout, target or layout.encoding, rgb, "compute")
+
+
+def test_the_forms_are_those_of_plans() -> None:
+    assert get_args(Form) == FORMS
+
+
+def test_five_pixel_blocks_are_one_compute_pass() -> None:
+    plan = plan_for_video(FIVE, 1920, 1080, "compute")
+    assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1.5, 1.5)]
+    assert [room.format.components for room in held_textures(plan, 8192)] == [1, 1, 1], "the result's planes"
+    assert (upload_bytes(plan), download_bytes(plan)) == (1.5, 1.5)
+
+
+def test_as_fragments_a_second_small_pass_averages_chroma() -> None:
+    """A fragment cannot see what its neighbours have computed, so their chroma goes through a texture."""
+    plan = plan_for_video(FIVE, 1920, 1080, "fragment")
+    assert [each.shape for each in plan.passes] == [(1080, 1920), (540, 960)]
+    assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1.5, 5), Traffic(4, 0.5)]
+    assert sum(room.bytes for room in held_textures(plan, 8192)) == (4 + 1.5) * 1920 * 1080
+
+
+@every_form
+def test_a_style_on_luma_alone_moves_a_byte_each_way(form: Form) -> None:
+    plan = plan_for_video(LUMA, 1920, 1080, form)
+    assert (upload_bytes(plan), download_bytes(plan)) == (1, 1)
+
+
+def test_a_filter_keeps_its_first_half_in_a_texture_of_two_bytes() -> None:
+    plan = plan_of(style(step("gaussian")), Layout(VIDEO, (90, 160), "gray"))
+    assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1, 2), Traffic(2, 1)]
+    assert plan_traffic(plan) == Traffic(3, 3)
+    assert held_textures(plan, 8192) == [Room(90, 160, WORKING["luma"]), Room(90, 160, plane_format(8))]
+
+
+def test_long_pages_need_only_the_textures_of_a_tile() -> None:
+    plan = plan_of(style(step("gaussian", sigma=1)), Layout(VIDEO, (90, 1600), "gray"))
+    assert all(room.width <= 256 for room in held_textures(plan, 256))
+    assert any(room.width == 1600 for room in held_textures(plan, 8192))
+
+
+def test_a_sampling_pass_reads_only_its_grid() -> None:
+    plan = plan_for_video(style(step("minimum_range")), 1920, 1080, "compute")
+    samples = 320 * 180 / (1920 * 1080)
+    assert pass_traffic(plan, plan.passes[0]) == Traffic(pytest.approx(samples), pytest.approx(2 * samples))
+
+
+def test_deep_odd_and_packed_pictures_count_what_they_hold() -> None:
+    hue = style(step("hue"))
+    deep = plan_of(hue, Layout(replace(VIDEO, depth=10), (4, 6), "chroma"))
+    assert (upload_bytes(deep), download_bytes(deep), plan_traffic(deep)) == (3, 3, Traffic(3, 3))
+    odd = plan_of(hue, Layout(VIDEO, (3, 5), "chroma"))
+    assert upload_bytes(odd) == download_bytes(odd) == 1 + 2 * (2 * 3) / (3 * 5)
+    packed = plan_of(hue, Layout(RGB8, (4, 6), "color"), rgb=True)
+    assert (upload_bytes(packed), download_bytes(packed)) == (3, 3)
+    assert plan_traffic(packed) == Traffic(3, 4), "a texture of RGB has a fourth component"
+
+
+@every_form
+@pytest.mark.parametrize("subject", BLOCKS, ids=lambda subject: subject.name)
+def test_no_slider_changes_the_text_of_a_shader(subject, form: Form) -> None:
+    *before, last = subject.style.background
+
+    def texts(**values: float) -> list[str]:
+        changed = replace(subject.style, background=(*before, replace(last, values=values)))
+        plan = plan_for_video(changed, 64, 48, form)
+        return [write_shader(plan, each).assembly.text for each in plan.passes]
+
+    for name, parameter in all_blocks()[subject.name].parameters.items():
+        if isinstance(parameter.control, Slider):
+            for value in (parameter.control.low, parameter.control.high):
+                assert texts(**{name: parameter.check(value)}) == texts()
+
+
+def test_a_word_may_change_it() -> None:
+    """Else the test above would compare nothing."""
+    plans = [plan_for_video(style(step(name)), 64, 48, "compute") for name in ("hue", "saturation")]
+    assert len({write_shader(plan, plan.passes[0]).assembly.text for plan in plans}) == 2
+
+
+@every_form
+@pytest.mark.parametrize("name", style_names())
+def test_every_pass_of_every_style_is_explained(name: str, form: Form) -> None:
+    plan = plan_for_video(load_style(name), 1280, 720, form)
+    explained = explain(plan)
+    text = "\n".join(lines_of(explained))
+    for each, described in zip(plan.passes, explained["passes"], strict=True):
+        for node in each.nodes:
+            assert node.function is not None
+            words = re.findall(r"\w+", " ".join(described["calls"]))
+            assert {node.function.name, Path(node.function.file).stem} & set(words)
+        for phrase in (*described["calls"], *described["reads"], *described["writes"]):
+            assert phrase in text
+    parts = sum(each["bytes_read"] + each["bytes_written"] for each in explained["passes"])
+    assert explained["bytes"] == pytest.approx(parts, abs=0.05)
+    assert f"form: {len(plan.passes)} pass" in text
+
+
+def test_an_explanation_says_what_stays_between_passes() -> None:
+    lined = style(step("gaussian"), lines=(step("to_gray"), step("sobel", invert=True)))
+    lines = list(lines_of(explain(plan_for_video(lined, 640, 360, "fragment"))))
+    text = "\n".join(lines)
+    assert lines[0] == "640x360, fragment form: 5 passes"
+    assert "gaussian (across)\n" in text and "writes color 1 (RGBA16)\n" in text
+    assert "reads luma 3 (R16), color 2 (RGBA16)\n" in text
+    assert "at 320x180: shrunk_chroma" in text
+    assert "up: 1.50, down: 1.50" in lines[-1]
