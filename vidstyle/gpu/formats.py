@@ -42,14 +42,15 @@ class Format:
 
 
 WORKING: dict[Kind, Format] = {
-    "luma": Format(1, "nu2", -0.125, 1.25),
+    "luma": Format(1, "nu2", -0.5, 2.0),
     "chroma": Format(2, "nu2", -0.75, 1.5),
     "color": Format(4, "nu2", -1.0, 3.0),
 }
 """Textures between passes. Normalized 16 bit, not half floats, which take as much room: near white a half
 float is off by up to 1/4096, and a difference of Gaussians under a soft threshold multiplies that by forty,
-to three levels of 255; these are off by 1/105000 of white in luma and 1/43000 in RGB. The range leaves room
-for what video codes beyond black and white, and for the RGB of colours that no screen shows."""
+to three levels of 255; these are off by 1/65000 of white in luma and 1/43000 in RGB. The range leaves room
+for the RGB of colours that no screen shows, and for what bicubic and Lanczos resampling put beside sharp
+edges: beside ink on paper almost half of the step, beyond black and white."""
 
 
 def plane_format(depth: int, components: int = 1) -> Format:
