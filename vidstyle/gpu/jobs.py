@@ -96,13 +96,12 @@ def jobs_of(plan: Plan, largest: int) -> list[Job]:
 def _tiled(plan: Plan, largest: int) -> list[Job]:
     """Measures first, each over all tiles, then the tiles of the result."""
     side = largest // TILE_STEP * TILE_STEP
-    while side > TILE_STEP:
+    while True:
         jobs = [job for each in plan.passes if each.sampled for job in _over_tiles(plan, each, side)]
         jobs += _result_tiles(plan, side)
-        if all(_fits(job, largest) for job in jobs):
-            break
+        if side <= TILE_STEP or all(_fits(job, largest) for job in jobs):
+            return jobs
         side = side // 2 // TILE_STEP * TILE_STEP
-    return jobs
 
 
 def _over_tiles(plan: Plan, each: Pass, side: int) -> list[Job]:
