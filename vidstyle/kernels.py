@@ -36,7 +36,8 @@ class Compiled(Generic[Arguments, Result]):
     def __init__(self, function: Callable[Arguments, Result], fastmath: bool, parallel: bool) -> None:
         functools.update_wrapper(self, function)
         self.function = function
-        self._options = {"nogil": True, "fastmath": fastmath, "parallel": parallel}
+        # Python's way of dividing looks for zero each time, which keeps the compiler from making vectors.
+        self._options = {"nogil": True, "fastmath": fastmath, "parallel": parallel, "error_model": "numpy"}
         self._machine_code: Any = None
 
     def __call__(self, *arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
