@@ -23,7 +23,7 @@ from vidstyle.gpu.cost import (
     plan_traffic,
     upload_bytes,
 )
-from vidstyle.gpu.explain import explain, lines_of, plan_for_video
+from vidstyle.gpu.explain import calls_of, explain, lines_of, plan_for_video
 from vidstyle.gpu.formats import WORKING, plane_format
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.plan import Form, Plan, make_plan
@@ -57,6 +57,7 @@ def test_five_pixel_blocks_are_one_compute_pass() -> None:
     assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1.5, 1.5)]
     assert [room.format.components for room in held_textures(plan, 8192)] == [1, 1, 1], "the result's planes"
     assert (upload_bytes(plan), download_bytes(plan)) == (1.5, 1.5)
+    assert calls_of(plan, plan.passes[0])[-1] == "shrunk_chroma"
 
 
 def test_as_fragments_a_second_small_pass_averages_chroma() -> None:

@@ -13,7 +13,7 @@ from vidstyle.demo_film import film_picture
 from vidstyle.errors import UsageError
 from vidstyle.picture import Encoding, Picture
 from vidstyle.resample import resample
-from vidstyle.style import SOURCE, Step, Style, load_style, style_names
+from vidstyle.style import Step, Style, load_style, style_names
 from vidstyle.style.values import nearest
 
 FILM_TIME = 1.3
@@ -68,11 +68,11 @@ def _styles(names: Iterable[str]) -> list[Subject]:
 
 
 def _style_of(block: Block) -> Style:
-    """The block as the only step, at its defaults; a picture that must be saved before is the source."""
+    """The block as the only step, at its defaults, or after the block that saves the picture it needs."""
     wanted = {p.default for p in block.parameters.values() if isinstance(p.control, Saved)}
     savers = [other for other in all_blocks().values() if other.saves and other.saves in wanted]
     before = tuple(Step(saver.name) for saver in savers)
-    return Style(block.name, background=(*before, Step(block.name, source=SOURCE if before else "")))
+    return Style(block.name, background=(*before, Step(block.name)))
 
 
 def _works_on(block: Block) -> str:
