@@ -21,8 +21,9 @@ import numpy as np
 Kind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
 """How a block reaches its result (design, section 3).
 
-The function of all but three takes an array and returns one. That of a recipe returns a list of blocks
-with their values; that of a resize block takes a (height, width) and returns the new one, while the
+The function of all but four takes an array and returns one. That of a recipe returns a list of blocks
+with their values; that of a learned block a bank and how it is to run, an object with `reach`, `scale` and
+`run(luma, margin)`; that of a resize block takes a (height, width) and returns the new one, while the
 runner resamples as its parameters `method` and `back` say; a measured block's parameter `settle`, in
 seconds, is how fast its numbers follow.
 """
@@ -167,10 +168,12 @@ class Asset:
     Attributes:
         read: turns the checked path into what the block gets; called once for each style, and
             raises ValueError with a reason when the content will not do.
+        shipped: names the files that come with vidstyle, which a style may name without their ending.
     """
 
     help: str
     read: Callable[[Path], object]
+    shipped: Callable[[], dict[str, Path]] = dict
     range_text = "a path inside the style's folder"
 
     def check(self, value: object, whole: bool) -> str:
@@ -263,6 +266,11 @@ class Block:
     saves: str = ""
 
     @property
+    def reads_around(self) -> bool:
+        """Whether a pixel of its result depends on others of its input."""
+        return self.kind in ("filter", "learned")
+
+    @property
     def help(self) -> str:
         """What it does: the first line of the docstring."""
         return (inspect.getdoc(self.function) or "").partition("\n")[0]
@@ -283,7 +291,9 @@ class Block:
         return complete
 
     def rows_around(self, values: dict[str, Any]) -> int:
-        """How many rows above and below its own it reads with these values; 0 unless it is a filter."""
+        """How many rows above and below its own it reads with these values; 0 unless it reads any."""
+        if self.kind == "learned":
+            return int(self.function(**values).reach)
         return 0 if self.reach is None else _call_with_named(self.reach, values)
 
     def percentages(self, values: dict[str, Any]) -> tuple[float, ...]:
@@ -337,7 +347,7 @@ def block(
             raise TypeError(f"{name}: `reach` belongs to filters, and to all of them")
         if not inspect.getdoc(function):
             raise TypeError(f"{name}: a block says in its docstring what it does")
-        parameters, given = _read_signature(function, skip=0 if kind == "recipe" else 1)
+        parameters, given = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
         return Block(name, kind, on, function, parameters, given, percentiles, reach, chroma, saves)
 
     return declare

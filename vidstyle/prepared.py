@@ -67,7 +67,8 @@ def _prepare_value(style: Style, block: Block, name: str, value: Any, growth: fl
         return max(value * growth, control.low)
     if isinstance(control, Asset) and value:
         try:
-            return control.read(asset_path(style.folder, value))
+            shipped = control.shipped()
+            return control.read(shipped[value] if value in shipped else asset_path(style.folder, value))
         except (ValueError, OSError) as error:
             raise StyleError(style.name, [f"{block.name}: {name}: {value!r}: {error}"]) from None
     return value

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
-from vidstyle.cpu.band import Whole
+from vidstyle.blade.run import BankRun
+from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.output import Page, at_size, finish
 from vidstyle.cpu.work import CORES, Call, Work
 from vidstyle.cuts import CutDetector
 from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
 from vidstyle.prepared import PreparedStep, prepare
+from vidstyle.resample import resample
 from vidstyle.style import SOURCE, Style
 
 
@@ -138,7 +141,9 @@ class _FrameRun:
             work = self._saved[block.saves] = work.finished(self._pool)
         if block.kind == "resize":
             return self._resize(step, work)
-        if (block.kind == "filter" or memory is not None) and work.calls:
+        if block.kind == "learned" and (run := block.function(**step.values)).scale != 1:
+            return self._run_smaller(run, work)
+        if (block.reads_around or memory is not None) and work.calls:
             work = work.finished(self._pool)
         numbers = None
         if memory is not None:
@@ -149,6 +154,16 @@ class _FrameRun:
 
     def _saved_at(self, name: str, shape: tuple[int, int]) -> Whole:
         return at_size(self._saved[name].whole, shape, "bilinear")
+
+    def _run_smaller(self, run: BankRun, work: Work) -> Work:
+        """A bank on the luma of a reduced picture; the chroma stays as it is."""
+        whole = work.done(self._pool)
+        luma = Band(whole, 0, work.shape[0]).luma()
+        small = (max(1, round(side * run.scale)) for side in work.shape)
+        reduced = resample(luma, (next(small), next(small)), "area")
+        luma = resample(run.run(reduced), work.shape, "bicubic")
+        encoding = whole.main.encoding.as_float()
+        return replace(work, whole=Whole(Picture(encoding, luma=luma), whole.tint), calls=())
 
     def _resize(self, step: PreparedStep, work: Work) -> Work:
         assert step.block is not None

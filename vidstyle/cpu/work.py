@@ -53,7 +53,10 @@ class Call:
         if on == "color" or (on == "channels" and not band.is_gray):
             band.set_color(block.function(band.color(), **self._arguments(band, margin, color=True)))
             return
-        band.set_luma(block.function(band.luma(), **self._arguments(band, margin, color=False)))
+        if block.kind == "learned":
+            band.set_luma(block.function(**self.step.values).run(band.luma(), margin))
+        else:
+            band.set_luma(block.function(band.luma(), **self._arguments(band, margin, color=False)))
         if block.chroma == "dropped":
             band.take_tint(None)
         for name, whole in self.pictures.items():

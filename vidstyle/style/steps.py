@@ -85,7 +85,7 @@ class StepReader:
         """Saved pictures and files must be there."""
         if isinstance(parameter.control, Saved) and value:
             self.check_saved(parameter.name, value, where)
-        elif isinstance(parameter.control, Asset) and value:
+        elif isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
             try:
                 asset_path(self.folder, value)
             except ValueError as error:

@@ -1,0 +1,148 @@
+"""A bank of learned filters, and the file that it lies in."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vidstyle.assets import asset_folder
+from vidstyle.blade.features import Bins
+
+FORMAT = 1
+"""The version of the file's format."""
+SIZES = range(3, 16, 2)
+"""How wide filters may be, in pixels."""
+MOST_BYTES = 64 << 20
+"""A file that unpacks to more is not read."""
+ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
+
+
+@dataclass(frozen=True)
+class Bank:
+    """Learned filters, and all that is needed to run them and to judge them.
+
+    Attributes:
+        bins: how structure is divided; there is a filter for each bin.
+        rho: standard deviation of the window in which structure is looked at, in pixels.
+        filters: parts x bins x size x size float32. What a bank imitates is the sum of its parts, each
+            with a weight that a block's slider sets.
+        about: what it imitates and from what it was learned, as plain data: "imitates", "parts" (names),
+            "pictures" (name and sum of each), "fidelity", and whatever else its maker wrote.
+    """
+
+    bins: Bins
+    rho: float
+    filters: np.ndarray
+    about: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        problem = _problem(self)
+        if problem:
+            raise ValueError(problem)
+
+    @property
+    def size(self) -> int:
+        """Rows and columns of a filter."""
+        return int(self.filters.shape[2])
+
+    def combined(self, weights: tuple[float, ...]) -> np.ndarray:
+        """The sum of the parts with these weights: bins x size x size float32.
+
+        Raises:
+            ValueError: another number of weights than of parts.
+        """
+        if len(weights) != len(self.filters):
+            raise ValueError(f"has {len(self.filters)} parts, not {len(weights)}")
+        return np.tensordot(np.asarray(weights, np.float32), self.filters, 1)
+
+
+def save_bank(bank: Bank, path: str | Path) -> None:
+    """Write a bank; what was there stays until the new file is whole. The same bank, the same bytes."""
+    path = Path(path)
+    arrays = {
+        "format": np.int32(FORMAT),
+        "filters": bank.filters,
+        "bins": np.array([bank.bins.orientations, bank.bins.strengths, bank.bins.coherences], np.int32),
+        "ranges": np.array([bank.bins.strength_range, bank.bins.coherence_range]),
+        "rho": np.float64(bank.rho),
+        "about": np.frombuffer(json.dumps(bank.about, sort_keys=True).encode(), np.uint8),
+    }
+    partial = path.with_name(f"{path.name}.partial")
+    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, array in arrays.items():
+            # With a date of its own: the present one would make two files differ.
+            with archive.open(zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0)), "w") as stream:
+                np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
+    os.replace(partial, path)
+
+
+def load_bank(path: str | Path) -> Bank:
+    """Read a bank and check it.
+
+    Raises:
+        ValueError: it is not one, or not a sound one; says why.
+        OSError: it cannot be read.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MOST_BYTES:
+                raise ValueError(f"unpacks to more than {MOST_BYTES >> 20} MiB")
+        with np.load(path, allow_pickle=False) as found:
+            if missing := ARRAYS - set(found.files):
+                raise ValueError(f"is no bank: {', '.join(sorted(missing))} missing")
+            return _bank_from_arrays({name: found[name] for name in ARRAYS})
+    except (zipfile.BadZipFile, EOFError, KeyError, UnicodeDecodeError) as error:
+        raise ValueError(f"is no bank ({error})") from None
+
+
+@cache
+def shipped_bank(name: str) -> Bank:
+    """One of the banks in filters_bank/, by name."""
+    return load_bank(shipped_banks()[name])
+
+
+def shipped_banks() -> dict[str, Path]:
+    """The files in filters_bank/ by name."""
+    return {path.stem: path for path in sorted(asset_folder("filters_bank").glob("*.npz"))}
+
+
+def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
+    if arrays["format"].shape != () or arrays["format"] != FORMAT:
+        raise ValueError(f"has format {arrays['format']}; this version reads format {FORMAT}")
+    shapes = {"bins": (3,), "ranges": (2, 2), "rho": ()}
+    if (
+        any(arrays[name].shape != shape for name, shape in shapes.items())
+        or arrays["about"].dtype != np.uint8
+    ):
+        raise ValueError("is no bank: its arrays have wrong shapes")
+    about = json.loads(arrays["about"].tobytes().decode())
+    orientations, strengths, coherences = (int(number) for number in arrays["bins"])
+    ranges = [(float(low), float(high)) for low, high in arrays["ranges"]]
+    bins = Bins(orientations, strengths, coherences, *ranges)
+    return Bank(bins, float(arrays["rho"]), arrays["filters"], about if isinstance(about, dict) else {})
+
+
+def _problem(bank: Bank) -> str:
+    """What is wrong with a bank, or nothing."""
+    bins, filters = bank.bins, bank.filters
+    if min(bins.orientations, bins.strengths, bins.coherences) < 1 or bins.orientations % 2:
+        return f"has bins {bins.orientations} x {bins.strengths} x {bins.coherences}; orientations are even"
+    ends = (*bins.strength_range, *bins.coherence_range, bank.rho)
+    if not np.isfinite(ends).all() or ends[0] >= ends[1] or ends[2] >= ends[3] or not 0 < bank.rho <= 16:
+        return "has ranges of bins that are empty, or a window of no sensible size"
+    if filters.dtype != np.float32 or filters.ndim != 4 or filters.shape[2] != filters.shape[3]:
+        return (
+            f"has filters of shape {filters.shape} and type {filters.dtype}, not parts x bins x size x size"
+        )
+    if filters.shape[2] not in SIZES or not 1 <= len(filters) <= 8:
+        return f"has {len(filters)} parts of {filters.shape[2]} x {filters.shape[2]} pixels"
+    if filters.shape[1] != bins.count:
+        return f"has {filters.shape[1]} filters for {bins.count} bins"
+    return "" if np.isfinite(filters).all() else "has filters with numbers that are none"

@@ -1,0 +1,146 @@
+"""The innermost loop of a filter bank, written for vector registers.
+
+Left to itself the compiler gathers coefficients one by one, because each pixel has another filter. Here
+eight neighbouring pixels are made at once: each row of a filter is one load, and the eight sums of lanes are
+added up together, pairwise.
+"""
+
+from __future__ import annotations
+
+import importlib
+from functools import cached_property
+from typing import Any
+
+LANES = 8
+"""Numbers in a vector; rows of filters are padded with zeros to a multiple of it."""
+
+
+class EightPixels:
+    """`eight_pixels(bank, bins, luma, row, column, rows, out)` for compiled functions.
+
+    Writes the filtered pixels column..column + 7 of a row into `out`.
+
+    Args of the compiled call:
+        bank: filters x size x padded size, float32, contiguous.
+        bins: int32, the filter of each pixel of the row.
+        luma: float32 rows, so padded that pixel (row, column) is the upper left one of the filter's window
+            at (row, column), and that `LANES` more columns can be read.
+        rows: a tuple with as many integers as a filter has rows; only its length counts.
+        out: float32, one row.
+    """
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba asks a global for that is called from compiled code."""
+        registry: Any = importlib.import_module("numba.core.registry")
+        intrinsic, context = self._intrinsic, registry.cpu_target.typing_context
+        context.refresh()  # or it does not know the intrinsic yet
+        return context.resolve_value_type(intrinsic)
+
+    @cached_property
+    def _intrinsic(self) -> Any:
+        numba: Any = importlib.import_module("numba")
+        extending: Any = importlib.import_module("numba.extending")
+
+        def eight_pixels(
+            typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any, out: Any
+        ) -> Any:
+            signature = numba.types.void(bank, bins, luma, row, column, rows, out)
+            return signature, _write_code
+
+        return extending.intrinsic(eight_pixels)
+
+
+def _write_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return _Code(context, builder, signature, arguments).write()
+
+
+class _Code:
+    """Writes the vector instructions; addresses are counted in bytes."""
+
+    def __init__(self, context: Any, builder: Any, signature: Any, arguments: Any) -> None:
+        self._ir: Any = importlib.import_module("llvmlite.ir")
+        proxies: Any = importlib.import_module("numba.core.cgutils")
+        self._context, self._builder = context, builder
+        bank, bins, luma, row, column, _, out = (
+            proxies.create_struct_proxy(kind)(context, builder, value) if hasattr(kind, "ndim") else value
+            for kind, value in zip(signature.args, arguments, strict=True)
+        )
+        self._size = signature.args[5].count
+        self._lanes = -(-self._size // LANES) * LANES
+        self._row_bytes = builder.extract_value(luma.strides, 0)
+        column_bytes = self._times(column, 4)
+        self._bank, self._bins, self._out = (
+            builder.ptrtoint(array.data, self._integer) for array in (bank, bins, out)
+        )
+        self._bins, self._out = (self._plus(start, column_bytes) for start in (self._bins, self._out))
+        first = builder.ptrtoint(luma.data, self._integer)
+        self._window = self._plus(self._plus(first, self._times(row, self._row_bytes)), column_bytes)
+
+    def write(self) -> Any:
+        """The eight pixels, and nothing to return."""
+        sums = [self._narrowed(self._pixel(number)) for number in range(LANES)]
+        while len(sums) > 1:
+            sums = [self._paired(*sums[number : number + 2]) for number in range(0, len(sums), 2)]
+        target = self._builder.inttoptr(self._out, sums[0].type.as_pointer())
+        self._builder.store(sums[0], target).align = 4
+        return self._context.get_dummy_value()
+
+    def _pixel(self, number: int) -> Any:
+        """The products of one pixel's filter and window, added up over the rows."""
+        chosen = self._load(self._plus(self._bins, 4 * number), self._ir.IntType(32), 4)
+        filter_bytes = 4 * self._size * self._lanes
+        chosen = self._times(self._builder.sext(chosen, self._integer), filter_bytes)
+        start = self._plus(self._bank, chosen)
+        total = None
+        for row in range(self._size):
+            weights = self._load(self._plus(start, 4 * row * self._lanes), self._vector(self._lanes), 4)
+            there = self._plus(self._window, self._times(self._row_bytes, row))
+            window = self._load(self._plus(there, 4 * number), self._vector(self._lanes), 4)
+            product = self._builder.fmul(weights, window, flags=["fast"])
+            total = product if total is None else self._builder.fadd(total, product, flags=["fast"])
+        return total
+
+    def _narrowed(self, vector: Any) -> Any:
+        """A vector of several registers added up to one of eight numbers."""
+        parts = [
+            self._shuffled(vector, vector, list(range(start, start + LANES)))
+            for start in range(0, self._lanes, LANES)
+        ]
+        total = parts[0]
+        for part in parts[1:]:
+            total = self._builder.fadd(total, part, flags=["fast"])
+        return total
+
+    def _paired(self, first: Any, second: Any) -> Any:
+        """The sums of neighbouring numbers of the first vector, then of the second."""
+        even, odd = (self._shuffled(first, second, list(range(start, 2 * LANES, 2))) for start in (0, 1))
+        return self._builder.fadd(even, odd, flags=["fast"])
+
+    def _shuffled(self, first: Any, second: Any, order: list[int]) -> Any:
+        mask = self._ir.Constant(self._ir.VectorType(self._ir.IntType(32), LANES), order)
+        return self._builder.shuffle_vector(first, second, mask)
+
+    def _load(self, address: Any, kind: Any, align: int) -> Any:
+        value = self._builder.load(self._builder.inttoptr(address, kind.as_pointer()))
+        value.align = align
+        return value
+
+    def _vector(self, lanes: int) -> Any:
+        return self._ir.VectorType(self._ir.FloatType(), lanes)
+
+    @property
+    def _integer(self) -> Any:
+        return self._ir.IntType(64)
+
+    def _plus(self, address: Any, number: Any) -> Any:
+        return self._builder.add(address, self._constant(number))
+
+    def _times(self, number: Any, factor: Any) -> Any:
+        return self._builder.mul(number, self._constant(factor))
+
+    def _constant(self, number: Any) -> Any:
+        return self._ir.Constant(self._integer, number) if isinstance(number, int) else number
+
+
+eight_pixels: Any = EightPixels()
