@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -62,7 +63,7 @@ class Sessions:
             self._sessions[form].change_style(chosen)
         return self._sessions[form]
 
-    def run(
+    def start(
         self,
         form: Form,
         chosen: Style,
@@ -70,11 +71,15 @@ class Sessions:
         target: Encoding | None = None,
         rgb: bool = False,
         time: float | None = None,
-    ) -> Picture:
-        """A picture in a style, on the GPU."""
+    ) -> Callable[[], Picture]:
+        """Begin to restyle a picture on the GPU while other work goes on; call what this gives for it."""
         session = self.use(form, chosen)
-        drawn = session.start(Request(picture, time, target or picture.encoding, rgb)).result()
-        return session.fetch(drawn).result()
+        drawn = session.start(Request(picture, time, target or picture.encoding, rgb))
+        return lambda: session.fetch(drawn.result()).result()
+
+    def run(self, form: Form, chosen: Style, picture: Picture, **options: Any) -> Picture:
+        """A picture in a style, on the GPU."""
+        return self.start(form, chosen, picture, **options)()
 
 
 @cache
@@ -145,9 +150,8 @@ def faults(
     **options: Any,
 ) -> list[str]:
     """Where either form disagrees with the CPU."""
+    started = {form: sessions.start(form, chosen, picture, **options) for form in FORMS}
     right = run(chosen, picture, **options)
     return [
-        f"{label}, {form}: {line}"
-        for form in FORMS
-        for line in disagreements(right, sessions.run(form, chosen, picture, **options))
+        f"{label}, {form}: {line}" for form, made in started.items() for line in disagreements(right, made())
     ]

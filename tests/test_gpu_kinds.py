@@ -127,7 +127,7 @@ def test_alpha_is_kept(depth: int, target_depth: int, sessions: Sessions) -> Non
     target = replace(RGB8, depth=target_depth)
     right = run(BOTH, source, target=target, rgb=True)
     for form in FORMS:
-        made = sessions.run(form, BOTH, source, target, rgb=True)
+        made = sessions.run(form, BOTH, source, target=target, rgb=True)
         assert made.alpha is not None
         np.testing.assert_array_equal(made.alpha, right.alpha)
         assert (made.alpha is source.alpha) == (depth == target_depth)
@@ -161,9 +161,9 @@ def test_memory_may_lie_in_any_order(depth: int, sessions: Sessions) -> None:
         packed_picture(*SHAPE, replace(RGB8, depth=depth)),
     ):
         for form in FORMS:
-            right = sessions.run(form, BOTH, source, VIDEO)
+            right = sessions.run(form, BOTH, source, target=VIDEO)
             for name, view in views(source).items():
-                assert same_bits(sessions.run(form, BOTH, view, VIDEO), right), (name, form)
+                assert same_bits(sessions.run(form, BOTH, view, target=VIDEO), right), (name, form)
 
 
 UNTOUCHED = {

@@ -1,0 +1,134 @@
+"""A page that is too large for the device is done in tiles, and looks as if it were done at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from gpu import FORMS, Sessions, film_picture, gray_picture, named_planes, packed_picture
+from pictures import FLOAT, RGB8, VIDEO, step, style
+
+from vidstyle.gpu.session import Request
+from vidstyle.picture import SITINGS, Encoding, Picture
+from vidstyle.resample import METHODS
+from vidstyle.style import Style, load_style, style_names
+
+SHAPE = (361, 641)
+LARGEST = 128
+
+
+@pytest.fixture(scope="module")
+def whole() -> Iterator[Sessions]:
+    with Sessions() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def tiled() -> Iterator[Sessions]:
+    with Sessions(largest=LARGEST) as opened:
+        yield opened
+
+
+def most_off(one: Picture, other: Picture) -> int:
+    """By how many codes the two differ at most."""
+    pairs = zip(named_planes(one).values(), named_planes(other).values(), strict=True)
+    return max(int(np.abs(plane.astype(int) - same).max()) for plane, same in pairs)
+
+
+def seams(whole: Sessions, tiled: Sessions, chosen: Style, picture: Picture, **options: object) -> list[str]:
+    """Where tiles and the page done at once differ by more than one code."""
+    started = {
+        form: [each.start(form, chosen, picture, **options) for each in (whole, tiled)] for form in FORMS
+    }
+    off = {form: most_off(*(page() for page in pages)) for form, pages in started.items()}
+    return [f"{form}: {codes} codes off" for form, codes in off.items() if codes > 1]
+
+
+STYLES = {name: load_style(name) for name in style_names()} | {
+    "gaussian": style(step("gaussian", sigma=7), step("gaussian", sigma=0.6), step("saturation")),
+    "sobel": style(step("sobel", invert=True)),
+    "halftone": style(step("halftone", cell=7.3)),
+    "coarse halftone": style(step("halftone", cell=31)),
+    "pattern": style(step("gaussian", sigma=2), step("pattern")),
+    "equalize": style(step("gaussian", sigma=1), step("equalize"), step("gaussian", sigma=1)),
+    "minimum_range": style(step("minimum_range", dynamic_range=220), step("minimum_range")),
+    "saved": style(
+        step("gaussian", sigma=3, save="soft"),
+        step("sobel", source="source", save="edges"),
+        step("blend", source="source", other="soft", mode="difference", mask="edges"),
+        step("gaussian"),
+    ),
+    **{
+        f"scale by {method}": style(
+            step("scale", factor=0.43, method=method, back=method), step("gaussian", sigma=1)
+        )
+        for method in METHODS
+    },
+    "scaled up": style(
+        step("scale", factor=1.9), step("halftone", cell=9), step("to_gray"), step("to_color")
+    ),
+    "scaled in between": Style(
+        "between",
+        ink="#203060",
+        base=(step("scale", factor=0.7, save="small"), step("gaussian")),
+        background=(step("scale", factor=0.5), step("blend", other="small"), step("equalize")),
+        lines=(step("to_gray"), step("scale", factor=1.7), step("sobel", invert=True)),
+    ),
+}
+
+
+def test_tiles_are_what_is_tested(whole: Sessions, tiled: Sessions) -> None:
+    source = film_picture(*SHAPE)
+    for form in FORMS:
+        drawn = [
+            each.use(form, STYLES["gaussian"]).start(Request(source, None, VIDEO, False)).result()
+            for each in (whole, tiled)
+        ]
+        assert len(drawn[0].fetches) == 1
+        assert len(drawn[1].fetches) == 6 * 11
+
+
+@pytest.mark.parametrize("name", STYLES)
+def test_no_seam_is_seen(name: str, whole: Sessions, tiled: Sessions) -> None:
+    assert seams(whole, tiled, STYLES[name], film_picture(*SHAPE)) == []
+
+
+ENCODINGS = [
+    *(Encoding(siting=SITINGS[name]) for name in ("topleft", "bottom")),
+    *(Encoding(step=grid) for grid in ((1, 1), (2, 1), (4, 4))),
+    Encoding(siting=(1.0, 0.5)),
+]
+
+
+@pytest.mark.parametrize("name", ["saved", "scaled in between"])
+def test_no_seam_is_seen_in_any_kind_of_picture(name: str, whole: Sessions, tiled: Sessions) -> None:
+    shape = (157, 331)
+    found = [
+        f"{encoding}: {line}"
+        for encoding in ENCODINGS
+        for line in seams(whole, tiled, STYLES[name], film_picture(*shape, encoding))
+    ]
+    assert not found, "\n".join(found)
+    for picture in (gray_picture(*shape), packed_picture(*shape)):
+        assert seams(whole, tiled, STYLES[name], picture, target=VIDEO) == []
+        assert seams(whole, tiled, STYLES[name], picture, target=RGB8, rgb=True) == []
+
+
+@pytest.mark.parametrize("shape", [(1, 1000), (1000, 1), (128, 128), (129, 128), (64, 1023), (700, 65)])
+def test_no_seam_is_seen_at_any_size(shape: tuple[int, int], whole: Sessions, tiled: Sessions) -> None:
+    for name in ("scaled in between", "equalize"):
+        assert seams(whole, tiled, STYLES[name], film_picture(*shape)) == [], name
+
+
+def test_a_measure_over_tiles_is_of_the_whole_page(whole: Sessions, tiled: Sessions) -> None:
+    """What is dark lies in one tile, what is bright in another."""
+    luma = np.full(SHAPE, 0.5, np.float32)
+    luma[:90, :120], luma[-60:, -100:] = 0.2, 0.8
+    source = Picture(FLOAT, luma=luma)
+    chosen = style(step("equalize", low=2.0, high=98.0))
+    for form in FORMS:
+        made, right = (each.run(form, chosen, source).luma for each in (tiled, whole))
+        np.testing.assert_allclose(made, right, atol=1e-6)
+        assert made is not None
+        assert (made[0, 0], made[-1, -1]) == pytest.approx((0, 1), abs=1e-3)
