@@ -6,7 +6,7 @@ import json
 import os
 import zipfile
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from vidstyle.assets import asset_folder
 from vidstyle.blade.features import Bins
+from vidstyle.blade.symmetry import as_weights
 
 FORMAT = 1
 """The version of the file's format."""
@@ -51,6 +52,20 @@ class Bank:
     def size(self) -> int:
         """Rows and columns of a filter."""
         return int(self.filters.shape[2])
+
+    @cached_property
+    def packed(self) -> tuple[np.ndarray, ...]:
+        """The weights of the pairs of opposite pixels, a bins x texels x 4 float16 array for each part."""
+        weights = as_weights(self.filters, self.size)
+        texels = -(-weights.shape[2] // 4)
+        packed = np.zeros((*weights.shape[:2], texels * 4), np.float16)
+        packed[:, :, : weights.shape[2]] = weights
+        return tuple(packed.reshape(*packed.shape[:2], texels, 4))
+
+    @property
+    def sums(self) -> tuple[float, ...]:
+        """For each part, what its filters make of a constant 1."""
+        return tuple(float(part.sum(axis=(1, 2)).mean()) for part in self.filters)
 
     def combined(self, weights: tuple[float, ...]) -> np.ndarray:
         """The sum of the parts with these weights: bins x size x size float32.

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidstyle.blade.features import Bins, choose_filters, window_reach
-from vidstyle.blade.symmetry import folded, pairs
+from vidstyle.blade.symmetry import as_weights, folded, pairs
 from vidstyle.kernels import compiled
 
 STRIPES = 8
@@ -135,7 +135,7 @@ def solve(lesson: Lesson, sums: Sums) -> np.ndarray:
 
 def residuals(lesson: Lesson, sums: Sums, filters: np.ndarray) -> np.ndarray:
     """The mean squared error of each part and bin on the samples themselves; NaN for empty bins."""
-    weights = _as_weights(filters, lesson.size)
+    weights = as_weights(filters, lesson.size)
     with np.errstate(invalid="ignore"):
         return np.stack(
             [
@@ -206,13 +206,6 @@ def _as_filters(lesson: Lesson, weights: np.ndarray) -> np.ndarray:
     filters = (weights @ _spread(size).T).reshape(*weights.shape[:2], size, size)
     filters[:, :, size // 2, size // 2] += np.array(lesson.sums)[:, None]
     return filters.astype(np.float32)
-
-
-def _as_weights(filters: np.ndarray, size: int) -> np.ndarray:
-    reach = size // 2
-    return np.stack(
-        [filters[:, :, reach + down, reach + right] for down, right in pairs(size)], axis=-1
-    ).astype(np.float64)
 
 
 @compiled(fastmath=True)

@@ -46,6 +46,16 @@ class BankRun:
             return self.passes * max(of_pass, of_choice)
         return (self.passes - 1) * of_pass + max(of_pass, of_choice)
 
+    @property
+    def is_wide(self) -> bool:
+        """Whether the result may go far beyond black and white."""
+        return sum(abs(weight) for weight in (*self.weights, self.identity)) > 3
+
+    def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
+        """The height and width at which it runs on a picture of this size."""
+        height, width = (max(1, int(side * self.scale + 0.5)) for side in shape)
+        return height, width
+
     @cached_property
     def filters(self) -> np.ndarray:
         """The filters of a pass: bins x size x size float32."""

@@ -62,6 +62,14 @@ def pairs(size: int) -> list[tuple[int, int]]:
     ]
 
 
+def as_weights(filters: np.ndarray, size: int) -> np.ndarray:
+    """The weight of each pair: parts x bins x pairs, of parts x bins x size x size symmetric filters."""
+    reach = size // 2
+    return np.stack(
+        [filters[:, :, reach + down, reach + right] for down, right in pairs(size)], axis=-1
+    ).astype(np.float64)
+
+
 def folded(matrices: np.ndarray, vectors: np.ndarray, bins: Bins, size: int) -> tuple[np.ndarray, np.ndarray]:
     """Sums over samples, each with those of its seven images added.
 

@@ -159,8 +159,7 @@ class _FrameRun:
         """A bank on the luma of a reduced picture; the chroma stays as it is."""
         whole = work.done(self._pool)
         luma = Band(whole, 0, work.shape[0]).luma()
-        small = (max(1, round(side * run.scale)) for side in work.shape)
-        reduced = resample(luma, (next(small), next(small)), "area")
+        reduced = resample(luma, run.shape_at_scale(work.shape), "area")
         luma = resample(run.run(reduced), work.shape, "bicubic")
         encoding = whole.main.encoding.as_float()
         return replace(work, whole=Whole(Picture(encoding, luma=luma), whole.tint), calls=())

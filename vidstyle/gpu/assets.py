@@ -18,7 +18,11 @@ class AssetTextures:
         self._textures: dict[int, tuple[tuple[np.ndarray, ...], moderngl.TextureArray]] = {}
 
     def get(self, arrays: tuple[np.ndarray, ...]) -> moderngl.TextureArray:
-        """One layer for each H x W float32 array, in its upper left corner; an empty one for none."""
+        """One layer for each array, in its upper left corner; an empty one for none.
+
+        Args:
+            arrays: H x W float32, or H x W x 4 float16.
+        """
         key = id(arrays)
         if key not in self._textures:
             # The arrays are kept with the texture, so that nothing else can come to have their identity.
@@ -32,9 +36,11 @@ class AssetTextures:
 
     def _make(self, arrays: tuple[np.ndarray, ...]) -> moderngl.TextureArray:
         height, width = (max(array.shape[axis] for array in arrays) for axis in (0, 1))
-        layers = np.zeros((len(arrays), height, width), np.float32)
+        components, dtype = arrays[0].shape[2:] or (1,), arrays[0].dtype
+        layers = np.zeros((len(arrays), height, width, *components), dtype)
         for layer, array in zip(layers, arrays, strict=True):
-            layer[: array.shape[0], : array.shape[1]] = array
-        texture = self._context.texture_array((width, height, len(arrays)), 1, layers.tobytes(), dtype="f4")
+            layer[: array.shape[0], : array.shape[1]] = array.reshape(*array.shape[:2], *components)
+        size, bits = (width, height, len(arrays)), f"f{dtype.itemsize}"
+        texture = self._context.texture_array(size, components[0], layers.tobytes(), dtype=bits)
         texture.filter = self._context.NEAREST, self._context.NEAREST
         return texture

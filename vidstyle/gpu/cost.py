@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import cast
 
-from vidstyle.gpu.formats import WORKING, Format, plane_format
+from vidstyle.gpu.formats import Format, plane_format, working_format
 from vidstyle.gpu.jobs import jobs_of
 from vidstyle.gpu.nodes import Node, Shape
 from vidstyle.gpu.passes import Pass
@@ -119,7 +119,7 @@ def _image_bytes(plan: Plan, image: Node, most: int | None = None) -> int:
 
 def _texel_bytes(plan: Plan, image: Node) -> int:
     if not image.is_plane:
-        return WORKING[image.kind].bytes
+        return working_format(image).bytes
     sample = plane_format(plan.source.encoding.depth).bytes
     return sample * {"luma": 1, "chroma": 2, "color": 3}[image.kind]
 

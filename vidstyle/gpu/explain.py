@@ -13,7 +13,7 @@ from vidstyle.gpu.cost import (
     plan_traffic,
     upload_bytes,
 )
-from vidstyle.gpu.formats import WORKING, Format, plane_format
+from vidstyle.gpu.formats import Format, plane_format, working_format
 from vidstyle.gpu.nodes import Layout, Node, Shape
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Form, Plan, make_plan
@@ -107,7 +107,7 @@ def _call(node: Node) -> str:
 
 def _image(plan: Plan, image: Node, names: dict[Node, str]) -> str:
     if image in names:
-        return f"{names[image]} ({_format_name(WORKING[image.kind])})"
+        return f"{names[image]} ({_format_name(working_format(image))})"
     texture = _format_name(plane_format(plan.source.encoding.depth, 3 if image.kind == "color" else 1))
     return f"the source's {image.kind} ({'2 x ' if image.kind == 'chroma' else ''}{texture})"
 
@@ -120,7 +120,7 @@ def _target(target: Target, names: dict[Node, str]) -> str:
 def _format_name(coding: Format) -> str:
     """As OpenGL calls it.
 
-    >>> _format_name(WORKING["color"])
+    >>> _format_name(Format(4, "nu2"))
     'RGBA16'
     """
     channels = {1: "R", 2: "RG", 3: "RGB", 4: "RGBA"}[coding.components]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vidstyle.gpu.nodes import Kind
+from vidstyle.gpu.nodes import Kind, Node
 from vidstyle.picture import Encoding
 
 
@@ -51,6 +51,15 @@ float is off by up to 1/4096, and a difference of Gaussians under a soft thresho
 to three levels of 255; these are off by 1/65000 of white in luma and 1/43000 in RGB. The range leaves room
 for the RGB of colours that no screen shows, and for what bicubic and Lanczos resampling put beside sharp
 edges: beside ink on paper almost half of the step, beyond black and white."""
+
+
+WIDE = Format(1, "f4")
+"""For luma that goes far beyond black and white, as a difference of Gaussians times twenty does."""
+
+
+def working_format(node: Node) -> Format:
+    """The texture in which a value is kept between passes."""
+    return WIDE if node.is_wide else WORKING[node.kind]
 
 
 def plane_format(depth: int, components: int = 1) -> Format:

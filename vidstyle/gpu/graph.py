@@ -9,7 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from vidstyle.blade.features import window_reach
+from vidstyle.blade.run import BankRun
 from vidstyle.block import Block, Choice, LumaWeights, Saved
+from vidstyle.gpu.learned import choice_values, filter_values
 from vidstyle.gpu.nodes import CHANNELS, Function, Kind, Layout, Measure, Node, Shape
 from vidstyle.gpu.signature import functions_of_block
 from vidstyle.prepared import PreparedStep
@@ -152,6 +155,8 @@ class Graph:
         if block.kind == "resize":
             size = block.function(look.shape, **step.values)
             return replace(self.at_size(look, size, step.values["method"]), back=step.values["back"])
+        if block.kind == "learned":
+            return self._run_learned(block, block.function(**step.values), look)
         measure = None
         if block.kind == "measured":
             percentages = block.percentages(step.values)
@@ -162,6 +167,42 @@ class Graph:
             for name, saved in step.pictures.items()
         }
         return self._run_block(step, block, look, pictures, measure)
+
+    def _run_learned(self, block: Block, run: BankRun, look: Look) -> Look:
+        chroma = self.chroma(look) if look.color is not None else look.chroma
+        luma = self.luma(look)
+        if run.scale != 1:
+            luma = self._resized(luma, run.shape_at_scale(luma.shape), "area")
+        luma = self._resized(self._filtered(luma, run), look.shape, "bicubic")
+        return Look(luma, None if block.chroma == "dropped" else chroma, back=look.back)
+
+    def _filtered(self, luma: Node, run: BankRun) -> Node:
+        """Luma after all passes of a bank."""
+        chosen: Node | None = None
+        for _ in range(run.passes):
+            if chosen is None or run.reselect:
+                chooses, reach = (
+                    Function("blade/chosen_filter.glsl", "chosen_filter"),
+                    window_reach(run.window),
+                )
+                values = choice_values(run)
+                chosen = self._node(
+                    Node("luma", luma.shape, chooses, around=luma, reach=reach, values=values)
+                )
+            filters = Function("blade/filtered.glsl", "filtered")
+            luma = self._node(
+                Node(
+                    "luma",
+                    luma.shape,
+                    filters,
+                    {"chosen": chosen},
+                    around=luma,
+                    reach=run.bank.size // 2,
+                    values=filter_values(run),
+                    is_wide=run.is_wide,
+                )
+            )
+        return luma
 
     def _run_block(
         self,
@@ -226,7 +267,11 @@ class Graph:
             "old_size": node.shape[::-1],
             "new_size": shape[::-1],
         }
-        return self._node(Node(node.kind, shape, function, around=node, values=values, options=options))
+        return self._node(
+            Node(
+                node.kind, shape, function, around=node, values=values, options=options, is_wide=node.is_wide
+            )
+        )
 
     def _node(self, node: Node) -> Node:
         """The node, or the same one made before."""

@@ -63,6 +63,7 @@ class Node:
         measure: the numbers that it is given.
         grid: for chroma, step and siting of its samples upon luma; None for one at each pixel.
         page: for chroma with a grid, the size of the luma that it belongs to.
+        is_wide: whether it goes so far beyond black and white that it has to be kept as float32.
     """
 
     kind: Kind
@@ -76,6 +77,7 @@ class Node:
     measure: Measure | None = None
     grid: Encoding | None = None
     page: Shape | None = None
+    is_wide: bool = False
 
     @property
     def is_plane(self) -> bool:

@@ -165,7 +165,8 @@ class _Partition:
         needed = measured.union(*(self._needs[other] for other in others))
         home: Pass | None
         if node.is_heavy:
-            home = self._pass_around(node, needed) or self._new_pass(node.shape)
+            home = self._pass_around(node, measured) or self._new_pass(node.shape)
+            self._store_elsewhere(node.inputs.values(), home)
         else:
             # What is around it must be finished: it rides on no pass that makes that, even one of its size.
             before = measured.union(self._needs[node.around] if node.around else ())
@@ -186,13 +187,24 @@ class _Partition:
         if node in self._stored:
             self._store(node, home)
 
-    def _pass_around(self, node: Node, needed: set[Pass]) -> Pass | None:
+    def _pass_around(self, node: Node, measured: set[Pass]) -> Pass | None:
         """A pass that reads around the same picture already: each sample then comes from memory once."""
+        assert node.around is not None
+        finished = measured | self._needs[node.around]
+        beside = set().union(*(self._needs[other] for other in node.inputs.values()))
         for each in self._passes:
-            beside = any(other.is_heavy and other.around is node.around for other in each.nodes)
-            if beside and each.shape == node.shape and not any(n is each or n.needs(each) for n in needed):
+            reads = any(other.is_heavy and other.around is node.around for other in each.nodes)
+            late = each in finished or any(n.needs(each) for n in finished | beside - {each})
+            if reads and each.shape == node.shape and not late:
                 return each
         return None
+
+    def _store_elsewhere(self, nodes: Iterable[Node], home: Pass | None) -> None:
+        """Keep what other passes than this one make of the nodes."""
+        for node in nodes:
+            other = self._homes.get(node)
+            if other is not None and other is not home and not other.is_light:
+                self._store(node, other)
 
     def _ride(self, nodes: Iterable[Node], measured: set[Pass], shape: Shape) -> Pass | None:
         """The pass of one of these nodes that can go on with them all; what other passes make is stored.
@@ -204,9 +216,7 @@ class _Partition:
         riding.sort(key=lambda node: -CHANNELS[node.kind])
         homes = (self._homes[node] for node in riding)
         found = next((home for home in homes if self._can_ride(home, nodes, measured, shape)), None)
-        for node in riding:
-            if self._homes[node] is not found:
-                self._store(node, self._homes[node])
+        self._store_elsewhere(riding, found)
         return found
 
     def _can_ride(self, home: Pass, nodes: list[Node], measured: set[Pass], shape: Shape) -> bool:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu.formats import WORKING, Format, levels, plane_format
+from vidstyle.gpu.formats import WORKING, Format, levels, plane_format, working_format
 from vidstyle.gpu.includes import TYPES, Assembly
 from vidstyle.gpu.nodes import CHANNELS, Kind, Measure, Node
 from vidstyle.gpu.passes import Pass
@@ -157,7 +157,7 @@ class _Writer:
             if node.is_plane:
                 self._declare_plane(node, name, words)
             else:
-                coding = WORKING[node.kind]
+                coding = working_format(node)
                 self._text.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
                 self._text.add_template("frame/image.glsl", words)
 
@@ -324,7 +324,7 @@ def _shrinks(plan: Plan, each: Pass) -> bool:
 
 
 def _targets(plan: Plan, each: Pass) -> list[Target]:
-    targets = [Target("working", node, WORKING[node.kind], node.shape) for node in each.stored]
+    targets = [Target("working", node, working_format(node), node.shape) for node in each.stored]
     if each.sampled:
         node = each.sampled.of
         targets.append(Target("samples", node, WORKING["luma"], Sampling.of(*node.shape).shape))

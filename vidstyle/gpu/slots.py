@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vidstyle.gpu.formats import WORKING, Format
+from vidstyle.gpu.formats import Format, working_format
 from vidstyle.gpu.jobs import Job
 from vidstyle.gpu.nodes import Measure, Node, Shape
 from vidstyle.gpu.passes import Pass
@@ -73,7 +73,7 @@ class Slots:
         free: list[tuple[moderngl.Texture, Format]] = []
         for number, each in enumerate(plan.passes):
             for node in each.stored:
-                coding = WORKING[node.kind]
+                coding = working_format(node)
                 fitting = [
                     slot for slot in free if slot[1] == coding and fits(slot[0], needed[node], self._exact)
                 ]
@@ -83,7 +83,7 @@ class Slots:
                     found[node] = slot[0]
                 else:
                     found[node] = self._take(needed[node], coding)
-            free += [(found[node], WORKING[node.kind]) for node in ending(plan, number)]
+            free += [(found[node], working_format(node)) for node in ending(plan, number)]
         return found
 
 

@@ -1,0 +1,79 @@
+"""The pictures that banks are learned from."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vidstyle.errors import InputError
+from vidstyle.media.frame import Frame
+from vidstyle.media.reader import open_reader
+from vidstyle.picture import Picture
+from vidstyle.planes import color_rows
+from vidstyle.resample import resample
+
+ENDINGS = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
+"""What counts as a picture in a folder."""
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """A picture in a file.
+
+    Attributes:
+        long_side: pixels to which its longer side is reduced; shorter ones stay as they are.
+    """
+
+    path: Path
+    long_side: int = 1000
+
+    @property
+    def checksum(self) -> str:
+        """The first twelve digits of the file's SHA-256."""
+        return hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
+
+    def color(self) -> np.ndarray:
+        """Its RGB, H x W x 3 float32 0..1, gamma-encoded as it is.
+
+        Raises:
+            InputError: it cannot be read.
+        """
+        picture = self._read()
+        color = np.clip(color_rows(picture, 0, picture.shape[0]), 0, 1)
+        share = self.long_side / max(picture.shape)
+        height, width = (max(1, round(side * share)) for side in picture.shape)
+        return color if share >= 1 else resample(color, (height, width), "area")
+
+    def _read(self) -> Picture:
+        with open_reader(self.path) as reader:
+            for item in reader:
+                if isinstance(item, Frame):
+                    return item.picture
+        raise InputError(self.path, "holds no picture", "remove it from the folder")
+
+
+def luma_of(color: np.ndarray) -> np.ndarray:
+    """Luma of RGB, H x W float32, with the weights of BT.709."""
+    return np.asarray(color @ np.array([0.2126, 0.7152, 0.0722], np.float32), np.float32)
+
+
+def photographs_in(folder: Path, long_side: int) -> list[Photograph]:
+    """The pictures in a folder, by name.
+
+    Raises:
+        InputError: there are none.
+    """
+    found = sorted(path for path in folder.glob("*") if path.suffix.lower() in ENDINGS)
+    if not found:
+        raise InputError(folder, "holds no pictures", f"put some there: {', '.join(ENDINGS)}")
+    return [Photograph(path, long_side) for path in found]
+
+
+def checksums(photographs: list[Photograph]) -> Iterator[tuple[str, str]]:
+    """Name and checksum of each."""
+    for photograph in photographs:
+        yield photograph.path.name, photograph.checksum
