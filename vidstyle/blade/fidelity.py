@@ -6,6 +6,10 @@ import cv2
 import numpy as np
 
 
+WINDOW = 11
+"""Pixels of the window of structural similarity, as its authors have it; the border is left out."""
+
+
 def psnr(result: np.ndarray, target: np.ndarray) -> float:
     """Peak signal-to-noise ratio in dB, for values whose peak is 1."""
     error = float(np.mean(np.square(result.astype(np.float64) - target)))
@@ -16,7 +20,7 @@ def mssim(result: np.ndarray, target: np.ndarray) -> float:
     """Mean structural similarity with a Gaussian window of 1.5 px; Wang and others 2004."""
 
     def blurred(values: np.ndarray) -> np.ndarray:
-        return cv2.GaussianBlur(values, (11, 11), 1.5, borderType=cv2.BORDER_REPLICATE)
+        return cv2.GaussianBlur(values, (WINDOW, WINDOW), 1.5, borderType=cv2.BORDER_REPLICATE)
 
     one, two = result.astype(np.float64), target.astype(np.float64)
     mean_one, mean_two = blurred(one), blurred(two)
@@ -26,4 +30,5 @@ def mssim(result: np.ndarray, target: np.ndarray) -> float:
     low, high = 0.01**2, 0.03**2
     similarity = (2 * mean_one * mean_two + low) * (2 * covariance + high)
     similarity /= (mean_one**2 + mean_two**2 + low) * (variance_one + variance_two + high)
-    return float(similarity.mean())
+    inside = similarity[WINDOW // 2 : -(WINDOW // 2), WINDOW // 2 : -(WINDOW // 2)]
+    return float((inside if inside.size else similarity).mean())

@@ -30,7 +30,7 @@ class Lesson:
         bins, rho, size: of the bank.
         sums: for each part, what its filters add up to: 1 where a constant stays, 0 where it vanishes.
         smoothness: weight of the regularizer, the squared differences of neighbouring coefficients,
-            against the mean energy of a sample.
+            against the mean energy of a bin's samples.
         kinship: how many samples of all its kin, the bins of the same orientation, a bin is given, so that
             a rare one does not learn noise and an empty one behaves like them.
     """
@@ -39,7 +39,7 @@ class Lesson:
     rho: float
     size: int
     sums: tuple[int, ...] = (1,)
-    smoothness: float = 1e-3
+    smoothness: float = 1e-4
     kinship: float = 50.0
 
 
@@ -126,9 +126,9 @@ def solve(lesson: Lesson, sums: Sums) -> np.ndarray:
     samples = _folded_samples(lesson, sums.samples)
     matrices, vectors = _with_kin(lesson, matrices, vectors, samples)
     smooth, bend = _regularizer(lesson)
-    energy = np.trace(matrices, axis1=1, axis2=2).mean() / matrices.shape[1]
-    weight = lesson.smoothness * max(energy, 1e-12)
-    ridge = 1e-9 * max(energy, 1e-12) * np.eye(matrices.shape[1])
+    # Each bin by its own energy: what is right for strong edges would make flat places a box blur.
+    energy = np.trace(matrices, axis1=1, axis2=2)[:, None, None] / matrices.shape[1] + 1e-12
+    weight, ridge = lesson.smoothness * energy, 1e-9 * energy * np.eye(matrices.shape[1])
     found = np.linalg.solve(matrices + weight * smooth + ridge, (vectors + weight * bend).transpose(0, 2, 1))
     return _as_filters(lesson, found.transpose(2, 0, 1))
 

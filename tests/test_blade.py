@@ -1,0 +1,299 @@
+"""Banks of learned filters: choosing, filtering, learning, and the file they lie in."""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from media import photograph
+from pictures import noise
+
+from vidstyle.blade.apply import apply_filters, padded_filters
+from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
+from vidstyle.blade.features import Bins, choose_filters, window_reach, window_weights
+from vidstyle.blade.fidelity import mssim, psnr
+from vidstyle.blade.learn import Lesson, Sums, look_at, residuals, solve
+from vidstyle.blade.run import BankRun
+from vidstyle.blade.show import draw_bank
+from vidstyle.blade.symmetry import SYMMETRIES, pairs
+
+BINS = Bins(24, 3, 3)
+IMAGES = {
+    "half turn": (lambda a: a[::-1, ::-1], lambda o, n: o),
+    "mirror": (lambda a: a[:, ::-1], lambda o, n: -o % n),
+    "quarter turn": (lambda a: np.rot90(a), lambda o, n: (o + n // 2) % n),
+    "transposed": (lambda a: a.T, lambda o, n: (n // 2 - o) % n),
+}
+"""What each symmetry does to a picture, and to the number of an orientation."""
+
+
+def face() -> np.ndarray:
+    return photograph("astronaut")[..., 1][:301, 90:331].astype(np.float32) / 255
+
+
+def random_bank(bins: Bins = BINS, size: int = 5, parts: int = 1, seed: int = 3) -> Bank:
+    random = np.random.default_rng(seed)
+    filters = random.normal(0, 0.1, (parts, bins.count, size, size))
+    filters = filters + filters[:, :, ::-1, ::-1]
+    filters[:, :, size // 2, size // 2] += 1 - filters.sum(axis=(2, 3))
+    return Bank(bins, 1.5, filters.astype(np.float32), {"imitates": "nothing"})
+
+
+def slowly_filtered(luma: np.ndarray, chosen: np.ndarray, filters: np.ndarray) -> np.ndarray:
+    reach = filters.shape[1] // 2
+    padded = np.pad(luma.astype(np.float64), reach, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, filters.shape[1:])
+    return np.einsum("yxij,yxij->yx", windows, filters[chosen].astype(np.float64))
+
+
+def learned(lesson: Lesson, pictures: list[np.ndarray], teach: object) -> np.ndarray:
+    sums = Sums.empty(lesson)
+    with ThreadPoolExecutor(2) as pool:
+        for luma in pictures:
+            sums.add(look_at(lesson, luma, teach(luma), pool))  # type: ignore[operator]
+    return solve(lesson, sums)
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.5, 1.0, 1.5, 2.3, 4.0])
+def test_the_window_is_even_and_sums_to_one(rho: float) -> None:
+    weights = window_weights(rho)
+    assert len(weights) == 2 * window_reach(rho) and weights.sum() == pytest.approx(1, abs=1e-6)
+    np.testing.assert_array_equal(weights, weights[::-1])
+
+
+@pytest.mark.parametrize("name", IMAGES)
+def test_a_turned_picture_chooses_the_turned_bins(name: str) -> None:
+    turn, becomes = IMAGES[name]
+    luma = face() + noise(301, 241, high=1e-3)
+    before = turn(choose_filters(luma, BINS, 1.5))
+    after = choose_filters(np.ascontiguousarray(turn(luma)), BINS, 1.5)
+    rest = BINS.strengths * BINS.coherences
+    expected = becomes(before // rest, BINS.orientations) * rest + before % rest
+    assert (expected != after).mean() < 1e-4
+
+
+def test_directions_strengths_and_coherence_are_what_they_are_called() -> None:
+    ramp = np.arange(64, dtype=np.float32)
+    for degrees in range(0, 180, 15):
+        angle = np.radians(degrees)
+        luma = 22 / 255 * (ramp[None, :] * np.cos(angle) + ramp[:, None] * np.sin(angle))
+        chosen = choose_filters(luma.astype(np.float32), Bins(24, 6, 4, (10, 40), (0.2, 0.8)), 1.5)[
+            20:44, 20:44
+        ]
+        orientation, strength, coherence = chosen // 24, chosen // 4 % 6, chosen % 4
+        assert (orientation == round(degrees / 7.5) % 24).all()
+        assert (strength == 2).all() and (coherence == 3).all(), (
+            "a gradient of 22 levels, all in one direction"
+        )
+    flat = choose_filters(np.full((9, 9), 0.5, np.float32), Bins(24, 6, 4), 1.5)
+    assert (flat == 0).all()
+
+
+def test_all_bins_are_in_range_on_any_picture() -> None:
+    for luma in (
+        noise(50, 61),
+        noise(1, 1),
+        noise(1, 40),
+        1e4 * noise(30, 30) - 5e3,
+        np.zeros((7, 7), np.float32),
+    ):
+        chosen = choose_filters(luma, BINS, 1.5)
+        assert chosen.min() >= 0 and chosen.max() < BINS.count
+
+
+@pytest.mark.parametrize("size", [3, 5, 7, 9, 11, 15])
+@pytest.mark.parametrize("shape", [(1, 1), (3, 7), (20, 8), (33, 41)])
+def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[int, int]) -> None:
+    luma, bank = noise(*shape), random_bank(size=size)
+    chosen = np.random.default_rng(1).integers(0, BINS.count, shape).astype(np.int32)
+    result = apply_filters(luma, chosen, padded_filters(bank.filters[0]))
+    np.testing.assert_allclose(result, slowly_filtered(luma, chosen, bank.filters[0]), atol=2e-5)
+
+
+@pytest.mark.parametrize("reselect", [True, False])
+@pytest.mark.parametrize("passes", [1, 3])
+def test_bands_with_their_reach_give_what_the_whole_gives(passes: int, reselect: bool) -> None:
+    luma = face()
+    run = BankRun(random_bank(), (0.5,), 0.5, passes=passes, reselect=reselect)
+    whole = run.run(luma)
+    for top, bottom in ((0, 40), (100, 141), (250, 301)):
+        above, below = min(run.reach, top), min(run.reach, 301 - bottom)
+        band = run.run(luma[top - above : bottom + below], (above, below))
+        np.testing.assert_array_equal(band[above : above + bottom - top], whole[top:bottom])
+
+
+def test_parts_and_the_picture_itself_are_weighted() -> None:
+    luma, bank = face(), random_bank(parts=2)
+    one, two = (BankRun(bank, weights).run(luma) for weights in ((1.0, 0.0), (0.0, 1.0)))
+    mixed = BankRun(bank, (0.25, -2.0), 0.5).run(luma)
+    np.testing.assert_allclose(mixed, 0.25 * one - 2 * two + 0.5 * luma, atol=1e-5)
+    np.testing.assert_allclose(BankRun(bank, (0.0, 0.0), 1.0, passes=4).run(luma), luma, atol=1e-6)
+
+
+def test_learning_finds_a_filter_that_is_one() -> None:
+    """What is linear and symmetric is learned exactly, in bins that nobody has seen too."""
+    kernel = cv2.getGaussianKernel(5, 1)
+    lesson = Lesson(BINS, 1.5, 5, smoothness=1e-9)
+    luma = face() + noise(301, 241, high=0.02)
+    found = learned(lesson, [luma], lambda z: [cv2.sepFilter2D(z, -1, kernel, kernel)])
+    np.testing.assert_allclose(found[0], np.broadcast_to(kernel @ kernel.T, found[0].shape), atol=2e-3)
+
+
+def test_constants_stay_or_vanish_whatever_is_learned() -> None:
+    lesson = Lesson(BINS, 1.5, 7, (1, 0))
+    found = learned(lesson, [face()], lambda z: [np.sqrt(np.abs(z)), np.sin(9 * z)])
+    np.testing.assert_allclose(found[0].sum(axis=(1, 2)), 1, atol=1e-5)
+    np.testing.assert_allclose(found[1].sum(axis=(1, 2)), 0, atol=1e-5)
+
+
+def test_filters_have_the_eight_symmetries() -> None:
+    bins = Bins(8, 2, 2)
+    found = learned(Lesson(bins, 1.0, 5), [face()], lambda z: [cv2.bilateralFilter(z, 5, 0.1, 2)])[0]
+    np.testing.assert_allclose(found, found[:, ::-1, ::-1], atol=1e-6)
+    for symmetry in SYMMETRIES:
+        for number in range(bins.count):
+            turned = np.zeros((5, 5), np.float32)
+            for row in range(5):
+                for column in range(5):
+                    down, right = symmetry.moved(row - 2, column - 2)
+                    turned[down + 2, right + 2] = found[number, row, column]
+            np.testing.assert_allclose(found[symmetry.bin_of(bins, number)], turned, atol=1e-5)
+
+
+def test_learning_from_turned_pictures_gives_the_same_filters() -> None:
+    lesson = Lesson(Bins(8, 2, 2), 1.0, 5)
+    blur = lambda z: [cv2.bilateralFilter(np.ascontiguousarray(z), 5, 0.1, 2)]  # noqa: E731
+    upright = learned(lesson, [face()], blur)
+    turned = learned(lesson, [np.ascontiguousarray(np.rot90(face()))], blur)
+    np.testing.assert_allclose(turned, upright, atol=2e-3)
+
+
+def test_the_number_of_threads_changes_no_digit() -> None:
+    lesson, luma = Lesson(BINS, 1.5, 5), face()
+    sums = []
+    for threads in (1, 3):
+        with ThreadPoolExecutor(threads) as pool:
+            sums.append(look_at(lesson, luma, [luma * luma], pool))
+    np.testing.assert_array_equal(sums[0].matrices, sums[1].matrices)
+    np.testing.assert_array_equal(sums[0].vectors, sums[1].vectors)
+
+
+def test_residuals_are_the_error_on_the_samples() -> None:
+    lesson, luma = Lesson(Bins(8, 1, 1), 1.5, 5), face()
+    target = cv2.bilateralFilter(luma, 9, 0.1, 3)
+    with ThreadPoolExecutor(2) as pool:
+        sums = look_at(lesson, luma, [target], pool)
+    filters = solve(lesson, sums)
+    bank = Bank(lesson.bins, 1.5, filters)
+    error = (BankRun(bank).run(luma) - target)[4:-4, 4:-4]
+    mean = (residuals(lesson, sums, filters)[0] * sums.samples).sum() / sums.samples.sum()
+    assert mean == pytest.approx(float(np.mean(error.astype(np.float64) ** 2)), rel=0.05)
+
+
+def test_a_bank_comes_back_as_it_was_and_always_as_the_same_bytes(tmp_path: Path) -> None:
+    bank = random_bank(parts=2)
+    for name in ("a.npz", "b.npz"):
+        save_bank(bank, tmp_path / name)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    found = load_bank(tmp_path / "a.npz")
+    np.testing.assert_array_equal(found.filters, bank.filters)
+    assert (found.bins, found.rho, found.about) == (bank.bins, bank.rho, bank.about)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "b.npz"]
+
+
+def arrays_of(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as found:
+        return {name: found[name] for name in found.files}
+
+
+BAD = {
+    "wrong version": {"format": np.int32(9)},
+    "bins that do not fit": {"bins": np.array([24, 3, 4], np.int32)},
+    "odd orientations": {"bins": np.array([23, 3, 3], np.int32)},
+    "no bins": {"bins": np.array([0, 3, 3], np.int32)},
+    "bins of another shape": {"bins": np.array([24, 3], np.int32)},
+    "empty range": {"ranges": np.array([[10.0, 10.0], [0.2, 0.8]])},
+    "range that is no number": {"ranges": np.array([[10.0, np.nan], [0.2, 0.8]])},
+    "no window": {"rho": np.float64(0)},
+    "doubles": {"filters": np.zeros((1, 216, 5, 5))},
+    "even size": {"filters": np.zeros((1, 216, 4, 4), np.float32)},
+    "not square": {"filters": np.zeros((1, 216, 5, 7), np.float32)},
+    "NaN": {"filters": np.full((1, 216, 5, 5), np.nan, np.float32)},
+    "description that is none": {"about": np.zeros(3, np.uint8)},
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_bank_is_refused_with_a_reason(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "bank.npz"
+    save_bank(random_bank(), path)
+    np.savez(path, **(arrays_of(path) | BAD[name]))
+    with pytest.raises(ValueError) as raised:
+        load_bank(path)
+    assert "\n" not in str(raised.value) and len(str(raised.value)) > 10
+
+
+def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bank.npz"
+    save_bank(random_bank(), path)
+    whole, arrays = path.read_bytes(), arrays_of(path)
+    pickled = io.BytesIO()
+    np.savez(pickled, **(arrays | {"about": np.array([{"a": os.getcwd}], object)}))
+    bomb = io.BytesIO()
+    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
+        for entry in ARRAYS:
+            archive.writestr(f"{entry}.npy", bytes(20 << 20))
+    missing = io.BytesIO()
+    np.savez(missing, **{key: array for key, array in arrays.items() if key != "rho"})
+    for content in (b"", b"not a zip", whole[:500], pickled.getvalue(), bomb.getvalue(), missing.getvalue()):
+        path.write_bytes(content)
+        with pytest.raises(ValueError):
+            load_bank(path)
+
+
+def test_an_interrupted_save_leaves_the_old_bank(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "bank.npz"
+    save_bank(random_bank(seed=1), path)
+    before = path.read_bytes()
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        save_bank(random_bank(seed=2), path)
+    assert path.read_bytes() == before
+
+
+def test_fidelity_agrees_with_scikit_image() -> None:
+    from skimage.metrics import structural_similarity
+
+    one = face()
+    two = cv2.GaussianBlur(one, (0, 0), 1.2)
+    assert psnr(one, two) == pytest.approx(-10 * np.log10(np.mean((one.astype(float) - two) ** 2)))
+    assert psnr(one, one) == float("inf") and mssim(one, one) == pytest.approx(1)
+    theirs = structural_similarity(
+        one, two, data_range=1, gaussian_weights=True, sigma=1.5, use_sample_covariance=False
+    )
+    assert mssim(one, two) == pytest.approx(theirs, abs=2e-3)
+
+
+def test_a_bank_is_drawn_with_its_bins_in_rows_and_columns() -> None:
+    bank = random_bank()
+    drawn = draw_bank(bank)
+    assert drawn.shape == (24 * 44 + 4, 9 * 44 + 4, 3) and drawn.dtype == np.uint8
+    lone = np.zeros_like(bank.filters)
+    lone[0, 10, 2, 2], lone[0, 10, 0, 0], lone[0, 10, 4, 4] = 1, -0.5, -0.5
+    drawn = draw_bank(replace(bank, filters=lone))
+    cell = drawn[4 + 44 : 4 + 84, 4 + 44 : 4 + 84]
+    assert cell[4, 4, 2] > cell[4, 4, 0], "negative is blue"
+    assert cell[20, 20, 0] > cell[20, 20, 2], "positive is red"
+
+
+def test_pairs_cover_a_filter_once() -> None:
+    for size in (3, 5, 9):
+        both = {pixel for down, right in pairs(size) for pixel in ((down, right), (-down, -right))}
+        assert len(both) == size * size - 1 and (0, 0) not in both
