@@ -142,6 +142,12 @@ def disagreements(right: Picture, made: Picture, share: float = AGREEMENT) -> li
     ]
 
 
+def most_off(one: Picture, other: Picture) -> int:
+    """By how many codes the two differ at most."""
+    pairs = zip(named_planes(one).values(), named_planes(other).values(), strict=True)
+    return max(int(np.abs(plane.astype(int) - same).max()) for plane, same in pairs)
+
+
 def faults(
     sessions: Sessions,
     chosen: Style,

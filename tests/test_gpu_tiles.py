@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from gpu import FORMS, Sessions, film_picture, gray_picture, named_planes, packed_picture
+from gpu import FORMS, Sessions, film_picture, gray_picture, most_off, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.gpu.session import Request
@@ -28,12 +28,6 @@ def whole() -> Iterator[Sessions]:
 def tiled() -> Iterator[Sessions]:
     with Sessions(largest=LARGEST) as opened:
         yield opened
-
-
-def most_off(one: Picture, other: Picture) -> int:
-    """By how many codes the two differ at most."""
-    pairs = zip(named_planes(one).values(), named_planes(other).values(), strict=True)
-    return max(int(np.abs(plane.astype(int) - same).max()) for plane, same in pairs)
 
 
 def seams(whole: Sessions, tiled: Sessions, chosen: Style, picture: Picture, **options: object) -> list[str]:

@@ -1,0 +1,149 @@
+"""Random styles are alike with calls fused into few passes and with a pass for each call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from gpu import FORMS, Sessions, disagreements, faults, film_picture, gray_picture, most_off, packed_picture
+from pictures import VIDEO, run, step
+
+from vidstyle.block import Asset, Block, Choice, Color, Saved, Switch
+from vidstyle.blocks import all_blocks
+from vidstyle.gpu.nodes import Layout
+from vidstyle.gpu.passes import MOST_STORED
+from vidstyle.gpu.plan import make_plan
+from vidstyle.picture import Encoding, Picture
+from vidstyle.prepared import prepare
+from vidstyle.style import LAYERS, Step, Style
+
+SHAPE = (61, 97)
+SOURCES = (
+    film_picture(*SHAPE),
+    film_picture(*SHAPE, Encoding(step=(1, 1))),
+    gray_picture(*SHAPE),
+    packed_picture(*SHAPE),
+)
+LARGEST_FACTOR = 1.6
+"""Working sizes grow no faster: a few steps would take most of the time."""
+
+
+@pytest.fixture(scope="module")
+def fused() -> Iterator[Sessions]:
+    with Sessions() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def apart() -> Iterator[Sessions]:
+    """A pass for each call."""
+    with Sessions(fused=False) as opened:
+        yield opened
+
+
+class Chance:
+    """Draws styles: any blocks, any values, pictures saved and taken up again, in any layer.
+
+    Args:
+        wild: values come from anywhere in their ranges, not only from where random styles look well.
+    """
+
+    def __init__(self, seed: int, wild: bool) -> None:
+        self._random = np.random.default_rng(seed)
+        self._wild = wild
+        self._saved = ["source"]
+
+    def style(self) -> Style:
+        counts = dict(zip(LAYERS, self._random.integers(0, 4, 3), strict=True))
+        layers = {layer: tuple(self._step() for _ in range(count)) for layer, count in counts.items()}
+        colors = {"ink": self._color(), "paper": self._color()} if self._happens(0.6) else {}
+        return Style("chance", **colors, **layers)
+
+    def _happens(self, probability: float) -> bool:
+        return bool(self._random.random() < probability)
+
+    def _one_of(self, things: Any) -> Any:
+        return things[self._random.integers(len(things))]
+
+    def _color(self) -> str:
+        return f"#{self._random.integers(1 << 24):06x}"
+
+    def _step(self) -> Step:
+        block = self._one_of(list(all_blocks().values()))
+        source = self._one_of(self._saved) if self._happens(0.25) else ""
+        values = {name: self._value(block, name) for name in block.parameters}
+        if block.saves and block.saves not in self._saved:
+            self._saved.append(block.saves)
+        save = f"picture_{len(self._saved)}" if self._happens(0.3) else ""
+        self._saved += [save] if save else []
+        return Step(block.name, values, save, source)
+
+    def _value(self, block: Block, name: str) -> Any:
+        parameter = block.parameters[name]
+        control = parameter.control
+        if isinstance(control, Saved):
+            return "" if control.optional and self._happens(0.5) else self._one_of(self._saved)
+        if isinstance(control, Switch):
+            return self._happens(0.5)
+        if isinstance(control, Choice):
+            return self._one_of(control.options)
+        if isinstance(control, Color):
+            return self._color()
+        if isinstance(control, Asset):
+            return ""
+        ends = (control.low, control.high) if self._wild else control.explore
+        if ends is None:
+            return parameter.default
+        high = min(ends[1], LARGEST_FACTOR) if block.kind == "resize" else ends[1]
+        value = float(self._random.uniform(ends[0], high))
+        return round(value) if parameter.whole else value
+
+
+def pages_of(chosen: Style, seed: int, *sessions: Sessions) -> Iterator[tuple[str, list[Picture]]]:
+    """By form, the same picture on the CPU and in each of the sessions."""
+    source = SOURCES[seed % len(SOURCES)]
+    started = {form: [each.start(form, chosen, source, target=VIDEO) for each in sessions] for form in FORMS}
+    right = run(chosen, source, target=VIDEO)
+    for form, pages in started.items():
+        yield form, [right, *(page() for page in pages)]
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_random_styles_are_alike_however_they_are_fused(seed: int, fused: Sessions, apart: Sessions) -> None:
+    chosen = Chance(seed, wild=False).style()
+    for form, (right, one, other) in pages_of(chosen, seed, fused, apart):
+        assert most_off(one, other) <= 1, (form, chosen)
+        assert disagreements(right, one) == [], (form, chosen)
+
+
+@pytest.mark.parametrize("seed", range(50, 100))
+def test_wild_styles_are_alike_but_for_a_few_samples(seed: int, fused: Sessions, apart: Sessions) -> None:
+    """Where contrast is raised a thousandfold, the rounding of textures is seen here and there."""
+    chosen = Chance(seed, wild=True).style()
+    for form, (right, one, other) in pages_of(chosen, seed, fused, apart):
+        assert disagreements(one, other) == [], (form, chosen)
+        assert disagreements(right, one) == [], (form, chosen)
+
+
+def many_saved(*first: Step) -> Style:
+    """Twelve pictures saved in a row, each blurred later on, and all of them laid over each other."""
+    names = [f"tone_{number}" for number in range(12)]
+    base = [
+        step("brightness", name, first[-1].save if first else "source", factor=0.5 + 0.1 * number)
+        for number, name in enumerate(names)
+    ]
+    base += [step("gaussian", f"soft_{name}", name, sigma=0.8) for name in names]
+    base += [step("blend", other=f"soft_{name}", mode="lighten", opacity=0.4) for name in names]
+    return Style("many", base=(*first, *base))
+
+
+@pytest.mark.parametrize(
+    "chosen", [many_saved(), many_saved(step("gaussian", save="start"))], ids=["of planes", "of a blur"]
+)
+def test_no_pass_keeps_more_pictures_than_a_device_has_targets(chosen: Style, fused: Sessions) -> None:
+    for form in FORMS:
+        plan = make_plan(chosen, prepare(chosen, *SHAPE), Layout.of(SOURCES[0]), VIDEO, False, form)
+        assert max(len(each.stored) for each in plan.passes) == MOST_STORED
+    assert faults(fused, chosen, SOURCES[0], "twelve saved pictures") == []
