@@ -1,0 +1,147 @@
+"""Films on the GPU: what measured blocks remember, changing sizes and styles, pictures started together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+
+import numpy as np
+import pytest
+from gpu import FORMS, Sessions, disagreements, scene
+from pictures import FLOAT, RGB8, VIDEO, run, same_bits, step, style
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.gpu.plan import Form
+from vidstyle.gpu.session import Request
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Style
+
+SHAPE = (121, 163)
+Frame = tuple[Picture, float | None]
+
+MEASURED = Style(
+    "measured",
+    base=(step("equalize", low=3, high=97, settle=0.4),),
+    background=(step("gaussian", sigma=1), step("minimum_range", dynamic_range=230, settle=0.1)),
+    lines=(step("gaussian", source="source"), step("equalize", settle=2), step("sobel", invert=True)),
+)
+"""Three measures, each with a time constant of its own, one of them of the source."""
+
+
+@pytest.fixture(scope="module")
+def sessions() -> Iterator[Sessions]:
+    with Sessions() as opened:
+        yield opened
+
+
+@cache
+def frame(
+    number: int, name: str = "coffee", shape: tuple[int, int] = SHAPE, encoding: Encoding = VIDEO
+) -> Picture:
+    """A scene that grows darker and flatter with every frame, but not so much that it were a cut."""
+    color = scene(*shape, name) * np.float32(0.9 - 0.05 * number) + np.float32(0.01 * number)
+    rgb = encoding == RGB8
+    return run(style(), Picture(FLOAT, color=color), target=encoding, rgb=rgb)
+
+
+def on_the_cpu(chosen: Style, film: Sequence[Frame]) -> list[Picture]:
+    with CpuRenderer(chosen) as renderer:
+        return [renderer.run(picture, time, VIDEO) for picture, time in film]
+
+
+def on_the_gpu(sessions: Sessions, form: Form, chosen: Style, film: Sequence[Frame]) -> list[Picture]:
+    return [sessions.run(form, chosen, picture, time=time, target=VIDEO) for picture, time in film]
+
+
+FILMS: dict[str, list[Frame]] = {
+    "steady": [(frame(number), number / 25) for number in range(8)],
+    "with a cut": [
+        (frame(number % 4, "coffee" if number < 4 else "astronaut"), number / 25) for number in range(8)
+    ],
+    "with pictures that stand alone": [
+        (frame(number), None if number in (2, 5) else number / 25) for number in range(8)
+    ],
+    "with a jump back": [(frame(number), (number % 5) / 10) for number in range(8)],
+    "of two sizes": [
+        (frame(number, shape=SHAPE if number // 3 % 2 == 0 else (90, 77)), number / 10) for number in range(9)
+    ],
+    "of many kinds": [
+        (frame(number, encoding=[VIDEO, Encoding(depth=10), RGB8, VIDEO][number // 2]), number / 10)
+        for number in range(8)
+    ],
+}
+
+
+@pytest.mark.parametrize("name", FILMS)
+def test_measured_blocks_follow_a_film_as_on_the_cpu(name: str, sessions: Sessions) -> None:
+    film = FILMS[name]
+    right = on_the_cpu(MEASURED, film)
+    for form in FORMS:
+        # Another style between, so that each film begins afresh.
+        sessions.use(form, style())
+        for number, made in enumerate(on_the_gpu(sessions, form, MEASURED, film)):
+            assert disagreements(right[number], made) == [], (form, number)
+
+
+def test_the_films_show_what_measured_blocks_remember() -> None:
+    """Each looks otherwise where every picture stands alone, so that the test above can fail."""
+    for name, film in FILMS.items():
+        alone = on_the_cpu(MEASURED, [(picture, None) for picture, _ in film])
+        with_memory = on_the_cpu(MEASURED, film)
+        assert any(disagreements(*pair) for pair in zip(alone, with_memory, strict=True)), name
+
+
+def test_another_style_begins_afresh(sessions: Sessions) -> None:
+    """In mid-film, with steps at the places where the old style had its own."""
+    film = FILMS["steady"]
+    other = Style("other", base=MEASURED.base, lines=(step("equalize", settle=5),))
+    for form in FORMS:
+        for chosen, part in [(MEASURED, film[:4]), (other, film[4:]), (MEASURED, film[2:6])]:
+            for right, made in zip(
+                on_the_cpu(chosen, part), on_the_gpu(sessions, form, chosen, part), strict=True
+            ):
+                assert disagreements(right, made) == [], (form, chosen.name)
+
+
+TOGETHER: dict[str, list[Picture]] = {
+    "of one size": [frame(number) for number in range(6)],
+    "of two sizes": [frame(number, shape=SHAPE if number % 2 else (90, 77)) for number in range(6)],
+    "of many kinds": [
+        frame(number, encoding=[VIDEO, RGB8, Encoding(depth=10)][number % 3]) for number in range(6)
+    ],
+}
+
+
+@pytest.mark.parametrize("largest", [8192, 128], ids=["whole", "tiled"])
+@pytest.mark.parametrize("name", TOGETHER)
+def test_pictures_started_together_come_back_in_order(name: str, largest: int) -> None:
+    """Each as if it had been alone; those asked for first stay as they are while others come."""
+    chosen = style(step("gaussian", sigma=2), step("saturation"), step("equalize"))
+    pictures = TOGETHER[name]
+    right = [run(chosen, picture) for picture in pictures]
+    with Sessions(largest=largest) as sessions:
+        for form in FORMS:
+            started: list[Callable[[], Picture]] = []
+            made: list[Picture] = []
+            for picture in pictures:
+                started.append(sessions.start(form, chosen, picture))
+                if len(started) > 1:
+                    made.append(started.pop(0)())
+            made.append(started.pop()())
+            for number, (one, other) in enumerate(zip(right, made, strict=True)):
+                assert disagreements(one, other) == [], (form, number)
+
+
+def test_a_planes_memory_may_be_used_again_once_its_picture_is_started(sessions: Sessions) -> None:
+    first, second = frame(0), frame(5)
+    for form in FORMS:
+        expected = sessions.run(form, MEASURED, first)
+        luma, (blue, red) = first.luma.copy(), (plane.copy() for plane in first.chroma)  # type: ignore[union-attr]
+        drawn = (
+            sessions.use(form, MEASURED)
+            .start(Request(Picture(VIDEO, luma, (blue, red)), None, VIDEO, False))
+            .result()
+        )
+        luma[:] = second.luma
+        blue[:], red[:] = second.chroma  # type: ignore[misc]
+        assert same_bits(sessions.use(form, MEASURED).fetch(drawn).result(), expected)
