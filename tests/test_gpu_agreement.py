@@ -10,12 +10,13 @@ import cv2
 import numpy as np
 import pytest
 from gpu import SHAPES, Sessions, faults, film_picture, gray_picture
-from pictures import step
+from pictures import step, style
 from test_blocks import settings
 
-from vidstyle.block import Asset, Block, Saved
+from vidstyle.block import Asset, Block, Saved, Slider
 from vidstyle.blocks import all_blocks
-from vidstyle.style import Style, load_style, style_names
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Step, Style, load_style, style_names
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +65,35 @@ def test_every_block_gives_what_it_gives_on_the_cpu(block: Block, sessions: Sess
         for size, shape in SHAPES.items()
         for line in faults(sessions, chosen, make(*shape), f"{block.name} {values}, {make.__name__} {size}")
     ]
+    assert not found, "\n".join(found)
+
+
+BEFORE = {
+    "the codes themselves": (),
+    "by way of a texture": (step("gaussian", sigma=0),),
+    "by way of RGB": (step("saturation", factor=1.0), step("gaussian", sigma=0)),
+    "the middle gray of no difference": (
+        step("gaussian", sigma=0, save="same"),
+        step("blend", source="source", other="same", mode="grain_extract", opacity=1.0),
+    ),
+}
+CODES = [np.arange(16, 236, dtype=np.uint8), np.arange(256, dtype=np.uint8)]
+
+
+@pytest.mark.parametrize("before", BEFORE.values(), ids=BEFORE)
+@pytest.mark.parametrize("name", ["posterize", "pattern"])
+def test_a_code_upon_the_border_of_two_tones_gets_the_same_one(
+    name: str, before: tuple[Step, ...], sessions: Sessions
+) -> None:
+    """All codes of 8 bits, in as many tones as there may be, without a ramp between them."""
+    levels = all_blocks()[name].parameters["levels"].control
+    assert isinstance(levels, Slider)
+    found = []
+    for number in range(int(levels.low), int(levels.high) + 1):
+        chosen = style(*before, step(name, levels=number, softness=0.0))
+        for codes in CODES:
+            source = Picture(Encoding(full_range=len(codes) == 256), luma=np.repeat(codes[None], 24, axis=0))
+            found += faults(sessions, chosen, source, f"{number} levels, {len(codes)} codes")
     assert not found, "\n".join(found)
 
 

@@ -46,7 +46,7 @@ def test_soft_threshold_is_equation_1(phi: float, epsilon: float) -> None:
 @pytest.mark.parametrize("levels", [2, 3, 5, 10, 32])
 def test_hard_posterize_is_the_floor_formula(levels: int) -> None:
     color = noise(60, 40, 3, low=-0.3, high=1.3).astype(np.float64)
-    color = color[np.abs(color * levels - np.rint(color * levels)) > 1e-4].reshape(1, -1)
+    color = color[np.abs(color - np.rint(color * levels) / levels) > 1e-4].reshape(1, -1)
     expected = np.clip(np.floor(color * levels), 0, levels - 1) / (levels - 1)
     out = run_luma(style(step("posterize", levels=levels, softness=0)), color)
     np.testing.assert_allclose(out, expected, atol=1e-6)

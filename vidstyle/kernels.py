@@ -23,6 +23,13 @@ Result = TypeVar("Result")
 
 _numba_lock = threading.Lock()
 
+TIE_LIFT = np.float32(5e-5)
+"""Added to a value before it is compared with the border between two tones, so that the upper one has ties.
+
+Many values lie just upon a border: the codes of 8 bits, and middle gray wherever a difference is nothing.
+Rounding must not decide there: that of a matrix, or of the 16-bit textures in which a GPU keeps pictures,
+which are off by up to 2.3e-5."""
+
 
 class Compiled(Generic[Arguments, Result]):
     """A function that is compiled for each new combination of argument types; it releases the GIL.

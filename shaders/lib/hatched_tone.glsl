@@ -1,5 +1,6 @@
 #include "lib/soft_step.glsl"
 #include "lib/stroke_cover.glsl"
+#include "lib/tone_position.glsl"
 #include "lib/unit_direction.glsl"
 
 // Black strokes on white: set n is there where luma is below its border. The sets turn by 0, 90, 45 and 135
@@ -9,9 +10,9 @@ float hatched_tone(
     float softness) {
     vec2 position = vec2(at) + 0.5, straight = unit_direction(angle);
     vec2 diagonal = vec2(straight.x - straight.y, straight.x + straight.y) * 0.7071067812;
-    float tone = 1.0;
+    float level = tone_position(luma, levels), tone = 1.0;
     for (int number = 0; number < levels - 1; number++) {
-        float shown = soft_step(float(levels - 1 - number) - luma * float(levels), softness);
+        float shown = soft_step(float(levels - 1 - number) - level, softness);
         if (shown <= 0.0)
             break; // all further sets are for darker tones still
         int turn = number % turns;

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import Asset, Choice, Place, Slider, block
-from vidstyle.kernels import compiled
+from vidstyle.kernels import TIE_LIFT, compiled
 
 TILE_SIDE = 1024
 """The longest side of a tile in pixels."""
@@ -74,13 +74,13 @@ def pattern(
     with _drawing:  # the first band draws the page, the others wait for it
         sets = _stroke_sets(levels, spacing, width, angle, layout, wobble, place.height, place.width)
     out = np.empty((rows, columns), np.float32)
-    _hatch(luma, sets[:, place.top : place.top + rows], np.float32(softness), out)
+    _hatch(luma, sets[:, place.top : place.top + rows], np.float32(softness), TIE_LIFT, out)
     return out
 
 
 def _fill(luma: np.ndarray, tiles: tuple[np.ndarray, ...], top: int, softness: float) -> np.ndarray:
     rows, columns = np.arange(top, top + luma.shape[0]), np.arange(luma.shape[1])
-    level = luma * len(tiles)
+    level = (luma + TIE_LIFT) * len(tiles)
     out = np.zeros(luma.shape, np.float32)
     for number, tile in enumerate(tiles):
         shown = _risen(level - number, softness) if number else np.ones_like(luma)
@@ -148,7 +148,7 @@ def _draw_strokes(cosine, sine, shift, half_width, wobble, spacing, out):  # typ
 
 
 @compiled
-def _hatch(luma, sets, softness, out):  # type: ignore[no-untyped-def]
+def _hatch(luma, sets, softness, lift, out):  # type: ignore[no-untyped-def]
     """Black strokes on white: set n is there where luma is below its border."""
     half, one, three, two = np.float32(0.5), np.float32(1), np.float32(3), np.float32(2)
     count = sets.shape[0]
@@ -159,6 +159,8 @@ def _hatch(luma, sets, softness, out):  # type: ignore[no-untyped-def]
         for number in range(count):
             border = levels - one - np.float32(number)
             for x in range(out.shape[1]):
-                ramp = min(max((border - luma[row, x] * levels) * sharpness + half, np.float32(0)), one)
+                ramp = min(
+                    max((border - (luma[row, x] + lift) * levels) * sharpness + half, np.float32(0)), one
+                )
                 ramp = ramp * ramp * (three - two * ramp)
                 out[row, x] *= one - ramp * sets[number, row, x] * np.float32(1 / 255)

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Slider, block
-from vidstyle.kernels import compiled
+from vidstyle.kernels import TIE_LIFT, compiled
 
 
 @block("pixel", on="channels")
@@ -22,16 +22,16 @@ def posterize(
     of Winnemoeller 2006, with a cubic ramp so that they meet the flats without a jump.
     """
     out = np.empty(picture.shape, np.float32)
-    _quantize(picture.reshape(-1), np.float32(levels), np.float32(softness), out.reshape(-1))
+    _quantize(picture.reshape(-1), TIE_LIFT, np.float32(levels), np.float32(softness), out.reshape(-1))
     return out
 
 
 @compiled
-def _quantize(values, levels, softness, out):  # type: ignore[no-untyped-def]
+def _quantize(values, lift, levels, softness, out):  # type: ignore[no-untyped-def]
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     sharpness = one / max(softness, np.float32(1e-6))
     for i in range(values.size):
-        position = values[i] * levels
+        position = (values[i] + lift) * levels
         border = min(max(np.floor(position + half), one), levels - one)
         if softness > 0:
             ramp = min(max((position - border) * sharpness + half, zero), one)
