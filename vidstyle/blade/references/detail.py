@@ -1,0 +1,88 @@
+"""Detail control: what an edge-aware smoothing takes away is taken away in part, or added once more."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidstyle.blade.references.flow_lines import gaussian
+from vidstyle.blade.references.rows import for_all_rows, require_positive
+from vidstyle.kernels import compiled
+
+REACH = 4
+"""Pixels to each side from which the base is averaged: windows of 9 x 9."""
+
+
+def detail(luma: np.ndarray, delta: float) -> np.ndarray:
+    """Luma with less detail or with more.
+
+    Talebi and Milanfar 2016: W z + (W2 z - W z) + ... + (z - Wk z) with ever finer kernels, each layer of
+    detail times its own factor. The factors here are all 1 + delta / 100, so the sum is
+    z + delta / 100 (z - W z), as the paper says in section 3.2 B, and only the widest kernel counts.
+    It is linear in delta.
+
+    Args:
+        luma: H x W, 0..1; beyond its border the border is repeated.
+        delta: percent of detail to add: -100 leaves the base, 0 changes nothing, more than 0 enhances.
+
+    Returns:
+        H x W float32, new; with delta above 0 it may go beyond 0..1 and is not cut off.
+    """
+    fine = luma.astype(np.float64)
+    return (fine + delta / 100 * (fine - detail_base(luma))).astype(np.float32)
+
+
+def detail_base(luma: np.ndarray, contrast: float = 20.0, spread: float = 2.0) -> np.ndarray:
+    """Luma without its detail: averages over those pixels nearby whose surroundings look alike.
+
+    The non-local means kernel of Talebi and Milanfar 2016 (Buades and others 2005) over 9 x 9 pixels,
+    comparing squares of 3 x 3, which flattens speckles that a bilateral filter leaves. Divided by the sum of
+    its weights; their form without a division can overshoot where many pixels are alike.
+
+    Args:
+        luma: H x W, 0..1; beyond its border the border is repeated.
+        contrast: levels of 255 that count as detail: a root mean square difference of that size between two
+            squares gives a weight of exp(-1/2).
+        spread: standard deviation in pixels of the weight by distance.
+
+    Returns:
+        H x W float32, new, within the range of luma: each pixel is an average with positive weights.
+
+    Raises:
+        UsageError: contrast or spread is not above 0.
+    """
+    require_positive(contrast=contrast, spread=spread)
+    weights = gaussian(np.arange(-REACH, REACH + 1), spread).astype(np.float32)
+    falloff = np.float32(1 / (2 * 9 * (contrast / 255) ** 2))
+    padded = np.pad(luma.astype(np.float32), REACH + 1, mode="edge")
+    out = np.empty(luma.shape, np.float32)
+    for_all_rows(_average_alike, luma.shape[0], padded, weights, falloff, out)
+    return out
+
+
+@compiled(fastmath=True)
+def _average_alike(top, bottom, padded, weights, falloff, out):  # type: ignore[no-untyped-def]
+    """Row by row and shift by shift: the picture against itself shifted."""
+    width, size = out.shape[1], weights.shape[0]
+    squares, totals = np.empty(width + 2, np.float32), np.empty(width, np.float32)
+    for row in range(top, bottom):
+        out[row], totals[:] = 0, 0
+        for down in range(size):
+            for across in range(size):
+                _compare_columns(padded[row + size // 2 :], padded[row + down :], size // 2, across, squares)
+                nearby, near = padded[row + down + 1, across + 1 :], weights[down] * weights[across]
+                for x in range(width):
+                    unlike = squares[x] + squares[x + 1] + squares[x + 2]
+                    weight = near * np.exp(-falloff * unlike)
+                    out[row, x] += weight * nearby[x]
+                    totals[x] += weight
+        out[row] /= totals
+
+
+@compiled(fastmath=True)
+def _compare_columns(rows, shifted, start, shifted_start, squares):  # type: ignore[no-untyped-def]
+    """The squared differences of three rows, added up for each column."""
+    for x in range(squares.shape[0]):
+        upper = rows[0, start + x] - shifted[0, shifted_start + x]
+        middle = rows[1, start + x] - shifted[1, shifted_start + x]
+        lower = rows[2, start + x] - shifted[2, shifted_start + x]
+        squares[x] = upper * upper + middle * middle + lower * lower
