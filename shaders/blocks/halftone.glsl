@@ -13,10 +13,12 @@ vec3 halftone_down(ivec2 at, float cell) {
 
 // Dots of cyan, magenta, yellow and black on screens at 15, 75, 0 and 45 degrees. Paper, section 3.2 B.
 vec3 halftone(ivec2 at, float cell, float dot, float gain, float black, int inks) {
-    float cyan = ink_cover(at, 0, vec2(0.9659258263, 0.2588190451), cell, dot, gain, black);
-    float magenta = ink_cover(at, 1, vec2(0.2588190451, 0.9659258263), cell, dot, gain, black);
-    float yellow = ink_cover(at, 2, vec2(1.0, 0.0), cell, dot, gain, black);
-    float key = ink_cover(at, 3, vec2(0.7071067812), cell, dot, gain, black);
+    ivec2 coarse = ivec2(495, 133); // 512 times the cosine and the sine of 15 degrees
+    vec2 fine = vec2(-0.0008710487109, -0.0009465798975);
+    float cyan = ink_cover(at, 0, coarse, fine, cell, dot, gain, black);
+    float magenta = ink_cover(at, 1, coarse.yx, fine.yx, cell, dot, gain, black);
+    float yellow = ink_cover(at, 2, ivec2(512, 0), vec2(0.0), cell, dot, gain, black);
+    float key = ink_cover(at, 3, ivec2(362), vec2(0.0000755311865), cell, dot, gain, black);
     // What each ink leaves of white paper.
     bool press = inks == halftone_inks_press;
     vec3 left = mix(vec3(1.0), press ? vec3(0.0, 0.62, 0.88) : vec3(0.0, 1.0, 1.0), cyan);

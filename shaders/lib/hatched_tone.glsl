@@ -8,7 +8,7 @@
 float hatched_tone(
     float luma, ivec2 at, int levels, float spacing, float width, float angle, int turns, float wobble,
     float softness) {
-    vec2 position = vec2(at) + 0.5, straight = unit_direction(angle);
+    vec2 straight = unit_direction(angle);
     vec2 diagonal = vec2(straight.x - straight.y, straight.x + straight.y) * 0.7071067812;
     float level = tone_position(luma, levels), tone = 1.0;
     for (int number = 0; number < levels - 1; number++) {
@@ -19,7 +19,7 @@ float hatched_tone(
         vec2 direction = turn < 2 ? straight : diagonal;
         direction = turn % 2 == 0 ? direction : vec2(-direction.y, direction.x);
         float shift = 0.5 * float(number / turns) + 0.37 * float(turn);
-        tone *= 1.0 - shown * stroke_cover(position, direction, shift, spacing, width, wobble);
+        tone *= 1.0 - shown * stroke_cover(at, direction, shift, spacing, width, wobble);
     }
     return tone;
 }

@@ -3,11 +3,12 @@
 
 // How much of a pixel parallel strokes along a unit direction cover, in steps of 1/255: they sway and swell
 // a little, each in its own way. Width, sway and shift are in spacings.
-float stroke_cover(vec2 position, vec2 direction, float shift, float spacing, float width, float wobble) {
-    vec2 across = lattice_position(position, direction.yx, spacing);
+float stroke_cover(ivec2 at, vec2 direction, float shift, float spacing, float width, float wobble) {
+    ivec2 coarse = ivec2(floor(direction.yx * 512.0 + 0.5));
+    vec2 across = lattice_position(at, coarse, direction.yx - vec2(coarse) / 512.0, spacing);
     float side = across.y + shift, passed = floor(side);
     float stroke = across.x + passed;
-    float along = (position.x * direction.x - position.y * direction.y) / spacing;
+    float along = dot(vec2(at) + 0.5, vec2(direction.x, -direction.y)) / spacing;
     // Rates in turns: 0.31, 0.83 and 0.53 radians for each spacing along; 1, 1.7 and 2.3 times 2.399 for
     // each stroke, whose few leading bits are multiplied exactly.
     vec3 turns = fract(stroke * vec3(0.3818359375, 0.6494140625, 0.8779296875));

@@ -42,6 +42,8 @@ def halftone(
     dots touch at half coverage and leave inverted dots above it; edges are anti-aliased. Paper,
     section 3.2 B; dot gain a + 4 g a (1 - a).
     """
+    # As a GPU has it: over a long page the rest of a double would add up to another pixel under a dot.
+    cell = float(np.float32(cell))
     averaged = _averaged(picture, cell)
     spread = np.float32(dot), np.float32(gain), np.float32(black)
     out = np.empty(picture.shape, np.float32)
