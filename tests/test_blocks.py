@@ -84,7 +84,9 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
 
 
 @pytest.mark.parametrize(
-    "block", [each for each in BLOCKS if each.kind not in ("resize", "recipe")], ids=lambda block: block.name
+    "block",
+    [each for each in BLOCKS if each.kind not in ("resize", "recipe", "learned")],
+    ids=lambda block: block.name,
 )
 @every_size
 def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size: tuple[int, int]) -> None:

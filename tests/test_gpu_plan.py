@@ -28,7 +28,7 @@ TYPES = {Switch: "bool", Choice: "int", Color: "vec3"}
 
 with_shaders = pytest.mark.parametrize(
     "block",
-    [block for block in all_blocks().values() if block.kind not in ("recipe", "resize")],
+    [block for block in all_blocks().values() if block.kind not in ("recipe", "resize", "learned")],
     ids=lambda block: block.name,
 )
 

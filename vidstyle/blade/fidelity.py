@@ -5,7 +5,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-
 WINDOW = 11
 """Pixels of the window of structural similarity, as its authors have it; the border is left out."""
 

@@ -47,7 +47,7 @@ def teacher_by_reference(name: str, **settings: float) -> Teacher:
     Raises:
         UsageError: there is no such reference, or it has no such setting.
     """
-    found = {
+    found: dict[str, tuple[Callable[..., Any], tuple[str, ...], tuple[int, ...]]] = {
         "edge_tangent_flow": (references.edge_tangent_flow, ("all",), (1,)),
         "tv_flow": (references.tv_flow, ("all",), (1,)),
         "detail_base": (references.detail_base, ("all",), (1,)),

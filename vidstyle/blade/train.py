@@ -76,13 +76,14 @@ def measure(
     teacher: Teacher,
     photographs: Sequence[Photograph],
     weights: Sequence[float] = (1.0,),
+    identity: float = 0.0,
     on_picture: OnPicture = lambda *_: None,
 ) -> dict[str, float]:
     """How close a bank comes to its teacher on pictures that it has not learned from.
 
     Args:
         run: the bank as it is to be used.
-        weights: how the teacher's parts are added up.
+        weights, identity: how the teacher's parts and the picture itself are added up.
 
     Returns:
         the means of "psnr" (dB) and "mssim", and of "untouched psnr" and "untouched mssim": those of the
@@ -92,7 +93,7 @@ def measure(
     for number, photograph in enumerate(photographs, 1):
         color = photograph.color()
         luma, parts = luma_of(color), teacher.teach(color, photograph)
-        target = np.tensordot(np.asarray(weights, np.float32), np.stack(parts), 1)
+        target = np.tensordot(np.asarray(weights, np.float32), np.stack(parts), 1) + identity * luma
         result = run.run(luma)
         rows.append((psnr(result, target), mssim(result, target), psnr(luma, target), mssim(luma, target)))
         on_picture("measuring", number, len(photographs))

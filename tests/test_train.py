@@ -1,0 +1,168 @@
+"""Training from the command line, and the learned blocks in styles and films."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from media import make_clip, photograph
+from pictures import codes, run, run_luma, step, style
+
+from vidstyle.blade.bank import load_bank, shipped_bank, shipped_banks
+from vidstyle.blade.fidelity import psnr
+from vidstyle.blade.references import detail_base, edge_tangent_flow, flow_dog, tv_flow
+from vidstyle.blade.run import BankRun
+from vidstyle.blocks import all_blocks
+from vidstyle.cli import main
+from vidstyle.picture import Encoding
+from vidstyle.pipeline import render
+from vidstyle.style import load_style
+
+BILATERAL = """
+import sys, cv2
+picture = cv2.imread(sys.argv[1])
+cv2.imwrite(sys.argv[2], cv2.bilateralFilter(picture, 9, 30, 3))
+"""
+"""A slow filter of somebody else's, as a program."""
+
+SOURCES = {
+    "etf": lambda luma: edge_tangent_flow(luma, 2.0, 2.0),
+    "tvf": lambda luma: tv_flow(luma, 2.0),
+    "detail": detail_base,
+}
+
+
+@pytest.fixture(scope="module")
+def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("photographs")
+    for name in ("astronaut", "chelsea", "coffee", "rocket"):
+        cv2.imwrite(str(folder / f"{name}.png"), photograph(name)[::2, ::2, ::-1])
+    return folder
+
+
+def luma_of(name: str) -> np.ndarray:
+    return photograph(name)[..., 1].astype(np.float32) / 255
+
+
+def test_a_slow_program_becomes_a_block(
+    photographs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """From a command to a bank, to a style, to a film."""
+    program = tmp_path / "bilateral.py"
+    program.write_text(BILATERAL)
+    bank = tmp_path / "bilateral.npz"
+    command = f"{sys.executable} {program} {{in}} {{out}}"
+    arguments = ["train", str(bank), "--images", str(photographs), "--command", command, "--hold-out", "1"]
+    assert main(arguments) == 0
+    said = capfd.readouterr().err
+    assert "0.00 dB" not in said and "on 1 pictures not learned from" in said
+    fidelity = load_bank(bank).about["fidelity"]
+    assert fidelity["psnr"] > fidelity["untouched psnr"] + 2
+
+    look = tmp_path / "look.toml"
+    look.write_text('format = 1\n[[background]]\nblock = "learned"\nbank = "bilateral.npz"\n')
+    luma = luma_of("chelsea")[:200, :200]
+    with_style = run_luma(load_style(look), luma)
+    np.testing.assert_allclose(with_style, np.clip(BankRun(load_bank(bank)).run(luma), None, None), atol=1e-6)
+    clip = make_clip(tmp_path / "clip.mp4", frames=5)
+    assert render(clip, tmp_path / "out.mp4", str(look)).frames == 5
+
+    assert main(arguments) == 2, "an existing bank is not replaced without -y"
+    assert "add -y" in capfd.readouterr().err
+    assert main(["train", str(bank), "--show", str(tmp_path / "bank.png")]) == 0
+    assert cv2.imread(str(tmp_path / "bank.png")).shape[2] == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "exit_code", "reason"),
+    [
+        ([], 2, "learns from one thing"),
+        (["--reference", "etff"], 2, "choose one of edge_tangent_flow"),
+        (["--reference", "tv_flow", "--set", "tme=2"], 2, "unexpected keyword argument"),
+        (["--command", "convert x y"], 2, "write {in} and {out}"),
+        (["--command", "no-such-program {in} {out}"], 2, "cannot be run"),
+        (["--command", f"{sys.executable} -c 'raise SystemExit(3)' {{in}} {{out}}"], 3, "exit code 3"),
+        (["--command", f"{sys.executable} -c pass {{in}} {{out}}"], 3, "wrote no picture"),
+        (["--function", "cv2:no_such"], 2, "is not a function"),
+        (["--pairs", "nowhere"], 3, "nowhere"),
+        (["--reference", "tv_flow", "--bins", "15x3x3"], 2, "orientations are even"),
+        (["--reference", "tv_flow", "--size", "8"], 2, "odd number"),
+        (["--reference", "tv_flow", "--images", "nowhere"], 3, "holds no pictures"),
+    ],
+)
+def test_what_cannot_be_learned_is_one_line_and_leaves_no_bank(
+    options: list[str],
+    exit_code: int,
+    reason: str,
+    photographs: Path,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["train", str(tmp_path / "x.npz"), "--images", str(photographs), *options]) == exit_code
+    said = capfd.readouterr().err
+    assert reason in said and said.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_python_function_and_pairs_teach_too(photographs: Path, tmp_path: Path) -> None:
+    pairs = tmp_path / "after"
+    pairs.mkdir()
+    for path in photographs.iterdir():
+        cv2.imwrite(str(pairs / path.name), cv2.medianBlur(cv2.imread(str(path)), 3))
+    common = ["--images", str(photographs), "--size", "5", "--bins", "16x3x3"]
+    assert main(["train", str(tmp_path / "a.npz"), *common, "--pairs", str(pairs)]) == 0
+    assert main(["train", str(tmp_path / "b.npz"), *common, "--function", "median_filter:of_three"]) == 2
+    taught = load_bank(tmp_path / "a.npz").about["fidelity"]
+    assert taught["psnr"] > taught["untouched psnr"] + 1
+
+
+def test_every_shipped_bank_is_sound_and_says_what_it_is() -> None:
+    assert {"etf", "tvf", "detail", "flow_dog"} <= set(shipped_banks())
+    for name in shipped_banks():
+        about = shipped_bank(name).about
+        assert about["imitates"] and len(about["pictures"]) >= 30 and about["fidelity"]
+        for fidelity in about["fidelity"].values():
+            assert fidelity["psnr"] > fidelity["untouched psnr"]
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_shipped_bank_is_near_its_reference_on_a_picture_of_its_own(name: str) -> None:
+    luma = luma_of("astronaut")[::2, ::2]
+    target = SOURCES[name](luma)
+    result = BankRun(shipped_bank(name)).run(luma)
+    assert psnr(result, target) > psnr(luma, target) + 4
+
+
+def test_flow_lines_sharpen_as_their_reference_does() -> None:
+    luma = luma_of("coffee")[:300, :400]
+    result = BankRun(shipped_bank("flow_dog"), (1.0, 10.0)).run(luma)
+    target = flow_dog(luma, 1.0, 10.0)
+    assert psnr(result, target) > psnr(luma, target) + 6
+
+
+@pytest.mark.parametrize("name", ["etf", "tvf", "detail"])
+def test_learned_blocks_leave_chroma_alone(name: str) -> None:
+    source = codes(Encoding(), 40, 60)
+    result = run(style(step(name)), source)
+    assert result.chroma is source.chroma
+
+
+def test_detail_at_zero_and_no_amount_leave_luma_as_it_is() -> None:
+    luma = luma_of("chelsea")[:90, :120]
+    for look in (step("detail", delta=0), step("tvf", amount=0.0)):
+        np.testing.assert_allclose(run_luma(style(look), luma), luma, atol=2e-6)
+
+
+def test_lines_grow_with_sigma_and_are_dark_on_white() -> None:
+    luma = luma_of("astronaut")
+    thin, wide = (run_luma(style(step("flow_xdog", sigma=sigma)), luma) for sigma in (1.0, 4.0))
+    assert thin.max() == pytest.approx(1, abs=1e-3) and thin.min() < 0.05
+    edges = [np.abs(np.diff(lines, axis=1)).mean() for lines in (thin, wide)]
+    assert edges[1] < edges[0], "wider lines have fewer edges"
+
+
+def test_all_learned_blocks_are_there() -> None:
+    assert {"etf", "tvf", "flow_dog", "flow_xdog", "detail", "learned"} <= set(all_blocks())

@@ -1,0 +1,23 @@
+"""Detail control: less detail, or more."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from vidstyle.blade.bank import shipped_bank
+from vidstyle.blade.run import BankRun
+from vidstyle.block import Slider, block
+
+
+@block("learned", on="luma")
+def detail(
+    delta: Annotated[
+        float, Slider(-100, 60, "-100 leaves the smooth base, above 0 enhances", "percent", (-100, 40))
+    ] = -60,
+) -> BankRun:
+    """Take fine detail away, or enhance it.
+
+    luma + delta (luma - base), where the base is smoothed without crossing edges, learned. Paper, sections
+    3.2 C and 4.4; Talebi and Milanfar 2016.
+    """
+    return BankRun(shipped_bank("detail"), (-delta / 100,), 1 + delta / 100)

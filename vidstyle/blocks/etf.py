@@ -1,0 +1,31 @@
+"""Edge tangent flow: brush strokes along the edges."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from vidstyle.blade.bank import shipped_bank
+from vidstyle.blade.run import BankRun
+from vidstyle.block import Slider, Switch, block
+
+
+@block("learned", on="luma")
+def etf(
+    passes: Annotated[int, Slider(1, 12, "more make longer strokes", explore=(1, 6))] = 3,
+    rho: Annotated[
+        float,
+        Slider(
+            0.5,
+            4,
+            "window in which the direction is looked for: more makes broader strokes",
+            "pixels",
+            (1, 3),
+        ),
+    ] = 2,
+    reselect: Annotated[bool, Switch("choose the filters anew in each pass: truer, slower")] = False,
+) -> BankRun:
+    """Smooth luma along the edges, as if it had been brushed.
+
+    Line integral convolution along the edge tangent flow, learned. Paper, sections 3.2 C and 4.4.
+    """
+    return BankRun(shipped_bank("etf"), rho=rho, passes=passes, reselect=reselect)

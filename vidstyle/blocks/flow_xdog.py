@@ -1,0 +1,25 @@
+"""Flow-guided XDoG: clean connected lines."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from vidstyle.block import Block, block
+from vidstyle.blocks.flow_dog import flow_dog
+from vidstyle.blocks.soft_threshold import soft_threshold
+
+_LINES, _INK = flow_dog.parameters, soft_threshold.parameters
+
+
+@block("recipe", on="luma")
+def flow_xdog(
+    sigma: Annotated[float, _LINES["sigma"].control] = _LINES["sigma"].default,
+    p: Annotated[float, _LINES["p"].control] = _LINES["p"].default,
+    phi: Annotated[float, _INK["phi"].control] = 0.02,
+    epsilon: Annotated[float, _INK["epsilon"].control] = 130,
+) -> list[tuple[Block, dict[str, Any]]]:
+    """Draw the picture in lines that follow its edges.
+
+    flow_dog, then soft_threshold. Paper, section 3.2 C, equation 1.
+    """
+    return [(flow_dog, {"sigma": sigma, "p": p}), (soft_threshold, {"phi": phi, "epsilon": epsilon})]
