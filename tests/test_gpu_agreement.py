@@ -37,14 +37,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def all_settings(block: Block) -> list[dict[str, Any]]:
-    """Those of every block test, and each saved picture and file given too."""
+def all_settings(block: Block, folder: Path) -> list[dict[str, Any]]:
+    """Those of every block test, and each saved picture and what the folder has for a parameter given too."""
     found = settings(block)
     for name, parameter in block.parameters.items():
         if isinstance(parameter.control, Saved):
             found += [{name: "soft"}, {name: "flat"}, {**found[-1], name: "soft"}]
-        elif isinstance(parameter.control, Asset):
-            found += [{**values, name: "tiles"} for values in settings(block)]
+        elif isinstance(parameter.control, Asset) and (folder / name).exists():
+            found += [{**values, name: name} for values in settings(block)]
     return found
 
 
@@ -59,7 +59,7 @@ def test_every_block_gives_what_it_gives_on_the_cpu(block: Block, sessions: Sess
     makers = [film_picture, gray_picture] if block.on == "channels" else [film_picture]
     found = [
         line
-        for values in all_settings(block)
+        for values in all_settings(block, folder)
         for chosen in [style_of(block, values, folder)]
         for make in makers
         for size, shape in SHAPES.items()

@@ -92,7 +92,7 @@ class Chance:
         if isinstance(control, Color):
             return self._color()
         if isinstance(control, Asset):
-            return ""
+            return parameter.default
         ends = (control.low, control.high) if self._wild else control.explore
         if ends is None:
             return parameter.default
