@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidstyle.blade.vectors import LANES, eight_pixels
+from vidstyle.blade.features import LANES, repeated
+from vidstyle.blade.vectors import eight_pixels
 from vidstyle.kernels import compiled
 
 
@@ -31,15 +32,20 @@ def apply_filters(
         H x W float32, new; what is in the rows of the margin means nothing.
     """
     height, width = luma.shape
-    size = padded.shape[1]
-    reach, whole = size // 2, -(-width // LANES) * LANES
-    right = whole - width + padded.shape[2] + LANES
-    around = np.pad(luma, ((reach, reach), (reach, right)), mode="edge")
+    size, whole = padded.shape[1], -(-width // LANES) * LANES
+    around = repeated(luma, size // 2, whole - width + padded.shape[2] + LANES)
     out = np.empty((height, whole), np.float32)
-    numbers = np.zeros((height, whole), np.int32)
-    numbers[:, :width] = chosen
-    _apply(around, numbers, padded, (0,) * size, margin[0], height - margin[1], out)
+    _apply(around, _widened(chosen, whole), padded, (0,) * size, margin[0], height - margin[1], out)
     return out[:, :width]
+
+
+def _widened(chosen: np.ndarray, whole: int) -> np.ndarray:
+    """The numbers with so many columns: those that `choose_filters` has kept beyond them, or a copy."""
+    if chosen.base is not None and chosen.base.shape == (len(chosen), whole):
+        return chosen.base
+    widened = np.zeros((len(chosen), whole), np.int32)
+    widened[:, : chosen.shape[1]] = chosen
+    return widened
 
 
 @compiled(fastmath=True)

@@ -12,10 +12,13 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+import cv2
 import numpy as np
 
 from vidstyle.kernels import compiled
 
+LANES = 8
+"""Pixels that are filtered at once."""
 LEAST = 1e-12
 """Added to what divides, so that a flat picture is not undefined; it has coherence 0."""
 
@@ -88,13 +91,19 @@ def choose_filters(luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, 
         margin: how many of the first and last rows need no filter.
 
     Returns:
-        H x W int32; what is in the rows of the margin means nothing.
+        H x W int32, rows of a multiple of `LANES` columns; those of the margin mean nothing.
     """
-    weights = window_weights(rho)
-    padded = np.pad(luma, len(weights) // 2, mode="edge")
-    chosen = np.empty(luma.shape, np.int32)
-    _choose(padded, weights, bins.numbers, margin[0], luma.shape[0] - margin[1], chosen)
+    weights, (height, width) = window_weights(rho), luma.shape
+    # A few columns more than asked, on filter 0, for who filters several pixels at once.
+    chosen = np.zeros((height, -(-width // LANES) * LANES), np.int32)[:, :width]
+    _choose(repeated(luma, len(weights) // 2), weights, bins.numbers, margin[0], height - margin[1], chosen)
     return chosen
+
+
+def repeated(luma: np.ndarray, margin: int, right: int = 0) -> np.ndarray:
+    """Luma with its border repeated on all sides, on the right some columns more."""
+    sides = margin, margin, margin, margin + right
+    return cv2.copyMakeBorder(np.ascontiguousarray(luma), *sides, cv2.BORDER_REPLICATE)
 
 
 @compiled(fastmath=True)

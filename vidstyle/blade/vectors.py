@@ -11,8 +11,7 @@ import importlib
 from functools import cached_property
 from typing import Any
 
-LANES = 8
-"""Numbers in a vector; rows of filters are padded with zeros to a multiple of it."""
+from vidstyle.blade.features import LANES
 
 
 class EightPixels:

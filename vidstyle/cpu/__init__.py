@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.blade.run import BankRun
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.output import Page, at_size, finish
-from vidstyle.cpu.work import CORES, Call, Work
+from vidstyle.cpu.work import CORES, Call, Work, run_bank
 from vidstyle.cuts import CutDetector
 from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
@@ -160,7 +160,7 @@ class _FrameRun:
         whole = work.done(self._pool)
         luma = Band(whole, 0, work.shape[0]).luma()
         reduced = resample(luma, run.shape_at_scale(work.shape), "area")
-        luma = resample(run.run(reduced), work.shape, "bicubic")
+        luma = resample(run_bank(self._pool, run, reduced), work.shape, "bicubic")
         encoding = whole.main.encoding.as_float()
         return replace(work, whole=Whole(Picture(encoding, luma=luma), whole.tint), calls=())
 

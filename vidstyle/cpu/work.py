@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.blade.run import BankRun
 from vidstyle.block import LumaWeights, Measured, Place, Saved
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.picture import Picture
@@ -170,6 +171,19 @@ class _Canvas:
         if plane is None:  # the plane of the thread that loses this race is dropped unused
             plane = self._planes.setdefault(name, np.empty((*self._shape, *depth), np.float32))
         return plane
+
+
+def run_bank(pool: Executor, run: BankRun, luma: np.ndarray) -> np.ndarray:
+    """A bank over a whole plane, H x W float32, on all cores."""
+    out = np.empty(luma.shape, np.float32)
+
+    def run_band(top: int, bottom: int) -> None:
+        above, below = min(run.reach, top), min(run.reach, len(luma) - bottom)
+        band = run.run(luma[top - above : bottom + below], (above, below))
+        out[top:bottom] = band[above : above + bottom - top]
+
+    in_bands(pool, luma.shape, run.reach, run_band)
+    return out
 
 
 def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]) -> None:
