@@ -120,23 +120,30 @@ def _choose(padded, weights, bins, top, bottom, chosen):  # type: ignore[no-unty
         _multiply(padded[last], padded[last + 1], products[last % taps])
         row = last - taps + 1
         if row >= top:
-            for tap in range(taps // 2):
+            for tap in range(0, taps // 2, 2):
                 upper, lower = rows[(row + tap) % taps], rows[(last - tap) % taps]
-                _weigh(upper, lower, weights[tap], tap == 0, narrow)
-            for tap in range(taps // 2):
-                _weigh(narrow[tap:], narrow[taps - 1 - tap :], weights[tap], tap == 0, sums)
+                beside = min(tap + 1, taps // 2 - 1)
+                inner, outer = rows[(row + beside) % taps], rows[(last - beside) % taps]
+                second = weights[beside] if beside > tap else np.float32(0)
+                _weigh(upper, lower, weights[tap], inner, outer, second, tap == 0, narrow)
+            for tap in range(0, taps // 2, 2):
+                beside = min(tap + 1, taps // 2 - 1)
+                second = weights[beside] if beside > tap else np.float32(0)
+                left, right = narrow[tap:], narrow[taps - 1 - tap :]
+                inner, outer = narrow[beside:], narrow[taps - 1 - beside :]
+                _weigh(left, right, weights[tap], inner, outer, second, tap == 0, sums)
             _divide(tensor, bins, chosen[row])
 
 
 @compiled(fastmath=True)
-def _weigh(one, other, weight, first, total):  # type: ignore[no-untyped-def]
-    """Add two rows of equal weight to a total, or begin it with them."""
+def _weigh(one, other, weight, inner, outer, second, first, total):  # type: ignore[no-untyped-def]
+    """Add two pairs of rows, each of one weight, to a total, or begin it with them."""
     if first:
         for x in range(total.shape[0]):
-            total[x] = weight * (one[x] + other[x])
+            total[x] = weight * (one[x] + other[x]) + second * (inner[x] + outer[x])
     else:
         for x in range(total.shape[0]):
-            total[x] += weight * (one[x] + other[x])
+            total[x] += weight * (one[x] + other[x]) + second * (inner[x] + outer[x])
 
 
 @compiled(fastmath=True)
