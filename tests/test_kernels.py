@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vidstyle import kernels
+from vidstyle.cli.reporting import Reporting
 from vidstyle.kernels import compiled, user_cache
 
 
@@ -60,3 +62,15 @@ def test_importing_kernels_imports_no_numba():
 def test_the_cache_is_with_the_users_other_caches(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert user_cache() == tmp_path / "vidstyle"
+
+
+def test_who_waits_at_a_terminal_is_told_that_it_compiles(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for terminal in (False, True):
+        kernels._say_that_it_takes_time.cache_clear()
+        with Reporting():
+            monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
+            kernels._say_that_it_takes_time()
+            kernels._say_that_it_takes_time()
+        assert capsys.readouterr().err.count("compiling for this processor") == terminal

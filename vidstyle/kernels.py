@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib
+import logging
 import os
 import sys
 import threading
@@ -20,6 +21,8 @@ import numpy as np
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+
+log = logging.getLogger("vidstyle")
 
 _numba_lock = threading.Lock()
 
@@ -49,7 +52,6 @@ class Compiled(Generic[Arguments, Result]):
 
     def __call__(self, *arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
         """Run it, compiled for arguments of these types."""
-        """Run it, compiled."""
         machine_code = self._machine_code or self._build()
         return machine_code(*arguments, **named)  # type: ignore[no-any-return]
 
@@ -61,7 +63,10 @@ class Compiled(Generic[Arguments, Result]):
     def _build(self) -> Any:
         with _numba_lock:
             numba: Any = importlib.import_module("numba")
-            keep, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._cache_folder())
+            folder = self._cache_folder()
+            if not folder.exists():
+                _say_that_it_takes_time()
+            keep, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
             try:
                 self._machine_code = numba.njit(cache=True, **self._options)(self.function)
             except RuntimeError:  # no folder may be written to
@@ -82,6 +87,12 @@ class Compiled(Generic[Arguments, Result]):
         named = (self.function.__globals__.get(name) for name in code.co_names)
         called = (item for item in named if isinstance(item, Compiled) and item is not self)
         return {code.co_filename}.union(*(item._source_files() for item in called))
+
+
+@functools.cache
+def _say_that_it_takes_time() -> None:
+    """Once in a process, and only to somebody who waits at a terminal: of no use in a log."""
+    log.info("compiling for this processor, once: it takes a few seconds", extra={"only_on_terminal": True})
 
 
 @overload

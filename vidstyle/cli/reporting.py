@@ -32,7 +32,8 @@ class Reporting(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print a notice. Standard error is looked up each time: a progress bar puts itself in its place."""
-        say(record.getMessage())
+        if not getattr(record, "only_on_terminal", False) or sys.stderr.isatty():
+            say(record.getMessage())
 
     def __enter__(self) -> Reporting:
         logger = logging.getLogger("vidstyle")
