@@ -30,8 +30,8 @@ SHAPES = {
 AGREEMENT = 0.999
 """The share of the samples of each plane that must not differ by more than one level of 255."""
 BIAS = 0.1
-"""By how many levels a plane may be darker or brighter as a whole: rounding down instead of to the nearest
-makes 0.5 in 8 bits. Means of a few chroma codes are often just a half, which a texture's rounding tips over."""
+"""By how many levels a plane may be darker or brighter as a whole: to round down would make it 0.5 in 8 bits.
+Not less, because means of a few chroma codes often lie at a half, which a texture's rounding tips over."""
 
 
 def device() -> Device:
