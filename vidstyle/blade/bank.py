@@ -55,12 +55,16 @@ class Bank:
 
     @cached_property
     def packed(self) -> tuple[np.ndarray, ...]:
-        """The weights of the pairs of opposite pixels, a bins x texels x 4 float16 array for each part."""
+        """The weights of the pairs of opposite pixels, a bins x texels x 4 float32 array for each part."""
         weights = as_weights(self.filters, self.size)
-        texels = -(-weights.shape[2] // 4)
-        packed = np.zeros((*weights.shape[:2], texels * 4), np.float16)
+        packed = np.zeros((*weights.shape[:2], -(-weights.shape[2] // 4) * 4), np.float32)
         packed[:, :, : weights.shape[2]] = weights
-        return tuple(packed.reshape(*packed.shape[:2], texels, 4))
+        return tuple(packed.reshape(*packed.shape[:2], -1, 4))
+
+    @cached_property
+    def packed_in_half(self) -> tuple[np.ndarray, ...]:
+        """The same as half floats, off by 1/4096 of a weight at most."""
+        return tuple(part.astype(np.float16) for part in self.packed)
 
     @property
     def sums(self) -> tuple[float, ...]:

@@ -21,7 +21,7 @@ class AssetTextures:
         """One layer for each array, in its upper left corner; an empty one for none.
 
         Args:
-            arrays: H x W float32, or H x W x 4 float16.
+            arrays: H x W float32, or H x W x 4 float16 or float32.
         """
         key = id(arrays)
         if key not in self._textures:

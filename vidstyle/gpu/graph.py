@@ -173,6 +173,8 @@ class Graph:
         luma = self.luma(look)
         if run.scale != 1:
             luma = self._resized(luma, run.shape_at_scale(luma.shape), "area")
+            # Exact: a filter chosen otherwise for one of few pixels would show in many.
+            luma = self._node(replace(luma, is_wide=True))
         luma = self._resized(self._filtered(luma, run), look.shape, "bicubic")
         return Look(luma, None if block.chroma == "dropped" else chroma, back=look.back)
 
@@ -279,7 +281,17 @@ class Graph:
         values = tuple((name, _hashable(value)) for name, value in node.values.items())
         grid = None if node.grid is None else (node.grid.step, node.grid.siting, node.page)
         measured = id(node.measure) if node.measure else None
-        key = (node.kind, node.shape, node.function, inputs, id(node.around), values, measured, grid)
+        key = (
+            node.kind,
+            node.shape,
+            node.function,
+            inputs,
+            id(node.around),
+            values,
+            measured,
+            grid,
+            node.is_wide,
+        )
         return self._nodes.setdefault(key, node)
 
 

@@ -30,7 +30,8 @@ def filter_values(run: BankRun) -> dict[str, Any]:
     """The values of `filtered`."""
     padding = [0.0] * (MOST_PARTS - len(run.weights))
     return {
-        "bank": run.bank.packed,
+        # Weights times twenty and more would show the rounding of half floats.
+        "bank": run.bank.packed if run.is_wide else run.bank.packed_in_half,
         "size": run.bank.size,
         "part_weights": [float(weight) for weight in run.weights] + padding,
         "part_sums": [*run.bank.sums, *padding],
