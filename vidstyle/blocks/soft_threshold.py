@@ -25,13 +25,18 @@ def soft_threshold(
     1 + tanh(min(0, phi (input - epsilon))): paper, section 3.2 A, equation 1; Winnemoeller 2012.
     """
     out = np.empty(picture.shape, np.float32)
-    _ramp(picture.reshape(-1), np.float32(phi * 255), np.float32(epsilon / 255), out.reshape(-1))
+    rows = len(picture), -1
+    _ramp(picture.reshape(rows), np.float32(phi * 255), np.float32(epsilon / 255), out.reshape(rows))
     return out
 
 
 @compiled(fastmath=True)
 def _ramp(values, slope, cut_off, out):  # type: ignore[no-untyped-def]
     # 1 + tanh(x) written as 2 / (1 + e^-2x): one exponential, which the compiler makes vectors of.
-    for i in range(values.size):
-        below = min(slope * (values[i] - cut_off), np.float32(0))
-        out[i] = np.float32(2) / (np.float32(1) + np.exp(np.float32(-2) * max(below, np.float32(-20))))
+    # Row by row: what is left over after whole vectors is rounded otherwise, and must be the same in any band.
+    for row in range(values.shape[0]):
+        for x in range(values.shape[1]):
+            below = min(slope * (values[row, x] - cut_off), np.float32(0))
+            out[row, x] = np.float32(2) / (
+                np.float32(1) + np.exp(np.float32(-2) * max(below, np.float32(-20)))
+            )
