@@ -26,14 +26,15 @@ def soft_threshold(
     """
     out = np.empty(picture.shape, np.float32)
     rows = len(picture), -1
-    _ramp(picture.reshape(rows), np.float32(phi * 255), np.float32(epsilon / 255), out.reshape(rows))
+    values = np.ascontiguousarray(picture).reshape(rows)
+    _ramp(values, np.float32(phi * 255), np.float32(epsilon / 255), out.reshape(rows))
     return out
 
 
 @compiled(fastmath=True)
 def _ramp(values, slope, cut_off, out):  # type: ignore[no-untyped-def]
     # 1 + tanh(x) written as 2 / (1 + e^-2x): one exponential, which the compiler makes vectors of.
-    # Row by row: what is left over after whole vectors is rounded otherwise, and must be the same in any band.
+    # Row by row: what is left over after whole vectors is rounded otherwise, but alike in any band.
     for row in range(values.shape[0]):
         for x in range(values.shape[1]):
             below = min(slope * (values[row, x] - cut_off), np.float32(0))
