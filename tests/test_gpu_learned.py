@@ -1,0 +1,79 @@
+"""Learned blocks on the GPU: the filters that are chosen, and how few passes it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from gpu import film_picture
+from pictures import step, style
+
+from vidstyle.blade.bank import shipped_bank
+from vidstyle.blade.features import choose_filters
+from vidstyle.gpu import devices
+from vidstyle.gpu.formats import working_format
+from vidstyle.gpu.nodes import Node
+from vidstyle.gpu.plan import Form
+from vidstyle.gpu.session import Request, Session
+from vidstyle.planes import luma_rows
+from vidstyle.style import Style
+
+ONCE = style(step("etf", passes=3, reselect=False))
+ANEW = style(step("etf", passes=3, reselect=True))
+
+
+@pytest.fixture(params=["compute", "fragment"])
+def form(request: pytest.FixtureRequest) -> Iterator[Form]:
+    yield request.param
+
+
+def drawn(look: Style, form: Form, shape: tuple[int, int]) -> Session:
+    device = devices.choose("gpu").device
+    assert device is not None
+    session = Session(look, device, form)
+    picture = film_picture(*shape)
+    session.fetch(session.start(Request(picture, None, picture.encoding, False)).result()).result()
+    return session
+
+
+def numbers_in(session: Session) -> np.ndarray:
+    """The numbers of the filters that the GPU has chosen, H x W."""
+    assert session._runner is not None
+    (node,) = [node for node in session._runner._slots._nodes if name_of(node) == "chosen_filter"]
+
+    def read() -> np.ndarray:
+        assert session._runner is not None
+        texture = session._runner._slots.texture_of_node(node)
+        codes = np.frombuffer(texture.read(alignment=1), np.uint16).reshape(texture.height, texture.width)
+        coding = working_format(node)
+        return np.rint((codes[: node.shape[0], : node.shape[1]] / 65535 * coding.span + coding.low) * 1024)
+
+    return session._owner.submit(read).result()
+
+
+def name_of(node: Node) -> str:
+    assert node.function is not None
+    return node.function.name
+
+
+@pytest.mark.parametrize("shape", [(361, 641), (16, 700), (1, 1)])
+def test_gpu_and_cpu_choose_the_same_filters(form: Form, shape: tuple[int, int]) -> None:
+    """But where structure lies just upon the border of two bins."""
+    session = drawn(ONCE, form, shape)
+    picture, bank = film_picture(*shape), shipped_bank("etf")
+    expected = choose_filters(luma_rows(picture, 0, shape[0]), bank.bins, 2.0)
+    found = numbers_in(session)
+    session.close()
+    assert (found == expected).mean() >= 0.99
+    assert found.max() < bank.bins.count
+
+
+def test_choice_and_filter_are_one_pass(form: Form) -> None:
+    for look in (ONCE, ANEW):
+        session = drawn(look, form, (40, 60))
+        assert session._runner is not None
+        names = [[name_of(node) for node in each.nodes] for each in session._runner.plan.passes]
+        session.close()
+        first = ["chosen_filter", "filtered"]
+        assert names == [first, *([["filtered"]] * 2 if look is ONCE else [first] * 2)]
