@@ -190,6 +190,14 @@ def test_a_column_without_numbers_is_left_out() -> None:
     }
 
 
+def test_learned_filters_stand_beside_those_of_the_paper() -> None:
+    etf = Timed(Subject("block", "etf", style(step("etf")), "luma"), (100, 100), 0.001, ())
+    hue = Timed(Subject("block", "hue", style(step("hue")), "RGB"), (100, 100), 0.001, ())
+    for timed, told in ((etf, True), (hue, False)):
+        text = markdown(as_dict(Bench([(100, 100)], [timed.subject], None, (), 1), [timed]))
+        assert ("27.1 MP/s on a Xeon" in text) == told
+
+
 def test_the_figures_of_the_paper_are_those_of_its_table() -> None:
     assert len(FIGURES) == 13 and [figure.style for figure in FIGURES] == list(range(1, 14))
     assert max(FIGURES, key=lambda figure: figure.desktop).style == 11

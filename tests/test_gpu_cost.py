@@ -36,6 +36,9 @@ SUBJECTS = subjects()
 BLOCKS = [subject for subject in SUBJECTS if subject.kind == "block"]
 every_form = pytest.mark.parametrize("form", FORMS)
 
+STRUCTURE = {"passes", "sigma", "p"}
+"""Sliders of learned blocks that say how often a bank runs, which one, and what its result is kept in."""
+
 FIVE = style(
     step("brightness", factor=1.1), step("saturation"), step("hue"), step("posterize"), step("soft_threshold")
 )
@@ -114,8 +117,9 @@ def test_no_slider_changes_the_text_of_a_shader(subject, form: Form) -> None:
         plan = plan_for_video(changed, 64, 48, form)
         return [write_shader(plan, each).assembly.text for each in plan.passes]
 
-    for name, parameter in all_blocks()[subject.name].parameters.items():
-        if isinstance(parameter.control, Slider):
+    block = all_blocks()[subject.name]
+    for name, parameter in block.parameters.items():
+        if isinstance(parameter.control, Slider) and not (block.kind == "learned" and name in STRUCTURE):
             for value in (parameter.control.low, parameter.control.high):
                 assert texts(**{name: parameter.check(value)}) == texts()
 

@@ -105,19 +105,26 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
             "the next one sent before the last is back. Bytes: as the plan counts them, each picture once."
         )
         yield ""
-    desktop, mobile = (sorted(getattr(each, name) for each in FIGURES) for name in ("desktop", "mobile"))
-    yield (
-        f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(FIGURES)} styles run at {desktop[0]:.0f} to "
-        f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters it only draws."
-    )
-    if any(result["name"] == "learned" for result in results):
-        cpu, gpu = BLADE_MOBILE
-        yield (
-            f"Its learned edge tangent flow, which `learned` runs once and `etf` three times: {BLADE_ETF_XEON} "
-            f"MP/s on the CPU of a Xeon E5-1650v3; its learned 5 x 5 filters: {cpu:.0f} on the CPU and {gpu:.0f} "
-            "on the GPU of a Pixel 2018."
-        )
+    yield _paper_styles()
+    if any(result["name"] in ("learned", "etf") for result in results):
+        yield _paper_learned()
     for name, style in {
         result["name"]: result["paper"]["style"] for result in results if result["paper"]
     }.items():
         yield f"`{name}` is like its style {style}, which has fewer filters."
+
+
+def _paper_styles() -> str:
+    desktop, mobile = (sorted(getattr(each, name) for each in FIGURES) for name in ("desktop", "mobile"))
+    return (
+        f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(FIGURES)} styles run at {desktop[0]:.0f} to "
+        f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters it only draws."
+    )
+
+
+def _paper_learned() -> str:
+    cpu, gpu = BLADE_MOBILE
+    return (
+        f"Its learned edge tangent flow runs at {BLADE_ETF_XEON} MP/s on a Xeon E5-1650v3, its learned 5 x 5 "
+        f"filters at {cpu} and {gpu} on CPU and GPU of a Pixel 2018; `learned` is one pass, `etf` is three."
+    )
