@@ -23,6 +23,7 @@ class BankRun:
         passes: how often it runs, each time over the result of the time before.
         reselect: whether filters are chosen anew in each pass; else the first choice holds for all.
         scale: runs at this part of the size, 0..1, and the result is enlarged again.
+        is_wide: whether the result may go far beyond black and white.
     """
 
     bank: Bank
@@ -32,6 +33,7 @@ class BankRun:
     passes: int = 1
     reselect: bool = True
     scale: float = 1.0
+    is_wide: bool = False
 
     @property
     def window(self) -> float:
@@ -45,11 +47,6 @@ class BankRun:
         if self.reselect:
             return self.passes * max(of_pass, of_choice)
         return (self.passes - 1) * of_pass + max(of_pass, of_choice)
-
-    @property
-    def is_wide(self) -> bool:
-        """Whether the result may go far beyond black and white."""
-        return sum(abs(weight) for weight in (*self.weights, self.identity)) > 3
 
     def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
         """The height and width at which it runs on a picture of this size."""

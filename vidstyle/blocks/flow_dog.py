@@ -23,4 +23,4 @@ def flow_dog(
     The result goes beyond black and white. Paper, section 3.2 C; Winnemoeller, Kyprianidis and Olsen 2012.
     """
     near = max(learned for learned in LEARNED if learned <= sigma)
-    return BankRun(shipped_bank(LEARNED[near]), (1.0, p), scale=near / sigma)
+    return BankRun(shipped_bank(LEARNED[near]), (1.0, p), scale=near / sigma, is_wide=True)
