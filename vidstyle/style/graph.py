@@ -18,6 +18,7 @@ FIELDS: dict[str, Control] = {
     "height": Slider(16, 65536, "the picture's height for which lengths are meant", unit="px"),
     "ink": Color("what the lines are drawn in"),
     "paper": Color("what the background lies on"),
+    "steady": Slider(0, 1, "how much of what flickers in a film is held: 0 lets it boil, 1 keeps it still"),
 }
 """The fields of a style that are values, declared as the parameters of blocks are."""
 
@@ -50,6 +51,7 @@ class Style:
 
     Attributes:
         height: the height of picture that lengths ("px") are meant for; None takes them as they are.
+        steady: how much of what flickers in a film is held, 0 to 1.
         folder: where the paths in the style start, or None when it may hold no paths.
     """
 
@@ -58,6 +60,7 @@ class Style:
     height: float | None = None
     ink: str = "#000000"
     paper: str = "#ffffff"
+    steady: float = 0.0
     base: tuple[Step, ...] = ()
     background: tuple[Step, ...] = ()
     lines: tuple[Step, ...] = ()
@@ -66,7 +69,7 @@ class Style:
     @property
     def is_plain(self) -> bool:
         """Whether it leaves every picture as it is."""
-        return not self.steps and self.paper == Style.paper
+        return not self.steps and self.paper == Style.paper and self.steady == 0
 
     @property
     def steps(self) -> tuple[Step, ...]:
