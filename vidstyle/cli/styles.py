@@ -14,6 +14,7 @@ from vidstyle.cli.values import Size
 
 if TYPE_CHECKING:
     from vidstyle.gpu.plan import Form
+    from vidstyle.style import Style
 
 
 @click.command(short_help="List the styles; with a name, what is in it.")
@@ -43,7 +44,13 @@ def styles(
         click.echo(json.dumps([describe(load_style(each)) for each in style_names()], indent=2))
     else:
         for each in style_names():
-            click.echo(f"{each:16} {load_style(each).note}".rstrip())
+            style = load_style(each)
+            click.echo(f"{each:16} {style.note}{_variants(each, style)}".rstrip())
+
+
+def _variants(name: str, style: Style) -> str:
+    names = ", ".join(f"{name}:{variant}" for variant in style.variants)
+    return f" Variants: {names}." if names else ""
 
 
 def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bool) -> None:
@@ -64,8 +71,11 @@ def _details(described: dict[str, Any]) -> Iterator[str]:
     layers = {key: value for key, value in described.items() if isinstance(value, list)}
     yield f"{described['name']}: {described['note']}" if described["note"] else described["name"]
     for key, value in described.items():
-        if key not in layers and key not in ("name", "note"):
+        if key not in layers and key not in ("name", "note", "variants"):
             yield f"  {key} = {json.dumps(value)}"
+    for name, values in described["variants"].items():
+        changes = ", ".join(f"{path} = {json.dumps(value)}" for path, value in values.items())
+        yield f"  variant {name}: {changes}"
     for layer, steps in layers.items():
         for step in steps:
             yield from _step_details(layer, step)

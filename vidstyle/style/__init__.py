@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vidstyle.assets import asset_folder
 from vidstyle.errors import StyleError
-from vidstyle.style.change import expand, override
+from vidstyle.style.change import expand, override, vary
 from vidstyle.style.check import style_from_table
 from vidstyle.style.files import read_style_file, save_style
 from vidstyle.style.graph import LAYERS, SOURCE, Step, Style, table_from_style
@@ -40,9 +40,10 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
     """A style by the name of a shipped one, from a file, or from a table like that of a file.
 
     A text that ends in .toml or has a folder in it is a path. A table may hold no paths, having no folder.
+    "ink:dark-blue" and "mine.toml:dark-blue" are variants of the styles before the colon.
 
     Raises:
-        StyleError: there is no such style, or it has mistakes: all of them are named.
+        StyleError: there is no such style or variant, or it has mistakes: all of them are named.
 
     >>> load_style("plain").is_plain
     True
@@ -54,9 +55,9 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
         return style
     if isinstance(style, Mapping):
         return style_from_table(style, "style")
-    if isinstance(style, Path) or _is_path(style):
-        return read_style_file(Path(style))
-    return _load_shipped(style)
+    base, variant = (style, None) if isinstance(style, Path) else _split(style)
+    found = read_style_file(base) if isinstance(base, Path) else _load_shipped(base)
+    return found if variant is None else vary(found, variant)
 
 
 def style_names() -> list[str]:
@@ -70,6 +71,21 @@ def _load_shipped(name: str) -> Style:
     if name not in style_names():
         raise StyleError(name, [f"is not a style; {nearest(name, style_names())}"])
     return read_style_file(asset_folder("styles") / f"{name}.toml")
+
+
+def _split(text: str) -> tuple[str | Path, str | None]:
+    """The name or path of a style, and the variant behind the last colon, if there is one.
+
+    The colon of a drive, as in "C:mine.toml", has a path behind it, and a file whose own name has
+    a colon is that file.
+
+    >>> _split("ink:dark-blue"), _split("C:mine.toml")[1], _split("C:mine.toml:blue")[1]
+    (('ink', 'dark-blue'), None, 'blue')
+    """
+    base, colon, variant = text.rpartition(":")
+    if not colon or _is_path(variant) or (_is_path(base) and os.path.isfile(text)):
+        return (Path(text) if _is_path(text) or colon else text), None
+    return (Path(base) if _is_path(base) else base), variant
 
 
 def _is_path(text: str) -> bool:

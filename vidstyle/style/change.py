@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 from vidstyle.block import Asset, Block, Choice, Color, Control, On, Saved
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
-from vidstyle.style.graph import FIELDS, LAYERS, Step, Style, table_from_style
-from vidstyle.style.values import nearest
-
-_STEP = re.compile(rf"(?:({'|'.join(LAYERS)})\.)?(\w+)(?:#([0-9]{{1,3}}))?")
-
-
-class _Target(NamedTuple):
-    """A step that a value can be set on."""
-
-    layer: str
-    block: str
-    table: dict[str, Any]
+from vidstyle.style.graph import LAYERS, Step, Style, table_from_style
+from vidstyle.style.paths import find_place
+from vidstyle.style.variants import varied_table
 
 
 def override(style: Style, assignments: Iterable[str]) -> Style:
@@ -47,6 +37,15 @@ def override(style: Style, assignments: Iterable[str]) -> Style:
     if mistakes:
         raise UsageError(", ".join(assignments), "; ".join(mistakes))
     return changed
+
+
+def vary(style: Style, variant: str) -> Style:
+    """The style with the values of one of its variants set, named "ink:dark-blue".
+
+    Raises:
+        StyleError: it has no such variant.
+    """
+    return style_from_table(varied_table(style, variant), style.name, folder=style.folder)
 
 
 def expand(style: Style) -> Style:
@@ -80,57 +79,14 @@ def _run_recipe(recipe: Block, values: dict[str, Any]) -> list[tuple[Block, dict
 def _assign(table: dict[str, Any], text: str) -> str:
     """Set one value in the table of a style; returns what is wrong, or nothing."""
     path, equals, value = text.partition("=")
-    step, dot, name = path.strip().rpartition(".")
     if not equals:
         return f"{text!r} is not written as step.parameter=value"
-    if not dot:
-        if name not in FIELDS:
-            return f"{name!r} is not a field of a style; {nearest(name, FIELDS)}; a step has step.parameter"
-        table[name] = _value(FIELDS[name], value)
-        return ""
-    found = _find(table, step)
-    if isinstance(found, str):
-        return found
-    parameters = all_blocks()[found.block].parameters
-    if name not in parameters:
-        return f"{step}: {name!r} is not a parameter; {nearest(name, parameters)}"
-    found.table[name] = _value(parameters[name].control, value)
+    try:
+        place = find_place(table, path)
+    except ValueError as error:
+        return str(error)
+    place.table[place.parameter.name] = _value(place.parameter.control, value)
     return ""
-
-
-def _find(table: dict[str, Any], path: str) -> _Target | str:
-    """The one step that is meant, or what is wrong."""
-    targets = [
-        _Target(layer, step["block"], step)
-        for layer in LAYERS
-        for step in table.get(layer, [])
-        if "block" in step
-    ]
-    parsed = _STEP.fullmatch(path)
-    layer, block, number = parsed.groups() if parsed else ("", path, None)
-    found = [target for target in targets if target.block == block and layer in (None, target.layer)]
-    if not found:
-        return f"there is no step {path!r}; {nearest(path, _paths(targets))}"
-    if number is not None:
-        found = found[int(number) - 1 : int(number)] if int(number) else []
-        return found[0] if found else f"there is no step {path!r}; {nearest(path, _paths(targets))}"
-    return found[0] if len(found) == 1 else f"{path!r} may be {' or '.join(_paths(found))}"
-
-
-def _paths(targets: list[_Target]) -> list[str]:
-    """The shortest ways to name each of the steps."""
-    paths = []
-    for number, target in enumerate(targets):
-        alike = [other for other in targets if other.block == target.block]
-        beside = [other for other in alike if other.layer == target.layer]
-        order = 1 + sum(
-            other.block == target.block and other.layer == target.layer for other in targets[:number]
-        )
-        if len(alike) == 1:
-            paths.append(target.block)
-        else:
-            paths.append(f"{target.layer}.{target.block}" + (f"#{order}" if len(beside) > 1 else ""))
-    return paths
 
 
 def _value(control: Control, text: str) -> object:

@@ -6,6 +6,7 @@ A style may come from a stranger: no value is trusted before it has been checked
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,10 @@ from vidstyle.block import Parameter
 from vidstyle.errors import StyleError
 from vidstyle.style.graph import FIELDS, LAYERS, Style
 from vidstyle.style.steps import StepReader
-from vidstyle.style.values import nearest, read_values, shown
+from vidstyle.style.values import MOST_MISTAKES, nearest, read_values, shown
+from vidstyle.style.variants import read_variants, varied_table
 
 FORMAT = 1
-MOST_MISTAKES = 50
 TEXTS = {"name": 100, "note": 1000}
 """The fields that are words for people, and how many characters each may have."""
 
@@ -38,6 +39,9 @@ def style_from_table(
     mistakes: list[str] = []
     if _format_is_known(table, mistakes):
         style = _read_style(table, name, folder, mistakes)
+        # Their paths lead into steps, which must be right for that.
+        if "variants" in table and not mistakes:
+            style = _read_variants(style, table["variants"], mistakes)
     if mistakes:
         rest = len(mistakes) - MOST_MISTAKES
         mistakes[MOST_MISTAKES:] = [f"and {rest} more mistakes"] if rest > 0 else []
@@ -57,7 +61,7 @@ def _format_is_known(table: Mapping[str, object], mistakes: list[str]) -> bool:
 
 
 def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mistakes: list[str]) -> Style:
-    known = ("format", *TEXTS, *FIELDS, *LAYERS)
+    known = ("format", *TEXTS, *FIELDS, *LAYERS, "variants")
     for key in table:
         if key not in known:
             mistakes.append(f"{shown(key)} is not a field of a style; {nearest(str(key), known)}")
@@ -67,6 +71,16 @@ def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mis
     reader = StepReader(folder, mistakes)
     layers: dict[str, Any] = {layer: reader.read_layer(layer, table.get(layer, [])) for layer in LAYERS}
     return Style(folder=folder, **texts, **fields, **layers)
+
+
+def _read_variants(style: Style, given: object, mistakes: list[str]) -> Style:
+    """The style with its variants, each of which must be a style that is right."""
+    style = replace(style, variants=read_variants(style, given, mistakes))
+    for variant in style.variants:
+        found: list[str] = []
+        _read_style(varied_table(style, variant), style.name, style.folder, found)
+        mistakes += [f"variants.{variant}: {mistake}" for mistake in found]
+    return style
 
 
 def _read_text(key: str, value: object, mistakes: list[str]) -> str:

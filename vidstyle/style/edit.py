@@ -2,7 +2,7 @@
 
 tomlkit keeps the comments inside a table, but hands those above a table to the one before it, so
 that they go astray when a step is moved or taken out. Therefore the text is first cut into parts,
-one for each step with the comments above it, and tomlkit edits the parts.
+one for each step and variant with the comments above it, and tomlkit edits the parts.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import logging
 import re
 import tomllib
 from collections.abc import Iterator, MutableMapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any, cast
@@ -20,21 +20,24 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from vidstyle.style.graph import FIELDS, LAYERS, Style
+from vidstyle.style.variants import VARIANT_PATTERN
 
 log = logging.getLogger("vidstyle")
 
-_HEADER = re.compile(rf"\s*\[\[\s*({'|'.join(LAYERS)})\s*\]\]\s*(#.*)?")
+_VARIANT = rf"variants\s*\.\s*[\"']?(?P<variant>{VARIANT_PATTERN})[\"']?"
+_HEADER = re.compile(rf"\s*(\[\[\s*(?P<layer>{'|'.join(LAYERS)})\s*\]\]|\[\s*{_VARIANT}\s*\])\s*(#.*)?")
 
 
 class _UnusualLayoutError(Exception):
-    """Steps are not written under headers."""
+    """Steps or variants are not written under headers."""
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A piece of a style file: the fields (layer "") or one step.
+    """A piece of a style file: the fields (layer ""), one step, or one variant (layer "variants").
 
     Attributes:
+        variant: the name of the variant, if it is one.
         body: from the comments above to the last key.
         tail: the comments and empty lines after it.
     """
@@ -42,12 +45,15 @@ class _Part:
     layer: str
     body: str
     tail: str
+    variant: str = ""
 
     def parse(self) -> tuple[tomlkit.TOMLDocument, MutableMapping[str, Any]]:
-        """The part as a document, and the table in it that holds the fields or the step."""
+        """The part as a document, and the table in it that holds its keys."""
         document = tomlkit.parse(self.body)
-        steps = cast(list[MutableMapping[str, Any]], document.get(self.layer, []))
-        return document, steps[0] if self.layer else document
+        if not self.layer:
+            return document, document
+        found = cast(Any, document[self.layer])[self.variant or 0]
+        return document, cast(MutableMapping[str, Any], found)
 
     def edited(self, wanted: dict[str, Any]) -> _Part:
         """The part with the values that are wanted, and no others."""
@@ -57,7 +63,7 @@ class _Part:
         for key, value in wanted.items():
             if key not in table or not _same(table[key], value):
                 table[key] = value
-        return _Part(self.layer, document.as_string(), self.tail)
+        return replace(self, body=document.as_string())
 
 
 def edited_text(text: str, table: dict[str, Any], path: Path) -> str:
@@ -92,12 +98,14 @@ def _without_defaults(table: dict[str, Any]) -> dict[str, Any]:
 
 def _edit(text: str, table: dict[str, Any]) -> str:
     fields, *parts = _cut(text)
-    if not fields.parse()[1].keys().isdisjoint(LAYERS):
+    nested = (*LAYERS, "variants")
+    if not fields.parse()[1].keys().isdisjoint(nested):
         raise _UnusualLayoutError
-    wanted = {key: value for key, value in table.items() if key not in LAYERS}
+    wanted = {key: value for key, value in table.items() if key not in nested}
     placed = [(-1.0, fields.edited(wanted | _defaults_to_restore(fields, wanted)))]
     for layer in LAYERS:
         placed += _place_steps(parts, layer, table.get(layer, []))
+    placed += _place_variants(parts, table.get("variants", {}))
     return _join([part for _, part in sorted(placed, key=lambda pair: pair[0])])
 
 
@@ -121,6 +129,17 @@ def _place_steps(
         yield place, parts[kept[number]].edited(step) if number in kept else _new_part(layer, step)
 
 
+def _place_variants(parts: list[_Part], variants: dict[str, dict[str, Any]]) -> Iterator[tuple[float, _Part]]:
+    """The same for the variants; those that are new stand at the end."""
+    old = {part.variant: number for number, part in enumerate(parts) if part.variant}
+    for name, values in variants.items():
+        if name in old:
+            yield old[name], parts[old[name]].edited(values)
+        else:
+            text = tomlkit.dumps({"variants": {name: values}})
+            yield len(parts), _Part("variants", f"\n{text}", "\n", name)
+
+
 def _new_part(layer: str, step: dict[str, Any]) -> _Part:
     return _Part(layer, "\n" + tomlkit.dumps({layer: [step]}), "\n")
 
@@ -134,21 +153,21 @@ def _matches(old: list[MutableMapping[str, Any]], new: list[dict[str, Any]]) -> 
 
 def _cut(text: str) -> list[_Part]:
     lines = re.findall(r"[^\n]*\n|[^\n]+", text)
-    starts, layers = [0], [""]
+    starts, heads = [0], [("", "")]
     for number, line in enumerate(lines):
         if header := _HEADER.fullmatch(line.rstrip("\n")):
             while number - 1 > starts[-1] and lines[number - 1].startswith("#"):
                 number -= 1
             starts.append(number)
-            layers.append(header[1])
+            heads.append((header["layer"] or "variants", header["variant"] or ""))
     ends = [*starts[1:], len(lines)]
-    return [_part(layer, lines[start:end]) for layer, start, end in zip(layers, starts, ends, strict=True)]
+    return [_part(*head, lines[start:end]) for head, start, end in zip(heads, starts, ends, strict=True)]
 
 
-def _part(layer: str, lines: list[str]) -> _Part:
+def _part(layer: str, variant: str, lines: list[str]) -> _Part:
     keys = [number for number, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
     end = max(keys, default=-1) + 1
-    return _Part(layer, "".join(lines[:end]), "".join(lines[end:]))
+    return _Part(layer, "".join(lines[:end]), "".join(lines[end:]), variant)
 
 
 def _join(parts: list[_Part]) -> str:

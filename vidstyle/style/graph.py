@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,7 @@ class Style:
         height: the height of picture that lengths ("px") are meant for; None takes them as they are.
         steady: how much of what flickers in a film is held, 0 to 1.
         folder: where the paths in the style start, or None when it may hold no paths.
+        variants: values to be set on the style, by their paths, under the name of each variant.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Style:
     background: tuple[Step, ...] = ()
     lines: tuple[Step, ...] = ()
     folder: Path | None = None
+    variants: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def is_plain(self) -> bool:
@@ -90,6 +93,8 @@ def table_from_style(style: Style) -> dict[str, Any]:
     for layer in LAYERS:
         if steps := getattr(style, layer):
             table[layer] = [_table_from_step(step) for step in steps]
+    if style.variants:
+        table["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return table
 
 

@@ -9,6 +9,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.style.check import FORMAT, TEXTS
 from vidstyle.style.graph import FIELDS, LAYERS, Step, Style
 from vidstyle.style.steps import MOST_STEPS
+from vidstyle.style.variants import MOST_VARIANTS, VARIANT_PATTERN
 
 
 def style_schema() -> dict[str, Any]:
@@ -23,7 +24,10 @@ def style_schema() -> dict[str, Any]:
         "type": "object",
         "required": ["format"],
         "additionalProperties": False,
-        "properties": _field_schemas() | {layer: _layer_schema() for layer in LAYERS},
+        "properties": _text_schemas()
+        | _field_schemas()
+        | {layer: _layer_schema() for layer in LAYERS}
+        | {"variants": _variants_schema()},
         "$defs": {
             "step": {"oneOf": [{"$ref": f"#/$defs/{name}"} for name in ("no_block", *steps)]},
             "no_block": _blockless_schema(),
@@ -35,6 +39,7 @@ def style_schema() -> dict[str, Any]:
 def describe(style: Style) -> dict[str, Any]:
     """The style as data for people and programs, with every value and what it may be."""
     fields = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
+    fields["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return fields | {layer: [_describe_step(step) for step in getattr(style, layer)] for layer in LAYERS}
 
 
@@ -59,12 +64,31 @@ def _describe_step(step: Step) -> dict[str, Any]:
     }
 
 
-def _field_schemas() -> dict[str, Any]:
+def _text_schemas() -> dict[str, Any]:
     texts = {key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()}
-    values = {
+    return {"format": {"const": FORMAT}} | texts
+
+
+def _field_schemas() -> dict[str, Any]:
+    return {
         key: control.schema(whole=False) | {"description": control.help} for key, control in FIELDS.items()
     }
-    return {"format": {"const": FORMAT}} | texts | values
+
+
+def _variants_schema() -> dict[str, Any]:
+    values = {
+        "type": "object",
+        "additionalProperties": False,
+        "properties": _field_schemas(),
+        "patternProperties": {"[.]": {"type": ["string", "number", "boolean"]}},
+    }
+    return {
+        "type": "object",
+        "description": 'Values by their paths, such as "posterize.levels", under a name for each variant.',
+        "maxProperties": MOST_VARIANTS,
+        "propertyNames": {"pattern": f"^{VARIANT_PATTERN}$"},
+        "additionalProperties": values,
+    }
 
 
 def _layer_schema() -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,10 @@ from typing import Any
 from vidstyle.block import Parameter
 
 LONGEST_TEXT = 200
+MOST_MISTAKES = 50
+"""How many are named."""
+MOST_NAMES = 40
+"""In a list for people."""
 LARGEST_WHOLE = 2**53
 
 
@@ -73,7 +77,17 @@ def nearest(word: str, names: Iterable[str]) -> str:
     like = get_close_matches(word.lower()[:LONGEST_TEXT], names, n=1)
     if like:
         return f"did you mean {like[0]}?"
-    return f"there are {', '.join(names)}" if names else "there are none"
+    return f"there are {listed(names)}" if names else "there are none"
+
+
+def listed(names: Sequence[str], between: str = ", ") -> str:
+    """The names for people, as many as anybody reads.
+
+    >>> listed(["a", "b"], " or ")
+    'a or b'
+    """
+    rest = len(names) - MOST_NAMES
+    return between.join(names[:MOST_NAMES]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def shown(value: object) -> str:
