@@ -107,10 +107,10 @@ def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size
 def test_bands_and_threads_change_no_bit(block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
     for source in sources((97, 61)).values():
         for values in settings(block):
-            monkeypatch.setattr("vidstyle.cpu.work.CORES", 1)
-            monkeypatch.setattr("vidstyle.cpu.work.BAND_BYTES", 1 << 30)
+            monkeypatch.setattr("vidstyle.bands.CORES", 1)
+            monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1 << 30)
             whole = run(style_of(block, values), source, threads=1)
-            monkeypatch.setattr("vidstyle.cpu.work.BAND_BYTES", 1)
+            monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1)
             for threads in (1, 4):
                 banded = run(style_of(block, values), source, threads=threads)
                 assert same_bits(whole, banded), (values, threads)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from vidstyle.block import Asset, Block, On, Saved, Slider
+from vidstyle.block import Asset, Block, On, Place, Saved, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.style import LAYERS, Step, Style, asset_path, expand
@@ -29,6 +29,11 @@ class PreparedStep:
     pictures: dict[str, str]
     save: str
     source: str
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether it makes marks that lie still on the page: dots, strokes."""
+        return self.block is not None and Place in self.block.given.values()
 
 
 def prepare(style: Style, height: int, width: int) -> dict[str, tuple[PreparedStep, ...]]:

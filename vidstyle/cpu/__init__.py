@@ -7,15 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from vidstyle.bands import CORES
 from vidstyle.blade.run import BankRun
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.output import Page, at_size, finish
-from vidstyle.cpu.work import CORES, Call, Work, run_bank
+from vidstyle.cpu.work import Call, Work, run_bank
 from vidstyle.cuts import CutDetector
 from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
 from vidstyle.prepared import PreparedStep, prepare
 from vidstyle.resample import resample
+from vidstyle.steady.stage import Steady
 from vidstyle.style import SOURCE, Style
 
 
@@ -38,6 +40,7 @@ class CpuRenderer:
         self._layers: dict[str, tuple[PreparedStep, ...]] = {}
         self._memories: dict[tuple[str, int], Settling] = {}
         self._cuts = CutDetector()
+        self._steady: Steady | None = None
 
     def __enter__(self) -> CpuRenderer:
         return self
@@ -64,7 +67,10 @@ class CpuRenderer:
         if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
             return picture
         self._prepare(picture)
-        return finish(self._pool, self._page(picture, time), picture, target, rgb)
+        if self._steady is not None:
+            picture = self._steady.before(picture, time)
+        result = finish(self._pool, self._page(picture, time), picture, target, rgb)
+        return result if self._steady is None else self._steady.after(result)
 
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
@@ -85,6 +91,9 @@ class CpuRenderer:
             for number, step in enumerate(steps)
             if step.block is not None and step.block.kind == "measured"
         }
+        if self.style.steady:
+            is_fixed = any(step.is_fixed for steps in self._layers.values() for step in steps)
+            self._steady = Steady(self.style.steady, is_fixed, self._pool)
         self._shape = picture.shape
 
     def _page(self, picture: Picture, time: float | None) -> Page:

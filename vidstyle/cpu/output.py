@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vidstyle.bands import in_bands
 from vidstyle.block import rgb_from_text
 from vidstyle.cpu.band import Band, Whole
-from vidstyle.cpu.work import Work, in_bands
+from vidstyle.cpu.work import Work
 from vidstyle.kernels import mix_channels
 from vidstyle.picture import Encoding, Picture
 from vidstyle.planes import alpha_in_depth, chroma_reach, shrunk_chroma, store

@@ -6,24 +6,18 @@ steps before the next one begins.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from vidstyle.bands import in_bands
 from vidstyle.blade.run import BankRun
 from vidstyle.block import LumaWeights, Measured, Place, Saved
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.picture import Picture
 from vidstyle.prepared import PreparedStep
-
-BAND_BYTES = 1 << 20
-"""About what a band takes as float32 RGB; several of them fit a core's second-level cache."""
-
-CORES = os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
@@ -184,15 +178,3 @@ def run_bank(pool: Executor, run: BankRun, luma: np.ndarray) -> np.ndarray:
 
     in_bands(pool, luma.shape, run.reach, run_band)
     return out
-
-
-def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]) -> None:
-    """Call `run(top, bottom)` for bands that cover all rows, on all cores.
-
-    Bands begin at multiples of four rows, which every chroma step divides.
-    """
-    height, width = shape
-    rows = max(BAND_BYTES // (12 * width), 8 * reach, 4)
-    rows = min(-(-rows // 4) * 4, max(4, -(-height // CORES + 3) // 4 * 4))
-    tops = range(0, height, rows)
-    list(pool.map(run, tops, (min(top + rows, height) for top in tops)))

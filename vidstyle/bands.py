@@ -1,0 +1,27 @@
+"""Bands of rows that stay in a core's cache, on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Executor
+
+BAND_BYTES = 1 << 20
+"""About what a band takes as float32 RGB; several of them fit a core's second-level cache."""
+
+CORES = os.cpu_count() or 1
+
+
+def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]) -> None:
+    """Call `run(top, bottom)` for bands that cover all rows, on all cores.
+
+    Bands begin at multiples of four rows, which every chroma step divides.
+
+    Args:
+        reach: rows that are read around each band.
+    """
+    height, width = shape
+    rows = max(BAND_BYTES // (12 * width), 8 * reach, 4)
+    rows = min(-(-rows // 4) * 4, max(4, -(-height // CORES + 3) // 4 * 4))
+    tops = range(0, height, rows)
+    list(pool.map(run, tops, (min(top + rows, height) for top in tops)))

@@ -1,0 +1,177 @@
+"""What a steady film needs to know of each frame: where everything was in the frame before, and the noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import cv2
+import numpy as np
+
+from vidstyle.cuts import CutDetector
+from vidstyle.kernels import compiled
+from vidstyle.measured import Sampling, small_luma
+from vidstyle.picture import Picture
+
+REDUCED = 480
+"""Motion is looked for in a copy with at most this many pixels on a side."""
+GRID = 2
+"""Flow is kept for squares of so many pixels of that copy."""
+LONGEST_GAP = 0.5
+"""Seconds without a frame after which nothing is carried on."""
+MOST_CARRIED = 0.9
+"""Share of the carried picture at `steady` 1; more would freeze what changes slowly."""
+OF_RESULT = 0.6
+"""What is carried of the result, in proportion; the style has been given a steady picture already."""
+OF_FIXED_RESULT = 0.2
+"""The same where marks lie still on the page: two sets of them, one moved along, would blur into gray."""
+LEAST_MOTION = 0.35
+"""Pixels. A result is not moved by less, since each such move would blur its lines a little more."""
+GAIN = 0.75
+"""Motion is believed where it explains the change so much better than standing still does."""
+FAINT = 2.5 / 255
+"""A change so small may be held even in a film without noise."""
+NOISES = 2.5
+"""Changes up to so many standard deviations of the noise are held."""
+QUIET = 30
+"""Percentile of the local Laplacian from which noise is told: lower than that of most textures."""
+
+
+@dataclass(frozen=True)
+class Carry:
+    """How the picture before is carried on into this one.
+
+    Attributes:
+        share: how much of it stays where nothing else has changed, 0..1.
+        limit: change, as part of the way from black to white, at which half of that stays.
+        flow: where each pixel was, relative to where it is, in pixels of the page to the right and down:
+            h x w x 2 float32 on a coarse grid over the page; None where everything stands still.
+        share_of_result: how much of the result before stays.
+    """
+
+    share: float
+    limit: float
+    flow: np.ndarray | None
+    share_of_result: float
+
+    @cached_property
+    def strong_flow(self) -> np.ndarray | None:
+        """The flow by which a result is moved: none where it is slight."""
+        if self.flow is None:
+            return None
+        moves = np.hypot(self.flow[..., 0], self.flow[..., 1]) >= LEAST_MOTION
+        return self.flow * moves[..., None] if moves.any() else None
+
+
+class Motion:
+    """Looks at frame after frame of a film.
+
+    Args:
+        steady: 0 to 1, as in a style.
+        is_fixed: whether the style makes marks that lie still on the page.
+    """
+
+    def __init__(self, steady: float, is_fixed: bool) -> None:
+        self._share = MOST_CARRIED * steady * (2 - steady)
+        self._share_of_result = self._share * (OF_FIXED_RESULT if is_fixed else OF_RESULT)
+        self._cuts = CutDetector()
+        # Its stubs want a flow to begin with, which it does not.
+        self._estimator: Any = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
+        self._reduced: np.ndarray | None = None
+        self._shape: tuple[int, int] | None = None
+        self._time = 0.0
+
+    def follow(self, picture: Picture, time: float) -> Carry | None:
+        """How the picture before is carried on into this one; None where a scene begins.
+
+        Args:
+            time: presentation time in seconds.
+        """
+        sampled = small_luma(picture)
+        before, self._reduced = self._reduced, _reduced_luma(picture)
+        elapsed, self._time = time - self._time, time
+        continues = not self._cuts.is_cut(sampled) and self._shape == picture.shape
+        self._shape = picture.shape
+        if before is None or not continues or not 0 <= elapsed <= LONGEST_GAP:
+            return None
+        limit = float(np.hypot(FAINT, NOISES * noise_level(picture)))
+        flow = self._flow(before, picture.shape[1])
+        return Carry(self._share, limit, flow, self._share_of_result)
+
+    def _flow(self, before: np.ndarray, width: int) -> np.ndarray | None:
+        now = self._reduced
+        assert now is not None
+        if min(now.shape) < 16 or np.array_equal(now, before):
+            return None
+        flow: np.ndarray = self._estimator.calc(now, before, None)
+        flow[~_is_better(flow, now, before)] = 0
+        if not flow.any():
+            return None
+        grid = max(1, now.shape[1] // GRID), max(1, now.shape[0] // GRID)
+        return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(width / now.shape[1])
+
+
+def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Where motion explains a change better than noise on a still picture would, h x w bool."""
+    rows, columns = np.indices(now.shape, np.float32)
+    moved = cv2.remap(
+        before, columns + flow[..., 0], rows + flow[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    still, moving = (cv2.blur(cv2.absdiff(now, each).astype(np.float32), (5, 5)) for each in (before, moved))
+    return moving < GAIN * still
+
+
+def _reduced_luma(picture: Picture) -> np.ndarray:
+    """Luma, uint8, averaged down."""
+    plane = picture.luma if picture.color is None else picture.color
+    assert plane is not None
+    height, width = picture.shape
+    shrink = max(1.0, max(height, width) / REDUCED)
+    size = max(1, round(width / shrink)), max(1, round(height / shrink))
+    small = cv2.resize(plane, size, interpolation=cv2.INTER_AREA)
+    if small.ndim == 3:
+        small = small.astype(np.float32) @ picture.encoding.weights
+    if small.dtype == np.uint8:
+        return small
+    most = 2**picture.encoding.depth - 1 if picture.encoding.depth else 1
+    return np.clip(small * np.float32(255 / most), 0, 255).astype(np.uint8)
+
+
+def noise_level(picture: Picture) -> float:
+    """Standard deviation of the noise in luma, as part of the way from black to white.
+
+    From a Laplacian that leaves no slope (Immerkaer 1996) at scattered pixels. A low percentile is taken,
+    so that most of a picture may be texture.
+    """
+    plane = picture.luma if picture.color is None else picture.color[..., 1]
+    assert plane is not None
+    black, white = picture.encoding.luma_levels
+    if min(plane.shape) < 3:
+        return 0.0
+    sampling = Sampling.of(*plane.shape)
+    found = np.empty(sampling.shape, np.float32)
+    _laplacian(plane, sampling.stride, *sampling.first, found)
+    # The Laplacian's own gain is 6; that percentile of the size of a normal number is 0.385 deviations.
+    return float(np.percentile(found, QUIET)) / (6 * 0.385 * (white - black))
+
+
+@compiled
+def _laplacian(plane, stride, top, left, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        y = min(max(top + row * stride, 1), plane.shape[0] - 2)
+        for column in range(out.shape[1]):
+            x = min(max(left + column * stride, 1), plane.shape[1] - 2)
+            corners = (
+                np.float32(plane[y - 1, x - 1])
+                + np.float32(plane[y - 1, x + 1])
+                + np.float32(plane[y + 1, x - 1])
+                + np.float32(plane[y + 1, x + 1])
+            )
+            sides = (
+                np.float32(plane[y - 1, x])
+                + np.float32(plane[y + 1, x])
+                + np.float32(plane[y, x - 1])
+                + np.float32(plane[y, x + 1])
+            )
+            out[row, column] = abs(corners - 2 * sides + 4 * np.float32(plane[y, x]))
