@@ -14,16 +14,17 @@ ROOT = Path(__file__).parent.parent
 FILES = sorted([*(ROOT / "vidstyle").rglob("*.py"), *(ROOT / "tools").rglob("*.py")])
 
 ORDER = """
-    errors assets picture kernels resample cuts planes
+    errors assets picture kernels resample cuts planes bands
     media
     block
     blade
     blocks
     style measured prepared
+    steady
     cpu
     gpu
     channel progress stopping compare stages renderer pipeline
-    comic explore cluster
+    gallery comic explore cluster
     designer
     demo doctor bench
     cli
