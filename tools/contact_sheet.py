@@ -11,6 +11,7 @@ import numpy as np
 import skimage.data
 
 from vidstyle.blocks import all_blocks
+from vidstyle.gallery.sheet import labelled, sheet_of
 from vidstyle.renderer import stylize
 from vidstyle.style import Step, Style, load_style, style_names
 
@@ -28,8 +29,6 @@ SIDE = 224
 STYLE_SIDE = 400
 """Of one picture of a style, in pixels."""
 COLUMNS = 6
-LABEL = 24
-GAP = 4
 
 
 def main() -> None:
@@ -46,14 +45,6 @@ def main() -> None:
         if not cv2.imwrite(str(output), sheet[..., ::-1], smallest):
             parser.error(f"{output} cannot be written")
         print(output)
-
-
-def sheet_of(labelled: Iterator[np.ndarray], columns: int) -> np.ndarray:
-    """All pictures, so many in a row; H x W x 3 uint8."""
-    pictures = list(labelled)
-    pictures += [np.full_like(pictures[0], 255)] * (-len(pictures) % columns)
-    rows = (pictures[first : first + columns] for first in range(0, len(pictures), columns))
-    return np.vstack([np.hstack(row) for row in rows])
 
 
 def labelled_styles() -> Iterator[np.ndarray]:
@@ -73,13 +64,6 @@ def labelled_blocks() -> Iterator[np.ndarray]:
         steps = (*SHOWN_AFTER.get(name, ()), Step(name))
         picture = stylize(photograph, Style(name, background=steps))
         yield labelled(picture, ", ".join(step.block for step in steps))
-
-
-def labelled(picture: np.ndarray, name: str) -> np.ndarray:
-    """The picture in a white frame with its name above."""
-    framed = cv2.copyMakeBorder(picture, LABEL, GAP, GAP, GAP, cv2.BORDER_CONSTANT, value=(255, 255, 255))
-    at = (GAP, LABEL - 8)
-    return cv2.putText(framed, name, at, cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
 
 
 if __name__ == "__main__":

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from vidstyle.cli.bench import FORMS, both_sides
-from vidstyle.cli.reporting import reporting_options
-from vidstyle.cli.values import Size
+from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.values import Seconds, Size
+from vidstyle.errors import printable
 
 if TYPE_CHECKING:
     from vidstyle.gpu.plan import Form
@@ -21,22 +24,33 @@ if TYPE_CHECKING:
 @click.argument("name", required=False)
 @click.option("--json", "as_json", is_flag=True, help="As JSON.")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of style files, for editors.")
+@click.option("--preview", metavar="INPUT",
+              help="Show a picture, or one of a film, in every style, or in NAME: needs -o.")  # fmt: skip
+@click.option("--at", type=Seconds(), help="Where in the film, for --preview; without it, in the middle.")
+@click.option("--allow-url", is_flag=True, help="Let INPUT be an address on the network.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
+              help="For --preview: a page (.html) or a sheet (.png, .jpg).")  # fmt: skip
+@click.option("-y", "--overwrite", is_flag=True, help="Replace FILE if it exists.")
 @click.option("--plan", is_flag=True, help="Print the passes that a GPU runs for the style, and their bytes.")
 @click.option("--size", type=Size(), default="1920x1080", show_default=True, callback=both_sides,
               help="Size of the pictures, for --plan.")  # fmt: skip
 @click.option("--form", type=click.Choice(FORMS), default=FORMS[0], show_default=True,
               help="How the passes run, for --plan.")  # fmt: skip
 @reporting_options
-def styles(
-    name: str | None, as_json: bool, schema: bool, plan: bool, size: tuple[int, int], form: Form
-) -> None:
-    """List the styles; with a NAME or a style file, its steps and what can be set on them."""
+def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> None:
+    """List the styles; with a NAME or a style file, its steps and what can be set on them.
+
+    NAME:VARIANT is a variant of a style.
+    """
     from vidstyle.style import describe, load_style, style_names, style_schema
 
+    _refuse_idle_options(options)
     if schema:
         click.echo(json.dumps(style_schema(), indent=2))
-    elif plan:
-        _print_plan(name, size, form, as_json)
+    elif options["preview"] is not None:
+        _write_preview(name, **options)
+    elif options["plan"]:
+        _print_plan(name, options["size"], options["form"], as_json)
     elif name is not None:
         described = describe(load_style(name))
         click.echo(json.dumps(described, indent=2) if as_json else "\n".join(_details(described)))
@@ -46,6 +60,36 @@ def styles(
         for each in style_names():
             style = load_style(each)
             click.echo(f"{each:16} {style.note}{_variants(each, style)}".rstrip())
+
+
+def _refuse_idle_options(options: dict[str, Any]) -> None:
+    """An option that would do nothing shows that something else was meant."""
+    if options["preview"] is None:
+        for option in ("at", "output"):
+            if options[option] is not None:
+                raise click.UsageError(f"--{option} belongs to --preview INPUT")
+    elif options["output"] is None:
+        raise click.UsageError("--preview needs -o FILE.html, FILE.png or FILE.jpg")
+
+
+def _write_preview(
+    name: str | None,
+    preview: str,
+    output: Path,
+    overwrite: bool,
+    at: Fraction | None,
+    allow_url: bool,
+    **_: Any,
+) -> None:
+    from vidstyle.gallery.preview import write_preview
+    from vidstyle.media.reader import ReadOptions
+    from vidstyle.style import PLAIN, load_style, style_names
+
+    wanted = style_names() if name is None else [name]
+    names = [PLAIN, *(each for each in wanted if each != PLAIN)]
+    read = ReadOptions(start=at, allow_url=allow_url)
+    write_preview(preview, output, [load_style(each) for each in names], read, overwrite)
+    say(f"{printable(output)}: {printable(preview)} in {len(names) - 1} styles")
 
 
 def _variants(name: str, style: Style) -> str:

@@ -17,6 +17,7 @@ from vidstyle.style.values import asset_path, nearest
 
 __all__ = [
     "LAYERS",
+    "PLAIN",
     "SOURCE",
     "Step",
     "Style",

@@ -1,0 +1,253 @@
+"""Somebody's own picture in every style: the page, the sheet, and the styles step by step."""
+
+from __future__ import annotations
+
+import os
+import re
+from base64 import b64decode
+from dataclasses import replace
+from fractions import Fraction
+from html.parser import HTMLParser
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from media import alpha_ramp, make_clip, make_picture, moving_frames, rms_error
+from PIL import Image
+
+from vidstyle.cli import main
+from vidstyle.errors import InputError
+from vidstyle.gallery.page import page_of
+from vidstyle.gallery.preview import write_preview
+from vidstyle.gallery.progression import progression
+from vidstyle.gallery.samples import Sample, restyled, samples_of
+from vidstyle.gallery.sheet import GAP, LABEL, sheet_of_samples
+from vidstyle.gallery.still import read_still
+from vidstyle.media.reader import ReadOptions
+from vidstyle.style import Step, Style, load_style, style_names
+
+FLAT = Style("flat", note="Two tones; tune `posterize.levels`.", base=(Step("posterize", {"levels": 2}),))
+
+
+def picture(size: tuple[int, int] = (320, 180)) -> np.ndarray:
+    return next(moving_frames(1, size))
+
+
+class Elements(HTMLParser):
+    """What a page is made of, as a browser reads it."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attributes)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.found if name == tag]
+
+
+def test_the_page_shows_every_style_the_source_first(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    source, target = make_picture(tmp_path / "in.png"), tmp_path / "out.html"
+    assert main(["styles", "--preview", str(source), "-o", str(target)]) == 0
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", f"vidstyle: {target}: {source} in {len(style_names()) - 1} styles\n")
+    page = Elements(target.read_text(encoding="utf-8"))
+    images = [image for image in page.all("img") if "src" in image]
+    assert [image["alt"] for image in images] == ["plain", *(n for n in style_names() if n != "plain")]
+    for image in images:
+        kind, _, content = str(image["src"]).partition(",")
+        decoded = cv2.imdecode(np.frombuffer(b64decode(content), np.uint8), cv2.IMREAD_COLOR)
+        assert kind == "data:image/jpeg;base64" and decoded.shape == (180, 320, 3)
+        style = load_style(str(image["alt"]))
+        assert rms_error(decoded[..., ::-1].astype(float), restyled(picture(), style).astype(float)) < 12
+        assert re.sub("`", "", style.note) in page.text
+
+
+def test_the_page_needs_nothing_from_elsewhere() -> None:
+    page = page_of("in.png", [Sample(Style("plain"), picture()), Sample(FLAT, picture())])
+    for _, attributes in Elements(page).found:
+        for name in ("src", "href", "srcset", "action"):
+            assert str(attributes.get(name, "data:")).startswith("data:")
+    assert "url(" not in page and "@import" not in page and "default-src 'none'" in page
+    assert not re.search(r"\$\w", page)
+
+
+def test_nothing_of_a_stranger_becomes_part_of_the_page() -> None:
+    evil = '<script>alert("1")</script>&amp;"\' onerror=x $source'
+    plain = Elements(page_of("in.png", [Sample(Style("plain", note="x"), picture())]))
+    page = Elements(page_of(evil + "\n\x1b", [Sample(Style(evil, note=f"`{evil}`"), picture())]))
+    assert [tag for tag, _ in page.found if tag != "code"] == [tag for tag, _ in plain.found if tag != "code"]
+    assert [*map(len, page.all("img"))] == [*map(len, plain.all("img"))]
+    assert page.all("img")[0]["alt"] == evil
+    assert page.text.count(evil) >= 3 and "\x1b" not in page.text
+
+
+@pytest.mark.parametrize("name", ["sheet.png", "sheet.JPG"])
+def test_the_sheet_holds_the_pictures_under_their_names(name: str, tmp_path: Path) -> None:
+    source = make_picture(tmp_path / "in.png")
+    write_preview(source, tmp_path / name, [load_style("plain"), FLAT])
+    with Image.open(tmp_path / name) as image:
+        sheet = np.asarray(image.convert("RGB")).astype(float)
+    assert sheet.shape == (2 * (180 + LABEL + GAP), 320 + 2 * GAP, 3)
+    assert sheet[:LABEL].min() < 100
+    for number, expected in enumerate([picture(), restyled(picture(), FLAT)]):
+        top = number * (180 + LABEL + GAP) + LABEL
+        assert rms_error(sheet[top : top + 180, GAP:-GAP], expected.astype(float)) < (
+            6 if "J" in name else 0.01
+        )
+
+
+@pytest.mark.parametrize("size", [(1920, 1080), (1080, 1920), (200, 200), (3000, 10), (10, 3000)])
+def test_a_sheet_is_neither_a_ribbon_nor_too_large(size: tuple[int, int]) -> None:
+    sheet = sheet_of_samples([("x", np.zeros((size[1], size[0], 3), np.uint8))] * 14)
+    assert max(sheet.shape) < 8000
+    if max(size) < 3000:
+        assert 0.5 < sheet.shape[1] / sheet.shape[0] < 3
+
+
+def test_a_style_may_be_named(tmp_path: Path) -> None:
+    target = tmp_path / "out.html"
+    source = make_picture(tmp_path / "in.png")
+    assert main(["styles", "sketch", "--preview", str(source), "-o", str(target)]) == 0
+    images = Elements(target.read_text(encoding="utf-8")).all("img")
+    assert [image["alt"] for image in images if "src" in image] == ["plain", "sketch"]
+
+
+def test_of_a_film_the_middle_or_a_given_time_is_shown(tmp_path: Path) -> None:
+    film = make_clip(tmp_path / "film.mkv", codec="ffv1", pix_fmt="yuv444p", frames=40, rate=10)
+    frames = [frame.astype(float) for frame in moving_frames(40)]
+    for at, number in ((None, 20), (Fraction(3), 30), (Fraction(0), 0)):
+        still = read_still(film, ReadOptions(start=at)).astype(float)
+        errors = [rms_error(still, frame) for frame in frames]
+        assert int(np.argmin(errors)) == number and errors[number] < 2
+    with pytest.raises(InputError, match="has no frame"):
+        read_still(film, ReadOptions(start=Fraction(9)))
+
+
+def test_a_film_that_is_shorter_than_it_says_shows_its_first(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    film = make_clip(tmp_path / "film.mkv", codec="ffv1", pix_fmt="yuv444p", frames=10, rate=10)
+    monkeypatch.setattr("vidstyle.gallery.still._middle", lambda reader: Fraction(50))
+    still = read_still(film).astype(float)
+    assert rms_error(still, picture().astype(float)) < 2
+    assert "its first is shown" in caplog.text
+
+
+def test_pictures_are_upright_square_and_small(tmp_path: Path) -> None:
+    wide = make_clip(tmp_path / "wide.mp4", sample_aspect=Fraction(2), frames=3)
+    assert read_still(wide).shape == (180, 640, 3)
+    turned = make_clip(tmp_path / "turned.mp4", rotation=90, frames=3)
+    assert read_still(turned).shape == (320, 180, 3)
+    large = make_picture(tmp_path / "large.png", size=(2400, 1201))
+    assert read_still(large).shape == (480, 960, 3)
+
+
+def test_what_is_transparent_lies_on_white(tmp_path: Path) -> None:
+    still = read_still(make_picture(tmp_path / "in.png", mode="RGBA")).astype(float)
+    alpha = alpha_ramp(180, 320)[..., np.newaxis] / 255
+    assert rms_error(still, picture() * alpha + 255 * (1 - alpha)) < 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["--preview", "in.png"], 2, "--preview needs -o FILE.html"),
+        (["--at", "3"], 2, "--at belongs to --preview"),
+        (
+            ["--preview", "in.png", "-o", "out.gif"],
+            2,
+            "out.gif: is no kind of preview; end its name in .html",
+        ),
+        (["--preview", "in.png", "-o", "there.html"], 2, "there.html: exists already; add -y"),
+        (["--preview", "in.png", "-o", "in.png", "-y"], 2, "is the input itself"),
+        (["--preview", "in.png", "-o", "pipe.html", "-y"], 2, "pipe.html: is a device or a pipe"),
+        (["--preview", "none.png", "-o", "out.html"], 3, "none.png: no such file"),
+        (["--preview", "there.html", "-o", "out.html"], 3, "there.html: not a readable video"),
+        (["--preview", "in.png", "--at", "5", "-o", "out.html"], 3, "in.png: has no frame"),
+        (["none", "--preview", "in.png", "-o", "out.html"], 3, "none: is not a style"),
+        (["--preview", "in.png", "-o", "none/out.html"], 5, "its folder does not exist"),
+        (["--preview", "http://x/y.png", "-o", "out.html"], 2, "allow it with --allow-url"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(
+    arguments: list[str],
+    code: int,
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    make_picture(Path("in.png"))
+    Path("there.html").write_text("there", encoding="utf-8")
+    os.mkfifo("pipe.html")
+    assert main(["styles", *arguments]) == code
+    out, err = capfd.readouterr()
+    assert out == "" and err.count("\n") == 1 and words in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.png", "pipe.html", "there.html"]
+    assert Path("there.html").read_text(encoding="utf-8") == "there"
+
+
+def test_an_older_preview_is_replaced_when_asked(tmp_path: Path) -> None:
+    source, target = make_picture(tmp_path / "in.png"), tmp_path / "out.html"
+    target.write_text("old", encoding="utf-8")
+    write_preview(source, target, [load_style("plain")], overwrite=True)
+    assert "<!DOCTYPE html>" in target.read_text(encoding="utf-8")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.png", "out.html"]
+
+
+def test_samples_come_in_the_order_of_their_styles() -> None:
+    styles = [replace(FLAT, name=str(number)) for number in range(7)]
+    samples = list(samples_of(picture((64, 36)), [load_style("plain"), *styles]))
+    assert [sample.style.name for sample in samples] == ["plain", *"0123456"]
+    assert (samples[0].picture == picture((64, 36))).all()
+
+
+def test_a_style_is_shown_step_by_step() -> None:
+    source = picture((96, 54))
+    bright, gray = Step("brightness", save="kept"), Step("to_gray")
+    tones, lines = (
+        Step("posterize", {"levels": 3}, save="tones"),
+        (Step("sobel"), Step("blend", {"other": "tones"})),
+    )
+    style = Style(
+        "s", paper="#ffeedd", base=(bright, gray), background=(tones,), lines=(Step("", save="x"), *lines)
+    )
+    stages = list(progression(source, style))
+    assert [(stage.layer, stage.name) for stage in stages] == [
+        ("", "source"),
+        ("base", "brightness"),
+        ("base", "to_gray"),
+        ("background", "posterize"),
+        ("lines", "sobel"),
+        ("lines", "blend"),
+        ("", "result"),
+    ]
+    expected = [
+        source,
+        restyled(source, Style("s", base=(bright,))),
+        restyled(source, Style("s", base=(bright, gray))),
+        restyled(source, Style("s", base=(bright, gray, tones))),
+        restyled(source, Style("s", base=(bright, gray, Step("sobel")))),
+    ]
+    for stage, wanted in zip(stages, expected, strict=False):
+        assert (stage.picture == wanted).all(), stage.name
+    assert (stages[-1].picture == restyled(source, style)).all()
+    assert (stages[5].picture != stages[4].picture).any()
+
+
+@pytest.mark.parametrize("name", style_names())
+def test_every_shipped_style_can_be_shown_step_by_step(name: str) -> None:
+    style = load_style(name)
+    stages = list(progression(picture((96, 54)), style))
+    assert len(stages) == 2 + sum(bool(step.block) for step in style.steps)

@@ -1,0 +1,71 @@
+"""Somebody's own picture in every style, as a page or a sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vidstyle.errors import UsageError
+from vidstyle.gallery.encode import encoded
+from vidstyle.gallery.page import page_of
+from vidstyle.gallery.samples import Sample, samples_of
+from vidstyle.gallery.sheet import sheet_of_samples
+from vidstyle.gallery.still import read_still
+from vidstyle.media.reader import ReadOptions
+from vidstyle.media.whole_file import whole_file
+from vidstyle.style import Style
+
+
+def write_preview(
+    source: str | Path,
+    target: str | Path,
+    styles: Sequence[Style],
+    read: ReadOptions | None = None,
+    overwrite: bool = False,
+) -> None:
+    """Write a picture of the source in the styles, the first of which leaves it as it is.
+
+    Args:
+        source: a picture or a film.
+        target: a page (.html) or a sheet (.png, .jpg).
+        styles: in the order in which they are shown.
+        read: how to read the source; without a start, the middle of a film is taken.
+        overwrite: whether the target may exist.
+
+    Raises:
+        UsageError: the target's ending is another, it exists, or it is the source.
+        InputError: the source cannot be read.
+        OutputError: the target cannot be written.
+    """
+    target = Path(target)
+    content_of = _kind(target)
+    with whole_file(target, source, overwrite) as write:
+        samples = list(samples_of(read_still(source, read), styles))
+        write(content_of(source, samples))
+
+
+def _kind(target: Path) -> Callable[[str | Path, list[Sample]], bytes]:
+    kinds = {".html": _page, ".png": _png, ".jpg": _jpeg}
+    try:
+        return kinds[target.suffix.lower()]
+    except KeyError:
+        raise UsageError(target, "is no kind of preview", f"end its name in {' or '.join(kinds)}") from None
+
+
+def _page(source: str | Path, samples: list[Sample]) -> bytes:
+    name = "standard input" if str(source) == "-" else Path(source).name
+    return page_of(name, samples).encode("utf-8")
+
+
+def _png(_: str | Path, samples: list[Sample]) -> bytes:
+    return encoded(_sheet(samples), ".png")
+
+
+def _jpeg(_: str | Path, samples: list[Sample]) -> bytes:
+    return encoded(_sheet(samples), ".jpg")
+
+
+def _sheet(samples: list[Sample]) -> np.ndarray:
+    return sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])

@@ -1,0 +1,50 @@
+"""How a style comes about: the picture after each of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidstyle.gallery.samples import restyled
+from vidstyle.style import LAYERS, Step, Style
+
+_JOINT = "end of base"
+"""What is kept for the layers to start from; no style can save under a name with spaces."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The picture after one step, H x W x 3 uint8.
+
+    Attributes:
+        layer: the layer of the step; empty for the source and the result.
+        name: the step's block, "source" or "result".
+    """
+
+    layer: str
+    name: str
+    picture: np.ndarray
+
+
+def progression(picture: np.ndarray, style: Style) -> Iterator[Stage]:
+    """The source, the picture after each step that has a block, and the result.
+
+    Args:
+        picture: H x W x 3 uint8.
+        style: any; its layers are shown one after another, the lines before they become ink.
+    """
+    yield Stage("", "source", picture)
+    done: tuple[Step, ...] = ()
+    for layer in LAYERS:
+        steps = getattr(style, layer)
+        for number, step in enumerate(steps, 1):
+            if step.block:
+                so_far = Style(
+                    style.name, height=style.height, base=done + steps[:number], folder=style.folder
+                )
+                yield Stage(layer, step.block, restyled(picture, so_far))
+        # One layer after another: each goes on from the end of the base, and sees what was saved before.
+        done += (*steps, Step("", save=_JOINT) if layer == "base" else Step("", source=_JOINT))
+    yield Stage("", "result", restyled(picture, style))

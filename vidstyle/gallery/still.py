@@ -1,0 +1,85 @@
+"""One picture out of a film, a photograph or a sequence, as the gallery shows it."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.errors import InputError
+from vidstyle.media.frame import Frame
+from vidstyle.media.reader import Reader, ReadOptions, open_reader
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import load_style
+
+LONGEST_SIDE = 960
+"""Pixels; styles take seconds at this size, and show what they do."""
+
+_RGB = Encoding(full_range=True, step=(1, 1))
+
+log = logging.getLogger("vidstyle")
+
+
+def read_still(
+    source: str | Path, read: ReadOptions | None = None, longest_side: int = LONGEST_SIDE
+) -> np.ndarray:
+    """One picture of the source, upright, with square pixels, reduced to the longest side: H x W x 3 uint8.
+
+    Args:
+        source: what `open_reader` opens.
+        read: how to read it; without a start, the middle of a film is taken and the first picture of a pipe.
+        longest_side: in pixels.
+
+    Raises:
+        InputError: it cannot be read, or has no picture at that time.
+    """
+    read = read or ReadOptions()
+    with open_reader(source, read) as reader:
+        middle = _middle(reader) if read.start is None and str(source) != "-" else None
+        still = _still(reader, longest_side)
+    if middle is None:
+        return still
+    try:
+        with open_reader(source, replace(read, start=middle)) as reader:
+            return _still(reader, longest_side)
+    except InputError:
+        log.warning(
+            "%s: has no picture in the middle of the time that it announces: its first is shown", source
+        )
+        return still
+
+
+def _middle(reader: Reader) -> Fraction | None:
+    return reader.info.duration / 2 if reader.info.duration and not reader.info.still else None
+
+
+def _still(reader: Reader, longest_side: int) -> np.ndarray:
+    frame = next(item for item in reader if isinstance(item, Frame))
+    color = _color(frame.picture)
+    aspect = reader.info.sample_aspect or 1
+    return _reduced(color, round(color.shape[1] * aspect), longest_side)
+
+
+def _color(picture: Picture) -> np.ndarray:
+    """Its RGB; where it is transparent, on white."""
+    with CpuRenderer(load_style("plain")) as renderer:
+        shown = renderer.run(picture, None, _RGB, rgb=True)
+    assert shown.color is not None
+    if shown.alpha is None:
+        return np.array(shown.color)
+    alpha = shown.alpha[..., np.newaxis] / np.float32(255)
+    return np.rint(shown.color * alpha + 255 * (1 - alpha)).astype(np.uint8)
+
+
+def _reduced(color: np.ndarray, width: int, longest_side: int) -> np.ndarray:
+    """The picture with its pixels made square, no side longer than allowed."""
+    height = color.shape[0]
+    factor = min(1, longest_side / max(width, height))
+    size = max(1, round(width * factor)), max(1, round(height * factor))
+    smaller = size[0] <= color.shape[1] and size[1] <= height
+    return cv2.resize(color, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR)
