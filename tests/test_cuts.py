@@ -1,17 +1,47 @@
-"""Cuts: a new scene is found, movement, noise, flashes of a lamp's size and fades are not taken for one."""
+"""Cuts: a new scene is found, movement, noise, flashes and fades are not taken for one."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
+import cv2
 import numpy as np
 import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
-from vidstyle.cuts import CutDetector
+from vidstyle.cuts import PAUSE, CutDetector, Scene, find_scenes
+
+PAIRS = [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea"), ("chelsea", "astronaut")]
+WHITE, BLACK = np.ones((144, 256), np.float32), np.zeros((144, 256), np.float32)
 
 
 def small(name: str) -> np.ndarray:
     return photograph(name)[::4, ::4, 1][:64, :96].astype(np.float32) / 255
+
+
+def view(name: str, across: float = 0, down: float = 0, zoom: float = 1) -> np.ndarray:
+    """A photograph as a film's small luma, seen from another place: 144 x 256."""
+    green = np.ascontiguousarray(photograph(name)[..., 1])
+    still = cv2.resize(green, (332, 188), interpolation=cv2.INTER_AREA)
+    seen = np.array([[zoom, 0, 128 - zoom * (166 + across)], [0, zoom, 72 - zoom * (94 + down)]], np.float64)
+    moved = cv2.warpAffine(still, seen, (256, 144), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
+    return moved.astype(np.float32) / 255
+
+
+def grainy(frames: Iterable[np.ndarray], deviation: float) -> list[np.ndarray]:
+    """With another noise in each; in 8 bits."""
+    random = np.random.default_rng(3)
+    noisy = (frame + random.normal(0, deviation / 255, frame.shape) for frame in frames)
+    return [(np.clip(np.rint(frame * 255), 0, 255) / 255).astype(np.float32) for frame in noisy]
+
+
+def cuts(frames: Iterable[np.ndarray]) -> list[int]:
+    """The numbers of the frames that are cuts, but for the first, which always is."""
+    detector = CutDetector()
+    found = [number for number, frame in enumerate(frames) if detector.is_cut(frame)]
+    assert found[0] == 0
+    return found[1:]
 
 
 def test_the_first_frame_begins_a_scene_and_the_same_again_does_not() -> None:
@@ -19,7 +49,7 @@ def test_the_first_frame_begins_a_scene_and_the_same_again_does_not() -> None:
     assert [detector.is_cut(small("astronaut")) for _ in range(3)] == [True, False, False]
 
 
-@pytest.mark.parametrize("pair", [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea")])
+@pytest.mark.parametrize("pair", PAIRS)
 def test_another_picture_is_a_cut(pair: tuple[str, str]) -> None:
     detector = CutDetector()
     cuts = [detector.is_cut(small(name)) for name in (pair[0], pair[0], pair[1], pair[1], pair[0])]
@@ -32,24 +62,93 @@ def test_another_size_is_a_cut() -> None:
     assert detector.is_cut(small("coffee")[:32])
 
 
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("light", [1, 0.3])
+def test_a_cut_within_movement_and_noise_is_found_and_nothing_else(
+    pair: tuple[str, str], light: float
+) -> None:
+    frames = [light * view(name, 6 * step, -3 * step, 1.03**step) for name in pair for step in range(6)]
+    assert cuts(grainy(frames, 4)) == [6]
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_a_cut_between_pictures_of_the_same_tones_is_found(pair: tuple[str, str]) -> None:
+    """With their histograms made equal, so that only what they show differs."""
+    ramp = np.linspace(0, 1, WHITE.size, dtype=np.float32)
+    first, second = (ramp[view(name).ravel().argsort().argsort()].reshape(WHITE.shape) for name in pair)
+    assert cuts([first, first, second, second]) == [2]
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_black_bars_do_not_hide_a_cut(pair: tuple[str, str]) -> None:
+    frames = [view(name, 4 * step) for name in pair for step in range(4)]
+    for frame in frames:
+        frame[:28], frame[-28:] = 0, 0
+    assert cuts(grainy(frames, 2)) == [4]
+    assert cuts(np.ascontiguousarray(frame.T) for frame in grainy(frames, 2)) == [4]
+
+
 def test_movement_is_no_cut() -> None:
-    detector = CutDetector()
-    frames = [frame[..., 1].astype(np.float32) / 255 for frame in moving_frames(40, (160, 90))]
-    assert [detector.is_cut(frame) for frame in frames] == [True] + [False] * 39
+    assert cuts(frame[..., 1].astype(np.float32) / 255 for frame in moving_frames(40, (160, 90))) == []
+    assert cuts(view("coffee", 20 * step - 50) for step in range(6)) == []
 
 
-def test_noise_is_no_cut() -> None:
-    detector = CutDetector()
-    still = small("astronaut")
-    frames = [still + 0.08 * (noise(*still.shape, seed=seed) - 0.5) for seed in range(10)]
-    assert not any([detector.is_cut(frame) for frame in frames][1:])
+def test_wild_action_is_not_all_cuts() -> None:
+    """Half of every picture is new; among still pictures one such is a cut."""
+    coffee, new = view("coffee")[:, :128], (noise(24, 21, seed=seed) for seed in range(12))
+    wild = [np.hstack([coffee, cv2.resize(each, (128, 144), interpolation=cv2.INTER_CUBIC)]) for each in new]
+    assert cuts(wild) == [1]
+    assert cuts([wild[0]] * 6 + [wild[1]] * 6) == [6]
+    assert cuts([*wild, view("astronaut")]) == [1, 12]
 
 
-def test_a_fade_is_no_cut() -> None:
-    """To black in one second, at 25 frames a second."""
-    detector = CutDetector()
-    cuts = [detector.is_cut(small("astronaut") * (1 - number / 25)) for number in range(26)]
-    assert not any(cuts[1:])
+@pytest.mark.parametrize("light", [1, 0.05])
+def test_noise_is_no_cut(light: float) -> None:
+    assert cuts(grainy([light * view("astronaut")] * 10, 6)) == []
+    assert cuts(grainy([light * WHITE / 2] * 10, 6)) == []
+
+
+@pytest.mark.parametrize("name", ["astronaut", "coffee", "chelsea"])
+def test_light_is_no_cut(name: str) -> None:
+    """A flash of one frame, a white one, a stroboscope, and the light that goes on and stays."""
+    still = view(name, zoom=1.2)
+    flash = np.minimum(1, still + 0.5)
+    assert cuts([still, still, flash, still, still]) == []
+    assert cuts([still, still, WHITE, still, still]) == []
+    assert cuts([still, 0.3 * still] * 4) == []
+    assert cuts([0.2 * still] * 3 + [still] * 3) == []
+
+
+def test_light_so_bright_that_little_shows_in_it_is_one_cut_at_most() -> None:
+    still = view("chelsea", zoom=1.2)
+    flash = np.minimum(1, still + 0.8)
+    assert cuts(grainy([still, still, flash, still, still], 2)) == [2]
+
+
+def test_a_cut_behind_a_flash_is_found() -> None:
+    assert cuts([view("astronaut"), WHITE, view("coffee"), view("coffee")]) == [2]
+
+
+@pytest.mark.parametrize("pair", [("coffee", "astronaut"), ("chelsea", "rocket"), ("rocket", "coffee")])
+def test_fades_are_no_cuts_and_the_next_scene_is_one(pair: tuple[str, str]) -> None:
+    """To black in one second, and out of it, at 25 frames a second."""
+    out, back = ([view(name) * (number / 25) for number in range(26)] for name in pair)
+    assert cuts(grainy(out[::-1], 1)) == []
+    (begin,) = cuts(grainy(out[::-1] + back, 1))
+    assert 26 <= begin < 32
+
+
+def test_what_comes_after_a_pause_is_a_scene() -> None:
+    """The same one too; a film that opens with a single black frame has no scene of one frame."""
+    still = view("coffee")
+    assert cuts([still] * 3 + [BLACK] * PAUSE + [still] * 3) == [3 + PAUSE]
+    assert cuts([still] * 3 + [BLACK] * (PAUSE - 1) + [still] * 3) == []
+    assert cuts([BLACK] + [still] * 3) == []
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 320), (9, 7), (320, 4)])
+def test_pictures_of_any_size_are_taken(shape: tuple[int, int]) -> None:
+    assert cuts([noise(*shape, seed=1)] * 3) == []
 
 
 def test_a_buffer_that_is_used_again_does_not_hide_a_cut() -> None:
@@ -58,3 +157,26 @@ def test_a_buffer_that_is_used_again_does_not_hide_a_cut() -> None:
     detector.is_cut(buffer)
     buffer[:] = small("rocket")
     assert detector.is_cut(buffer)
+
+
+def scenes_of(names: Sequence[str], times: Iterable[float]) -> list[Scene]:
+    return list(find_scenes(zip(times, map(view, names), strict=True)))
+
+
+def test_scenes_end_where_the_next_begins() -> None:
+    names = ["coffee"] * 3 + ["rocket"] + ["chelsea"] * 2
+    assert scenes_of(names, [1.0, 1.1, 1.3, 1.4, 1.5, 1.7]) == [
+        Scene(1.0, 1.4, 3),
+        Scene(1.4, 1.5, 1),
+        Scene(1.5, 1.7, 2),
+    ]
+    assert scenes_of([], []) == []
+
+
+def test_a_scene_is_told_as_soon_as_it_is_over() -> None:
+    def frames() -> Iterable[tuple[float, np.ndarray]]:
+        yield 0.0, view("coffee")
+        yield 1.0, view("rocket")
+        raise AssertionError("read further than needed")
+
+    assert next(iter(find_scenes(frames()))) == Scene(0.0, 1.0, 1)
