@@ -25,6 +25,12 @@ if TYPE_CHECKING:
 @click.option(
     "--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True, help="Change the style a bit."
 )
+@click.option(
+    "--steady",
+    type=click.FloatRange(0, 1),
+    metavar="S",
+    help="Hold what flickers: 0 lets it boil, 1 keeps it still.  [default: the style's own]",
+)
 @click.option("-y", "--overwrite", is_flag=True, help="Replace OUTPUT if it exists.")
 @click.option("--start", type=Seconds(), help="Begin here: seconds or h:mm:ss.")
 @click.option("--end", type=Seconds(), help="End here.")
@@ -67,7 +73,10 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
     from vidstyle.stopping import stop_on_signals
     from vidstyle.style import load_style, override
 
-    style = override(load_style(options["style_name"]), list(options["changes"]))
+    changes = list(options["changes"])
+    if options["steady"] is not None:
+        changes.append(f"steady={options['steady']}")
+    style = override(load_style(options["style_name"]), changes)
     with stop_on_signals() as stop, display(progress) as show:
         summary = render_film(
             source,

@@ -67,10 +67,10 @@ class CpuRenderer:
         if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
             return picture
         self._prepare(picture)
-        if self._steady is not None:
-            picture = self._steady.before(picture, time)
-        result = finish(self._pool, self._page(picture, time), picture, target, rgb)
-        return result if self._steady is None else self._steady.after(result)
+        if self._steady is None:
+            return self._styled(picture, time, target, rgb)
+        steadied = self._steady.before(picture, time)
+        return self._steady.after(self._styled(steadied.picture, time, target, rgb), steadied)
 
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
@@ -79,6 +79,9 @@ class CpuRenderer:
         future: Future[Picture] = Future()
         future.set_result(self.run(picture, time, target, rgb))
         return future
+
+    def _styled(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> Picture:
+        return finish(self._pool, self._page(picture, time), picture, target, rgb)
 
     def _prepare(self, picture: Picture) -> None:
         """Look everything up anew for a new size."""

@@ -18,11 +18,13 @@ from vidstyle.gpu.plan import Plan
 from vidstyle.gpu.programs import Programs
 from vidstyle.gpu.shader import ImageOf, Shader, write_shader
 from vidstyle.gpu.slots import Slots
+from vidstyle.gpu.steady import SteadyTextures
 from vidstyle.gpu.textures import TexturePool
 from vidstyle.gpu.transfer import Download, Transfer, Upload
 from vidstyle.gpu.windows import Window
 from vidstyle.measured import Sampling
 from vidstyle.picture import Picture
+from vidstyle.steady.motion import Carry
 
 if TYPE_CHECKING:
     import moderngl
@@ -41,6 +43,14 @@ class Fetch:
 
     transfer: Transfer
     windows: dict[str, Window]
+
+
+@dataclass(frozen=True)
+class Steadying:
+    """What keeps a film steady, and how the picture before is carried on into the one to be drawn."""
+
+    textures: SteadyTextures
+    carry: Carry | None
 
 
 class Equipment:
@@ -98,14 +108,20 @@ class Runner:
         self._framebuffers: dict[tuple[int, ...], Any] = {}
         self._numbers: dict[Measure, moderngl.Texture] = {}
 
-    def draw(self, picture: Picture, shares: Shares) -> list[Fetch]:
+    @property
+    def is_tiled(self) -> bool:
+        """Whether the page is done in parts."""
+        return len(self._jobs) > 1
+
+    def draw(self, picture: Picture, shares: Shares, steadying: Steadying | None = None) -> list[Fetch]:
         """Start all that is to be done for a picture; nothing here waits for the GPU.
 
         Args:
-            picture: of the plan's layout.
+            picture: of the plan's layout, or of planes that `steadying` brings to it.
             shares: for each measured step.
+            steadying: keeps the film steady; not for a page that is done in parts.
         """
-        found = (self._run_job(job, picture, shares) for job in self._jobs)
+        found = (self._run_job(job, picture, shares, steadying) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
     def release(self) -> None:
@@ -116,13 +132,18 @@ class Runner:
         self._framebuffers.clear()
         self._slots.release()
 
-    def _run_job(self, job: Job, picture: Picture, shares: Shares) -> Fetch | None:
+    def _run_job(
+        self, job: Job, picture: Picture, shares: Shares, steadying: Steadying | None
+    ) -> Fetch | None:
         arrays = {
             name: plane[window.top : window.bottom, window.left : window.right]
             for node, window in job.planes.items()
             for name, plane in _arrays_of(node, picture).items()
         }
         sent = self._equipment.upload.send(arrays)
+        if steadying is not None:
+            shapes = {name: (plane.shape[0], plane.shape[1]) for name, plane in arrays.items()}
+            sent = steadying.textures.before(sent, shapes, steadying.carry)
         for each in job.passes:
             self._run_pass(job, each, sent)
             if each.sampled is not None and job.ends_measure:
@@ -136,8 +157,11 @@ class Runner:
         if not results:
             return None
         windows = {target.name: job.result_window(target.name) for target, _ in results}
+        textures = [texture for _, texture in results]
+        if steadying is not None:
+            textures = steadying.textures.after(zip(windows, textures, strict=True), steadying.carry)
         transfer = self._equipment.download.begin(
-            [(texture, 3 if target.name == "color" else 1) for target, texture in results],
+            [(texture, 3 if name == "color" else 1) for name, texture in zip(windows, textures, strict=True)],
             [window.shape for window in windows.values()],
         )
         return Fetch(transfer, windows)

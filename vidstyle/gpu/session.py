@@ -19,10 +19,12 @@ from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.owner import Owner
 from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.runner import Equipment, Fetch, Runner
+from vidstyle.gpu.steadier import Steadier, plain_layout, steady_layout
 from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
 from vidstyle.planes import alpha_in_depth
 from vidstyle.prepared import PreparedStep, prepare
+from vidstyle.steady.stage import Steadied
 from vidstyle.style import Style
 
 LARGEST = 8192
@@ -49,6 +51,7 @@ class Drawn:
     request: Request
     plan: Plan
     fetches: list[Fetch]
+    steadied: Steadied | None = None
 
 
 class Session:
@@ -82,6 +85,7 @@ class Session:
         self._steps: dict[str, tuple[PreparedStep, ...]] = {}
         self._settlings: dict[tuple[str, int], Settling] = {}
         self._cuts = CutDetector()
+        self._steadier: Steadier | None = None
         try:
             self._owner.submit(self._open, device.index).result()
         except DeviceError:
@@ -110,8 +114,7 @@ class Session:
         self._equipment = Equipment(self._context)
 
     def _close(self) -> None:
-        if self._runner is not None:
-            self._runner.release()
+        self._let_runner_go()
         self._equipment.release()
         close_context(self._context)
 
@@ -123,15 +126,20 @@ class Session:
 
     def _start(self, request: Request) -> Drawn:
         with driver_errors():
-            runner = self._prepared(request)
+            steady = self._style.steady > 0 and request.time is not None
+            runner = self._prepared(request, steady)
             shares = self._shares(request, runner.plan)
-            drawn = Drawn(request, runner.plan, runner.draw(request.picture, shares))
+            if steady:
+                assert self._steadier is not None and request.time is not None
+                fetches, steadied = self._steadier.draw(request.picture, request.time, shares)
+            else:
+                fetches, steadied = runner.draw(request.picture, shares), None
             self._check()
-            return drawn
+            return Drawn(request, runner.plan, fetches, steadied)
 
-    def _prepared(self, request: Request) -> Runner:
-        """The runner for pictures such as this one."""
-        layout = Layout.of(request.picture)
+    def _prepared(self, request: Request, steady: bool) -> Runner:
+        """The runner for pictures such as this one, and what keeps their film steady."""
+        layout = steady_layout(request.picture) if steady else Layout.of(request.picture)
         old = self._runner.plan if self._runner else None
         if old and (old.source, old.target, old.rgb) == (layout, request.target, request.rgb) and self._steps:
             assert self._runner is not None
@@ -144,6 +152,12 @@ class Session:
         )
         self._let_runner_go()
         self._runner = Runner(self._equipment, plan, self._largest)
+        if steady:
+            is_fixed = any(step.is_fixed for steps in self._steps.values() for step in steps)
+            source = plain_layout(request.picture).encoding
+            self._steadier = Steadier(
+                self._equipment, self._runner, self._style.steady, is_fixed, source, request.target
+            )
         self._equipment.textures.clear()
         return self._runner
 
@@ -151,6 +165,9 @@ class Session:
         if self._runner is not None:
             self._runner.release()
             self._runner = None
+        if self._steadier is not None:
+            self._steadier.release()
+            self._steadier = None
 
     def _shares(self, request: Request, plan: Plan) -> dict[tuple[str, int], float]:
         measures = [each.sampled for each in plan.passes if each.sampled]
@@ -176,7 +193,8 @@ class Session:
                 shape = _plane_shape(drawn, name)
                 whole = planes.setdefault(name, np.empty(shape + array.shape[2:], array.dtype))
                 whole[window.top : window.bottom, window.left : window.right] = array
-        return _picture(drawn, planes)
+        result = _picture(drawn, planes)
+        return result if self._steadier is None else self._steadier.after(result, drawn.steadied)
 
     def _check(self) -> None:
         error = self._context.error

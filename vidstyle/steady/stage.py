@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,11 +16,25 @@ from vidstyle.steady.motion import Carry, Motion
 Levels = tuple[float, float]
 
 
+@dataclass(frozen=True)
+class Steadied:
+    """A picture made ready for a style, and what its result needs afterwards.
+
+    Attributes:
+        carry: how the picture before was carried on, or None where none was.
+        weights: how much of it there is at each pixel, H x W float32, 0..1.
+    """
+
+    picture: Picture
+    carry: Carry | None = None
+    weights: np.ndarray | None = None
+
+
 class Steady:
     """Carries luma and chroma on before the style, and the result after it.
 
     The first takes away the noise that a style would turn into lines and steps that come and go; the
-    second what comes and goes none the less. Call `before` and `after` in turn for each picture.
+    second what comes and goes none the less.
 
     Args:
         steady: 0 to 1, as in a style.
@@ -30,71 +44,79 @@ class Steady:
     def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
         self._motion = Motion(steady, is_fixed)
         self._pool = pool
-        self._carry: Carry | None = None
-        self._weights: np.ndarray | None = None
         self._source: Picture | None = None
         self._result: dict[str, np.ndarray] = {}
 
-    def before(self, picture: Picture, time: float | None) -> Picture:
-        """The picture that the style is to see: luma and chroma, of 16 bits, or of floats for floats and RGB.
+    def before(self, picture: Picture, time: float | None) -> Steadied:
+        """The picture that the style is to see: luma and chroma in `steady_encoding`.
 
         Args:
             time: presentation time in seconds; None for a picture that stands alone, which stays as it is.
         """
-        self._carry, self._weights = None, None
         if time is None:
-            return picture
+            return Steadied(picture)
         carry = self._motion.follow(picture, time)
-        now = _with_planes(picture)
-        old, encoding = self._source, steady_encoding(now.encoding)
+        now, old = with_planes(picture), self._source
+        encoding = steady_encoding(now.encoding)
         if carry is None or old is None or old.encoding != encoding:
-            self._source = _in_encoding(now, encoding)
+            steadied = Steadied(_in_encoding(now, encoding))
         else:
-            self._carry = carry
-            self._source = self._carried(now, old, carry)
-        return self._source
+            steadied = self._carried(now, old, carry)
+        self._source = steadied.picture
+        return steadied
 
-    def after(self, picture: Picture) -> Picture:
-        """The picture to be shown, of what the style has made of the last one."""
-        carry, weights, old = self._carry, self._weights, self._result
-        planes = dict(_named_planes(picture))
-        gain = 1.0 if picture.encoding.depth == 0 else 2.0 ** (16 - picture.encoding.depth)
-        kept = {name: plane.shape for name, plane in old.items()} == {
-            name: plane.shape for name, plane in planes.items()
-        }
-        if carry is None or weights is None or not kept:
-            self._result = {name: _scaled(plane, gain, 0) for name, plane in planes.items()}
-            return picture
+    def after(self, result: Picture, steadied: Steadied) -> Picture:
+        """The picture to be shown, of what the style has made; to be called in the pictures' order."""
+        carry, weights, old = steadied.carry, steadied.weights, self._result
+        planes = dict(_named_planes(result))
+        gain, floats = result_gain(result.encoding), result.encoding.depth == 0
+        fits = [each.shape for each in planes.values()] == [each.shape for each in old.values()]
+        if carry is None or weights is None or not fits:
+            self._result = {name: _scaled(plane, gain, 0, floats) for name, plane in planes.items()}
+            return result
         for name, plane in planes.items():
-            step = picture.encoding.step if name in ("blue", "red") else (1, 1)
+            step = result.encoding.step if name in ("blue", "red") else (1, 1)
             mix = Mix(carry.share_of_result, guide=weights, step=step)
             self._result[name], _ = carried(self._pool, plane, (gain, 0), old[name], carry.strong_flow, mix)
-        return _with_codes(picture, self._result, 1 / gain)
+        return _with_codes(result, self._result, 1 / gain)
 
-    def _carried(self, now: Picture, old: Picture, carry: Carry) -> Picture:
+    def _carried(self, now: Picture, old: Picture, carry: Carry) -> Steadied:
         assert now.luma is not None and old.luma is not None
         encoding, new = now.encoding, old.encoding
-        scale, white = _scale(encoding.luma_levels, new.luma_levels)
+        scale, white = code_scale(encoding.luma_levels, new.luma_levels)
         mix = Mix(carry.share, carry.limit * white)
-        luma, self._weights = carried(self._pool, now.luma, scale, old.luma, carry.flow, mix)
+        luma, weights = carried(self._pool, now.luma, scale, old.luma, carry.flow, mix)
         chroma = None
         if now.chroma is not None and old.chroma is not None:
-            scale, span = _scale(_ends(encoding), _ends(new))
-            mix = Mix(carry.share, carry.limit * span, self._weights, encoding.step)
+            scale, span = code_scale(chroma_ends(encoding), chroma_ends(new))
+            mix = Mix(carry.share, carry.limit * span, weights, encoding.step)
             blue, red = (
                 carried(self._pool, plane, scale, before, carry.flow, mix)[0]
                 for plane, before in zip(now.chroma, old.chroma, strict=True)
             )
             chroma = blue, red
-        return Picture(new, luma=luma, chroma=chroma, alpha=alpha_in_depth(now, new.depth))
+        alpha = alpha_in_depth(now, new.depth)
+        return Steadied(Picture(new, luma=luma, chroma=chroma, alpha=alpha), carry, weights)
 
 
 def steady_encoding(encoding: Encoding) -> Encoding:
-    """How planes are carried on: with 16 bits, as most noise is less than a code of 8; floats stay floats."""
-    return replace(encoding, depth=16 if encoding.depth else 0)
+    """How planes are carried on: with 16 bits, as most noise is less than a code of 8.
+
+    Floats, and what has 16 bits itself, as floats: so planes that a style leaves alone are never taken for
+    the source's own.
+    """
+    if 0 < encoding.depth < 16:
+        return replace(encoding, depth=16)
+    return replace(encoding, depth=0, full_range=True)
 
 
-def _with_planes(picture: Picture) -> Picture:
+def result_gain(encoding: Encoding) -> float:
+    """How many units there are to a code of the result where it is carried on: it fills 16 bits."""
+    return 2.0 ** (16 - encoding.depth) if encoding.depth else 1.0
+
+
+def with_planes(picture: Picture) -> Picture:
+    """The picture as luma and chroma; RGB becomes floats."""
     if picture.color is None:
         return picture
     encoding = picture.encoding.as_float()
@@ -105,32 +127,31 @@ def _with_planes(picture: Picture) -> Picture:
 def _in_encoding(picture: Picture, new: Encoding) -> Picture:
     """The picture as it is carried on where nothing is carried into it."""
     assert picture.luma is not None
-    old = picture.encoding
-    scale, _ = _scale(old.luma_levels, new.luma_levels)
-    luma, chroma = _scaled(picture.luma, *scale), None
+    old, floats = picture.encoding, new.depth == 0
+    scale, _ = code_scale(old.luma_levels, new.luma_levels)
+    luma, chroma = _scaled(picture.luma, *scale, floats), None
     if picture.chroma is not None:
-        scale, _ = _scale(_ends(old), _ends(new))
-        chroma = _scaled(picture.chroma[0], *scale), _scaled(picture.chroma[1], *scale)
+        scale, _ = code_scale(chroma_ends(old), chroma_ends(new))
+        chroma = _scaled(picture.chroma[0], *scale, floats), _scaled(picture.chroma[1], *scale, floats)
     return Picture(new, luma=luma, chroma=chroma, alpha=alpha_in_depth(picture, new.depth))
 
 
-def _ends(encoding: Encoding) -> Levels:
+def chroma_ends(encoding: Encoding) -> Levels:
+    """The codes of 0 and 1 in a chroma plane."""
     neutral, span = encoding.chroma_levels
     return neutral, neutral + span
 
 
-def _scale(old: Levels, new: Levels) -> tuple[Levels, float]:
+def code_scale(old: Levels, new: Levels) -> tuple[Levels, float]:
     """Gain and offset from codes to codes, and how many new ones lie between black and white."""
     gain = (new[1] - new[0]) / (old[1] - old[0])
     return (gain, new[0] - gain * old[0]), new[1] - new[0]
 
 
-def _scaled(plane: np.ndarray, gain: float, offset: float) -> np.ndarray:
-    if plane.dtype == np.float32:
-        return plane
+def _scaled(plane: np.ndarray, gain: float, offset: float, floats: bool) -> np.ndarray:
     values = np.multiply(plane, np.float32(gain), dtype=np.float32)
-    values += np.float32(offset + 0.5)
-    return np.clip(values, 0, 65535, out=values).astype(np.uint16)
+    values += np.float32(offset if floats else offset + 0.5)
+    return values if floats else np.clip(values, 0, 65535, out=values).astype(np.uint16)
 
 
 def _named_planes(picture: Picture) -> Iterable[tuple[str, np.ndarray]]:

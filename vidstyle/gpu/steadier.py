@@ -1,0 +1,79 @@
+"""Keeps the film of a session steady: on the GPU, or on the CPU where a page is too large for one texture."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+from vidstyle.bands import CORES
+from vidstyle.gpu.nodes import Layout
+from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares, Steadying
+from vidstyle.gpu.steady import SteadyTextures
+from vidstyle.picture import Encoding, Picture
+from vidstyle.steady.motion import Motion
+from vidstyle.steady.stage import Steadied, Steady, steady_encoding, with_planes
+
+
+class Steadier:
+    """What one runner's films need to be steady. Whoever calls it owns the context.
+
+    Args:
+        steady: 0 to 1, as in a style.
+        is_fixed: whether the style makes marks that lie still on the page.
+        source: how the planes are encoded that come in; for RGB, what `with_planes` makes of it.
+        target: how those of the result are.
+    """
+
+    def __init__(
+        self,
+        equipment: Equipment,
+        runner: Runner,
+        steady: float,
+        is_fixed: bool,
+        source: Encoding,
+        target: Encoding,
+    ) -> None:
+        self._runner = runner
+        self._motion = Motion(steady, is_fixed)
+        self._textures: SteadyTextures | None = None
+        self._pool: ThreadPoolExecutor | None = None
+        if runner.is_tiled:
+            self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-steady")
+            self._stage = Steady(steady, is_fixed, self._pool)
+        else:
+            self._textures = SteadyTextures(
+                equipment.context, equipment.programs, equipment.textures, source, target
+            )
+
+    def draw(self, picture: Picture, time: float, shares: Shares) -> tuple[list[Fetch], Steadied | None]:
+        """Start all that is to be done for a picture; what comes second is for `after`."""
+        if self._textures is None:
+            steadied = self._stage.before(picture, time)
+            return self._runner.draw(steadied.picture, shares), steadied
+        steadying = Steadying(self._textures, self._motion.follow(picture, time))
+        return self._runner.draw(with_planes(picture), shares, steadying), None
+
+    def after(self, result: Picture, steadied: Steadied | None) -> Picture:
+        """The picture to be shown."""
+        return result if steadied is None else self._stage.after(result, steadied)
+
+    def release(self) -> None:
+        """Let everything go; framebuffers must be out of use."""
+        if self._pool is not None:
+            self._pool.shutdown()
+        if self._textures is not None:
+            self._textures.release()
+
+
+def plain_layout(picture: Picture) -> Layout:
+    """What `with_planes` makes of such a picture."""
+    layout = Layout.of(picture)
+    if layout.planes != "color":
+        return layout
+    return Layout(layout.encoding.as_float(), layout.shape, "chroma")
+
+
+def steady_layout(picture: Picture) -> Layout:
+    """What a style sees of such a picture in a steady film."""
+    layout = plain_layout(picture)
+    return replace(layout, encoding=steady_encoding(layout.encoding))
