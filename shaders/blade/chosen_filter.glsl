@@ -1,24 +1,42 @@
 #include "lib/short_angle.glsl"
+#include "lib/tensor_line.glsl"
+
+#if __VERSION__ >= 430
+shared vec3 tensor_lines[PREPARED_ROOM];
+bool lines_fit;
+
+// In a compute group each line serves all pixels above and below it. The differences themselves are not kept:
+// to read three numbers from shared memory costs more than to make them anew of two.
+void chosen_filter_prepare(int reach, float window[16]) {
+    int rows = group_size.y + 2 * reach - 1;
+    lines_fit = group_size.x * rows <= PREPARED_ROOM;
+    ivec2 own = ivec2(gl_LocalInvocationID.xy), next = ivec2(gl_WorkGroupSize.xy);
+    for (int y = own.y; lines_fit && y < rows; y += next.y) {
+        for (int x = own.x; x < group_size.x; x += next.x) {
+            tensor_lines[y * group_size.x + x] =
+                tensor_line(group_first + ivec2(x, y - reach), reach, window);
+        }
+    }
+    barrier();
+}
+
+vec3 tensor_line_at(ivec2 at, int reach, float window[16]) {
+    ivec2 inside = at - group_first + ivec2(0, reach);
+    return lines_fit ? tensor_lines[inside.y * group_size.x + inside.x] : tensor_line(at, reach, window);
+}
+#else
+vec3 tensor_line_at(ivec2 at, int reach, float window[16]) {
+    return tensor_line(at, reach, window);
+}
+#endif
 
 // The number of the filter that the local structure chooses: orientation, strength and coherence of the
 // smoothed structure tensor in uniform bins. Paper, section 4.3. `bins` are the numbers of bins, `start`
-// and `density` where the ranges of strength and coherence begin and how many bins a unit of them holds;
-// `window` is one half of the even Gaussian, from its end to its middle.
+// and `density` where the ranges of strength and coherence begin and how many bins a unit of them holds.
 float chosen_filter(ivec2 at, int reach, float window[16], vec3 bins, vec2 start, vec2 density) {
     vec3 tensor = vec3(0.0);
     for (int row = 0; row < 2 * reach; row++) {
-        ivec2 corner = at + ivec2(-reach, row - reach);
-        float upper = picture_at(corner), lower = picture_at(corner + ivec2(0, 1));
-        vec3 line = vec3(0.0);
-        for (int column = 0; column < 2 * reach; column++) {
-            corner.x += 1;
-            float next_upper = picture_at(corner), next_lower = picture_at(corner + ivec2(0, 1));
-            float falling = next_lower - upper, rising = next_upper - lower;
-            float weight = window[min(column, 2 * reach - 1 - column)];
-            line += weight * vec3(falling * falling, falling * rising, rising * rising);
-            upper = next_upper;
-            lower = next_lower;
-        }
+        vec3 line = tensor_line_at(at + ivec2(0, row - reach), reach, window);
         tensor += window[min(row, 2 * reach - 1 - row)] * line;
     }
     tensor *= 0.5;

@@ -5,12 +5,15 @@
 void main() {
     ivec2 start = ivec2(gl_WorkGroupID.xy) * TILE;
     tile_corner = origin + start - RIM_BEFORE;
+    ivec2 first = max(tile_corner, ivec2(0)), rim_after = AREA - TILE - RIM_BEFORE;
+    ivec2 end = min(min(tile_corner + AREA, origin + size + rim_after), page);
+    prepare(first, end - first);
     for (int number = int(gl_LocalInvocationIndex); number < AREA.x * AREA.y; number += INVOCATIONS) {
         ivec2 inside = ivec2(number % AREA.x, number / AREA.x);
         ivec2 at = tile_corner + inside;
         ivec2 place = at - origin;
         bool own = all(greaterThanEqual(inside, RIM_BEFORE)) && all(lessThan(inside, RIM_BEFORE + TILE));
-        if (all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, page - 1))) {
+        if (all(greaterThanEqual(at, first)) && all(lessThan(at, end))) {
             tile_chroma[number] = evaluate(at, place, own && all(lessThan(place, size)));
         }
     }

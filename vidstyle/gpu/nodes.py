@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from vidstyle.gpu.signature import Signature, signatures
 from vidstyle.picture import Encoding, Picture
 
 Kind = Literal["luma", "chroma", "color"]
@@ -28,6 +29,11 @@ class Function:
     file: str
     name: str
     channels: int = 1
+
+    @property
+    def signature(self) -> Signature:
+        """What its file says of it."""
+        return signatures(self.file)[self.name]
 
 
 @dataclass(frozen=True, eq=False)

@@ -195,7 +195,7 @@ class _Partition:
         for each in self._passes:
             reads = any(other.is_heavy and other.around is node.around for other in each.nodes)
             late = each in finished or any(n.needs(each) for n in finished | beside - {each})
-            if reads and each.shape == node.shape and not late:
+            if reads and each.shape == node.shape and not late and not _both_prepare(each, node):
                 return each
         return None
 
@@ -282,6 +282,12 @@ class _Partition:
         for root in roots:
             visit(root)
         return list(found)
+
+
+def _both_prepare(each: Pass, node: Node) -> bool:
+    """Whether this one prepares something for a compute group, and a pass has one that does: only one can."""
+    functions = (other.function for other in (node, *each.nodes) if other.is_heavy)
+    return sum(function is not None and function.signature.prepares for function in functions) > 1
 
 
 def _nodes_of(results: Sequence[Result]) -> list[Node]:

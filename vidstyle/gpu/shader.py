@@ -16,14 +16,16 @@ from vidstyle.gpu.includes import TYPES, Assembly
 from vidstyle.gpu.nodes import CHANNELS, Kind, Measure, Node
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
+from vidstyle.gpu.shared import Pair, sharing_of
 from vidstyle.gpu.signature import Parameter, signatures
 from vidstyle.measured import Sampling
 from vidstyle.planes import chroma_reach
 
-TILE = (32, 16)
-"""Pixels across and down that a group of a compute pass makes together where chroma is averaged."""
-GROUP = (16, 16)
-"""Invocations across and down in a group of any other compute pass."""
+GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
+"""Invocations across and down in a group of a compute pass: more in the direction in which its filters read,
+because neighbours in that direction read the same pixels."""
+TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
+"""Pixels across and down that a group makes together where chroma is averaged."""
 
 SWIZZLES = {1: "r", 2: "rg", 3: "rgb"}
 
@@ -75,7 +77,7 @@ class Shader:
     targets: list[Target] = field(default_factory=list)
     uniforms: dict[str, Any] = field(default_factory=dict)
     samplers: dict[str, ImageOf | Measure | tuple] = field(default_factory=dict)
-    groups: tuple[int, int] = GROUP
+    groups: Pair = GROUPS[None]
 
 
 def write_shader(plan: Plan, each: Pass) -> Shader:
@@ -95,10 +97,14 @@ class _Writer:
         self.shader = Shader(Assembly(430 if plan.form == "compute" else 330))
         self._text = self.shader.assembly
         self._shrinks = _shrinks(plan, each)
+        self._sharing = sharing_of(each) if plan.form == "compute" else None
+        self._area = self.shader.groups = GROUPS[self._sharing.line if self._sharing else None]
         self._declare_targets()
         self._declare_images()
+        self._declare_sharing()
         loads = [line for node in each.loads for line in self._load(node)]
         body = [line for node in each.nodes for line in self._compute(node)]
+        self._write_prepare()
         self._write_evaluate(loads, body)
         self._text.include(self._main())
 
@@ -112,7 +118,7 @@ class _Writer:
         self.shader.targets = _targets(self._plan, self._pass)
         compute = self._plan.form == "compute"
         if compute:
-            across, down = (256, 1) if self._shrinks else GROUP
+            across, down = self.shader.groups
             self._text.add(f"layout(local_size_x = {across}, local_size_y = {down}) in;")
         for number, target in enumerate(self.shader.targets):
             name, image = f"target_{number}", target.format.image
@@ -129,12 +135,12 @@ class _Writer:
     def _declare_tile(self) -> None:
         target = self._plan.target
         rims = [chroma_reach(target, axis) for axis in (0, 1)]
-        area = [side + sum(rim) for side, rim in zip(TILE, rims, strict=True)]
-        self.shader.groups = TILE
+        tile = self.shader.groups = TILES[self._sharing.line if self._sharing else None]
+        self._area = tile[0] + sum(rims[0]), tile[1] + sum(rims[1])
         for name, (across, down) in {
-            "TILE": TILE,
+            "TILE": tile,
             "RIM_BEFORE": (rims[0][0], rims[1][0]),
-            "AREA": (area[0], area[1]),
+            "AREA": self._area,
             "STEP": target.step,
         }.items():
             self._text.add(f"const ivec2 {name} = ivec2({across}, {down});")
@@ -160,6 +166,18 @@ class _Writer:
                 coding = working_format(node)
                 self._text.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
                 self._text.add_template("frame/image.glsl", words)
+
+    def _declare_sharing(self) -> None:
+        if self._sharing is None:
+            return
+        self._text.add(f"const int AROUND_ROOM = {self._sharing.room(self._area)};")
+        if self._sharing.prepares:
+            self._text.add(f"const int PREPARED_ROOM = {self._sharing.prepared_room(self._area)};")
+        self._text.add("uniform ivec2 around_reach;")
+        self.shader.uniforms["around_reach"] = self._sharing.reach
+        image = self._sharing.image
+        words = {"IMAGE": self._images[image], "VALUE": TYPES[CHANNELS[image.kind]]}
+        self._text.add_template("frame/around.glsl", words)
 
     def _declare_plane(self, node: Node, name: str, words: dict[str, str]) -> None:
         encoding = self._plan.source.encoding
@@ -219,6 +237,8 @@ class _Writer:
 
     def _add_around(self, node: Node) -> None:
         assert node.around is not None and node.function is not None
+        if self._sharing is not None:
+            return
         reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
         line = f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}"
@@ -259,9 +279,24 @@ class _Writer:
 
     def _uniform(self, name: str, parameter: Parameter, value: Any) -> str:
         count = f"[{parameter.count}]" if parameter.count else ""
-        self._text.add(f"uniform {parameter.type} {name}{count};")
+        if name not in self.shader.uniforms:
+            self._text.add(f"uniform {parameter.type} {name}{count};")
         self.shader.uniforms[name] = value
         return name
+
+    def _write_prepare(self) -> None:
+        """What all invocations of a compute group do together, before the first pixel."""
+        if self._plan.form == "fragment":
+            return
+        lines = ["load_around(first, area);"] if self._sharing else []
+        node = self._sharing.prepares if self._sharing else None
+        if node is not None:
+            assert node.function is not None
+            name = f"{node.function.name}_prepare"
+            parameters = signatures(node.function.file)[name].parameters
+            number = int(self._names[node].rpartition("_")[2])
+            lines.append(f"{name}({', '.join(self._argument(node, number, each) for each in parameters)});")
+        self._text.add("void prepare(ivec2 first, ivec2 area) {", *(f"    {line}" for line in lines), "}")
 
     def _write_evaluate(self, loads: list[str], body: list[str]) -> None:
         self._text.include("frame/code.glsl")
@@ -312,7 +347,7 @@ def _parameters(node: Node) -> tuple[Parameter, ...]:
     assert node.function is not None
     if node.is_enlarged:
         return signatures("frame/between.glsl")["IMAGE_between"].parameters
-    return signatures(node.function.file)[node.function.name].parameters
+    return node.function.signature.parameters
 
 
 def _shrinks(plan: Plan, each: Pass) -> bool:

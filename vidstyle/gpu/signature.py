@@ -17,6 +17,7 @@ _FUNCTION = re.compile(
 )
 _PARAMETER = re.compile(r"^(?P<type>\w+) (?P<name>\w+)(?:\[(?P<count>\d+)\])?$")
 _COMMENT = re.compile(r"//[^\n]*")
+_LINE = re.compile(r"return \w+_along\(at, ivec2\((?P<across>[01]), (?P<down>[01])\)")
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,9 @@ class Signature:
 
     Attributes:
         is_identity: whether it does nothing but return its first parameter.
+        line: the direction in which a filter reads its picture, (1, 0) or (0, 1); None if all around.
+        prepares: whether the file has a function of this name and `_prepare`, which all invocations of a
+            compute group call together before the first pixel.
     """
 
     file: str
@@ -41,6 +45,8 @@ class Signature:
     name: str
     parameters: tuple[Parameter, ...]
     is_identity: bool
+    line: tuple[int, int] | None = None
+    prepares: bool = False
 
 
 @cache
@@ -77,7 +83,16 @@ def _signature(file: str, match: re.Match[str]) -> Signature:
     texts = [text.strip() for text in match["parameters"].split(",")]
     parameters = tuple(_parameter(file, text) for text in texts if text)
     is_identity = bool(parameters) and match["body"].split() == ["return", f"{parameters[0].name};"]
-    return Signature(file, match["type"], match["name"], parameters, is_identity)
+    line = _LINE.search(match["body"])
+    return Signature(
+        file,
+        match["type"],
+        match["name"],
+        parameters,
+        is_identity,
+        line=(int(line["across"]), int(line["down"])) if line else None,
+        prepares=re.search(rf"\bvoid {match['name']}_prepare\(", match.string) is not None,
+    )
 
 
 def _parameter(file: str, text: str) -> Parameter:
