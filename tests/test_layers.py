@@ -26,7 +26,7 @@ ORDER = """
     channel progress stopping compare stages renderer pipeline
     gallery comic explore cluster
     designer
-    demo doctor bench
+    demo doctor bench steadiness
     cli
     tools
 """.split()

@@ -1,0 +1,53 @@
+"""The figures of steadiness as a table for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from vidstyle.steadiness import DISC_FRAMES, NOISE, SETTLING, STILL_FRAMES, Figures
+
+SOURCE = "(the films themselves)"
+
+
+def markdown(
+    figures: Mapping[str, Sequence[Figures]], steady: Sequence[float], untouched: Figures, films: str
+) -> str:
+    """A Markdown table.
+
+    Args:
+        figures: for each style those at each value of `steady`.
+        untouched: those of the films themselves.
+        films: which clips, for the legend.
+    """
+    names = ("still", "warping error", "of source's", "smear")
+    lines = [["style", *(f"{name}, {value:g}" for name in names for value in steady)]]
+    lines += [["---", *("---:" for _ in lines[0][1:])]]
+    lines += [[style, *_cells(each)] for style, each in figures.items()]
+    lines += [[SOURCE, *_cells([untouched] * len(steady))]]
+    rows = (f"| {' | '.join(line)} |" for line in lines)
+    return "\n".join([*rows, "", *_legend(films)]) + "\n"
+
+
+def _cells(figures: Sequence[Figures]) -> list[str]:
+    return [
+        *(f"{each.still:.2f}" for each in figures),
+        *(_known(1000 * each.warping) for each in figures),
+        *(_known(each.ratio) for each in figures),
+        *(f"{each.smear:.2f}" for each in figures),
+    ]
+
+
+def _known(number: float) -> str:
+    return "-" if math.isnan(number) else f"{number:.2f}"
+
+
+def _legend(films: str) -> list[str]:
+    return [
+        "Behind each comma stands `steady`; differences are in levels of 255.",
+        f"Still: mean difference of successive frames of a photograph under noise of {NOISE} levels, "
+        f"frames {SETTLING + 1} to {STILL_FRAMES}.",
+        f"Warping error (Lai et al. 2018), in thousandths, and how many times the source's it is: {films}.",
+        "Smear: mean difference from the film at steady 0 around the edge of a disc that moves over a "
+        f"photograph, {DISC_FRAMES} frames.",
+    ]
