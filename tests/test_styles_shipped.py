@@ -1,0 +1,64 @@
+"""The shipped styles as a set: all are there, use every block, say what they are, and look different."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import combinations
+
+import numpy as np
+import pytest
+from media import photograph
+
+from vidstyle.blocks import all_blocks
+from vidstyle.renderer import stylize
+from vidstyle.style import PLAIN, expand, load_style, style_names
+
+OF_THE_PAPER = ("ink", "crayon", "sketch", "abstraction", "paint", "blob")
+OF_OUR_OWN = ("comic", "poster", "engraving", "charcoal", "watercolor", "blueprint", "noir")
+STYLES = sorted(set(style_names()) - {PLAIN})
+VARIANTS = [f"{name}:{variant}" for name in STYLES for variant in load_style(name).variants]
+CLEAR = 12 / 255
+"""Mean distance per sample of two pictures that nobody takes for the same style."""
+
+
+@cache
+def styled(name: str) -> np.ndarray:
+    """A photograph of a person in the style, float64 RGB 0..1."""
+    return stylize(photograph("astronaut"), name, device="cpu").astype(np.float64) / 255
+
+
+def distance(one: str, other: str) -> float:
+    return float(np.abs(styled(one) - styled(other)).mean())
+
+
+def test_the_thirteen_styles_are_there() -> None:
+    assert sorted(OF_THE_PAPER + OF_OUR_OWN) == STYLES
+
+
+def test_together_they_use_every_block() -> None:
+    loaded = [load_style(name) for name in STYLES]
+    used = {step.block for style in loaded for step in (*style.steps, *expand(style).steps)}
+    assert used - {""} == set(all_blocks())
+
+
+@pytest.mark.parametrize("name", STYLES)
+def test_a_style_says_what_it_is_and_holds_still_at_any_size(name: str) -> None:
+    style = load_style(name)
+    assert len(style.note) >= 40
+    assert style.steady > 0
+    assert style.height == 720
+
+
+@pytest.mark.parametrize("name", STYLES)
+def test_a_style_changes_a_photograph_clearly(name: str) -> None:
+    assert distance(name, PLAIN) > CLEAR
+
+
+def test_no_two_styles_look_alike() -> None:
+    pairs = {pair: distance(*pair) for pair in combinations(STYLES, 2)}
+    assert {pair: found for pair, found in pairs.items() if found <= CLEAR} == {}
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_a_variant_looks_other_than_its_style(name: str) -> None:
+    assert not np.array_equal(styled(name), styled(name.partition(":")[0]))
