@@ -144,7 +144,7 @@ def test_no_pass_keeps_more_than_opengl_promises() -> None:
 @pytest.mark.parametrize("form", ["compute", "fragment"])
 def test_a_slider_changes_no_shader(form: Form) -> None:
     look = vidstyle.load_style("comic")
-    other = override(look, ["halftone.cell=9", "soft_threshold.epsilon=90", "luma_posterize.levels=3"])
+    other = override(look, ["halftone.cell=9", "lines.soft_threshold.epsilon=90", "luma_posterize.levels=3"])
     texts = [
         [write_shader(plan, each).assembly.text for each in plan.passes]
         for plan in (plan_of(look, form), plan_of(other, form))

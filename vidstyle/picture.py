@@ -118,6 +118,10 @@ class Encoding:
         across, down = self.step
         return -(-height // down), -(-width // across)
 
+    def has_grid_of(self, other: Encoding) -> bool:
+        """Whether chroma samples lie where the other's do and mean the same, whatever their codes."""
+        return (self.matrix, self.step, self.siting) == (other.matrix, other.step, other.siting)
+
     def as_float_at(self, old: tuple[int, int], new: tuple[int, int]) -> Encoding:
         """What float32 chroma planes mean that were resampled along with a picture from one size to another.
 

@@ -13,7 +13,7 @@ from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.work import Work
 from vidstyle.kernels import mix_channels
 from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import alpha_in_depth, chroma_reach, shrunk_chroma, store
+from vidstyle.planes import Chroma, alpha_in_depth, chroma_reach, shrunk_chroma, store
 from vidstyle.resample import resample
 from vidstyle.style import Style
 
@@ -134,7 +134,7 @@ class _Planes:
         """What has been gathered; a gray page gets neutral chroma."""
         chroma = self._chroma
         if self._tint is not None and self._tint.chroma is not None:
-            chroma = self._tint.chroma
+            chroma = _in_codes(self._tint.chroma, self._tint.encoding, self._target)
         elif not self._has_chroma:
             for plane in chroma:
                 plane.fill(self._target.chroma_levels[0])
@@ -142,7 +142,8 @@ class _Planes:
         return Picture(self._target, luma=self._luma, chroma=chroma, alpha=alpha)
 
     def _fits(self, tint: Picture) -> bool:
-        return tint.encoding == self._target and tint.chroma is not None and tint.shape == self._source.shape
+        in_place = tint.encoding.has_grid_of(self._target) and tint.shape == self._source.shape
+        return in_place and tint.chroma is not None
 
     def _put_chroma(self, band: Band, top: int, bottom: int) -> None:
         target = self._target
@@ -153,6 +154,20 @@ class _Planes:
             small = shrunk_chroma(values, top - band.top, bottom - top, target)
             out = plane[top // down : top // down + small.shape[0]]
             store(small, neutral, neutral + span, target.depth, out)
+
+
+def _in_codes(chroma: Chroma, old: Encoding, new: Encoding) -> Chroma:
+    """Chroma planes in other codes on the same grid; themselves where the codes are the same."""
+    if old == new:
+        return chroma
+    (neutral, span), (wanted, wanted_span) = old.chroma_levels, new.chroma_levels
+    gain = wanted_span / span
+    planes = (np.multiply(plane, np.float32(gain), dtype=np.float32) for plane in chroma)
+    out = np.empty(chroma[0].shape, new.dtype), np.empty(chroma[0].shape, new.dtype)
+    for values, plane in zip(planes, out, strict=True):
+        values += np.float32(wanted - gain * neutral)
+        store(values, 0, 1, new.depth, plane)
+    return out
 
 
 def _store_color(band: Band, target: Encoding, out: np.ndarray) -> None:

@@ -15,6 +15,7 @@ from vidstyle.block import Block, Choice, LumaWeights, Saved
 from vidstyle.gpu.learned import choice_values, filter_values
 from vidstyle.gpu.nodes import CHANNELS, Function, Kind, Layout, Measure, Node, Shape
 from vidstyle.gpu.signature import functions_of_block
+from vidstyle.picture import Encoding
 from vidstyle.prepared import PreparedStep
 from vidstyle.resample import METHODS
 from vidstyle.style import SOURCE
@@ -99,6 +100,21 @@ class Graph:
                 values={"step": grid.step, "siting": grid.siting},
             )
         )
+
+    def chroma_on_grid(self, look: Look, target: Encoding) -> Node | None:
+        """Its blue and red difference where they lie already where the target's do, else None."""
+        chroma, shape = look.chroma, self.source.shape
+        if (
+            chroma is None
+            or chroma.grid is None
+            or chroma.page != shape
+            or not chroma.grid.has_grid_of(target)
+        ):
+            return None
+        if not chroma.is_plane or chroma.grid == target:
+            return chroma
+        same = self.call("chroma", "same_chroma", {"chroma": chroma})
+        return self._node(replace(same, grid=chroma.grid, page=shape))
 
     def color(self, look: Look) -> Node:
         """Its RGB."""

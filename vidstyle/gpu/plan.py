@@ -78,7 +78,7 @@ def make_plan(
     look = graph.in_matrix(look, target.matrix)
     same = source.encoding == target
     luma = graph.luma(look)
-    chroma = look.chroma if _lies_as_wanted(look, source.shape, target) else graph.chroma(look)
+    chroma = graph.chroma_on_grid(look, target) or graph.chroma(look)
     luma_untouched = same and luma is graph.planes.luma
     chroma_untouched = same and look.chroma is not None and look.chroma is graph.planes.chroma
     results = _results(
@@ -93,11 +93,6 @@ def make_plan(
         "untouched" if luma_untouched else "made",
         "untouched" if chroma_untouched else "made" if chroma else "gray",
     )
-
-
-def _lies_as_wanted(look: Look, shape: Shape, target: Encoding) -> bool:
-    """Whether its chroma has the very grid and numbers of the result, so that it is stored as it is."""
-    return look.chroma is not None and (look.chroma.grid, look.chroma.page) == (target, shape)
 
 
 def _page(graph: Graph, style: Style, steps: Steps) -> Look:
@@ -151,10 +146,12 @@ def _results(
     if chroma is None:
         return [Result("planes", (luma,), shape)] if luma else []
     small = target.chroma_shape(*shape)
+    if target.step == (1, 1):
+        return [Result("planes", (luma, chroma) if luma else (chroma,), shape)]
     if chroma.grid is not None:
         return [*([Result("planes", (luma,), shape)] if luma else []), Result("chroma", (chroma,), small)]
-    if target.step == (1, 1) or (form == "compute" and luma is not None):
-        return [Result("planes", (luma, chroma) if luma else (chroma,), shape)]
+    if form == "compute" and luma is not None:
+        return [Result("planes", (luma, chroma), shape)]
     function = Function("frame/shrunk_chroma.glsl", "shrunk_chroma", 2)
     values = {"step": target.step, "siting": target.siting}
     shrunk = Node("chroma", small, function, around=chroma, values=values)

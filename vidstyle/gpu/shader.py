@@ -200,8 +200,8 @@ class _Writer:
         self.shader.samplers[name] = what
 
     def _load(self, node: Node) -> list[str]:
-        """A picture's own value at the pixel. Chroma on a grid of its own is read by `between` instead."""
-        if node.kind == "chroma" and node.grid is not None:
+        """A picture's own value at the pixel. Chroma on another grid is read by `between` instead."""
+        if node.grid is not None and node.shape != self._pass.shape:
             return []
         name = self._names[node] = f"loaded_{len(self._names)}"
         return [f"{TYPES[CHANNELS[node.kind]]} {name} = {self._images[node]}_at(at);"]

@@ -106,7 +106,7 @@ def tiles(shape: Shape, side: int) -> list[Window]:
 
 def _read(each: Pass, window: Window) -> Iterator[tuple[Node, Window]]:
     for node in each.loads:
-        if node.grid is None:
+        if node.grid is None or node.shape == each.shape:
             yield node, window
     for node in each.nodes:
         if node.around is not None:

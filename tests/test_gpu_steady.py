@@ -1,0 +1,113 @@
+"""The GPU keeps films as steady as the CPU does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from films import RATE, VIDEO, panned_film, still_film
+from gpu import FORMS, Sessions, disagreements
+from pictures import RGB8, noise, step, style
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.gpu.plan import Form
+from vidstyle.picture import Encoding, Picture
+from vidstyle.style import Style
+
+LINES = style(step("gaussian", sigma=1), step("sobel"), steady=0.5)
+STROKES = style(step("pattern", levels=4), steady=0.5)
+COLORS = style(step("posterize", levels=5), steady=0.7)
+DEEP = Encoding("bt2020", depth=10, step=(2, 1))
+FULL = Encoding("bt601", full_range=True, depth=16, step=(1, 1))
+
+
+@pytest.fixture(scope="module")
+def sessions() -> Iterator[Sessions]:
+    with Sessions() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def tiled() -> Iterator[Sessions]:
+    with Sessions(largest=128) as opened:
+        yield opened
+
+
+def rgb_film() -> Iterator[Picture]:
+    still = noise(90, 120, 3)
+    for number in range(4):
+        array = np.clip(still * 150 + 60 + noise(90, 120, 3, seed=number) * 9, 0, 255).astype(np.uint8)
+        yield Picture(RGB8, color=array)
+
+
+def gray_film() -> Iterator[Picture]:
+    return (replace(each, chroma=None) for each in still_film(4))
+
+
+FILMS = {
+    "video": lambda: panned_film(5),
+    "deep": lambda: panned_film(4, encoding=DEEP),
+    "full": lambda: panned_film(4, encoding=FULL),
+    "rgb": rgb_film,
+    "gray": gray_film,
+}
+
+
+def frame_faults(
+    sessions: Sessions, form: Form, chosen: Style, film: Iterable[Picture], rgb: bool
+) -> list[str]:
+    """Where the GPU's film is not the CPU's."""
+    found = []
+    with CpuRenderer(chosen, 2) as renderer:
+        for number, each in enumerate(film):
+            time = number / RATE
+            right = renderer.run(each, time, rgb=rgb)
+            made = sessions.run(form, chosen, each, time=time, rgb=rgb)
+            found += [f"{number}: {line}" for line in disagreements(right, made)]
+    return found
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("kind", FILMS)
+@pytest.mark.parametrize("chosen", [LINES, STROKES, COLORS], ids=["lines", "strokes", "colors"])
+def test_films_agree(sessions: Sessions, form: Form, kind: str, chosen: Style) -> None:
+    chosen = replace(chosen)  # another film: nothing is carried over from the one before
+
+    assert frame_faults(sessions, form, chosen, FILMS[kind](), rgb=kind == "rgb") == []
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_page_too_large_for_one_texture_is_kept_steady_too(tiled: Sessions, form: Form) -> None:
+    assert frame_faults(tiled, form, replace(LINES), panned_film(4), rgb=False) == []
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_luma_and_chroma_hold_still(sessions: Sessions, form: Form) -> None:
+    def flicker(steady: float) -> list[float]:
+        chosen = style(step("brightness", factor=1), steady=steady)
+        film = [
+            sessions.run(form, chosen, each, time=number / RATE) for number, each in enumerate(still_film(8))
+        ]
+        planes = [(each.luma, *(each.chroma or ())) for each in film[4:]]
+        return [
+            float(np.mean([np.abs(a.astype(float) - b).mean() for a, b in zip(run, run[1:], strict=False)]))
+            for run in zip(*planes, strict=True)
+        ]
+
+    assert all(held < 0.5 * boiling for held, boiling in zip(flicker(0.5), flicker(0), strict=True))
+
+
+def test_another_style_another_size_and_a_cut_begin_afresh(sessions: Sessions) -> None:
+    first, second = style(step("brightness", factor=1), steady=1), style(step("brightness"), steady=1)
+    film = list(still_film(3))
+    for number, each in enumerate(film):
+        sessions.run("compute", first, each, time=number / RATE)
+    small = next(still_film(1, shape=(90, 160)))
+    with CpuRenderer(style(step("brightness")), 2) as renderer:
+        plain = renderer.run(film[0])
+
+    assert disagreements(plain, sessions.run("compute", second, film[0], time=4 / RATE)) == []
+    assert disagreements(small, sessions.run("compute", first, small, time=5 / RATE)) == []
+    assert VIDEO == small.encoding

@@ -1,0 +1,224 @@
+"""What is kept steady, and what is left to move: on the CPU."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from films import RATE, VIDEO, noisy, page, panned_film, picture, still_film
+from pictures import SOURCES, planes, run, same_bits, step, style
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.picture import Encoding, Picture
+from vidstyle.steady.carry import Mix, carried
+from vidstyle.steady.motion import Motion, noise_level
+from vidstyle.steady.stage import Steady
+from vidstyle.style import Style, load_style, override
+
+PLAIN = style()
+LINES = style(step("gaussian", sigma=1), step("sobel"))
+STROKES = style(step("pattern"))
+"""A style with marks that lie still on the page."""
+
+
+@pytest.fixture(scope="module")
+def pool() -> Iterator[ThreadPoolExecutor]:
+    with ThreadPoolExecutor(2) as threads:
+        yield threads
+
+
+def restyled(chosen: Style, film: Iterable[Picture], steady: float) -> list[Picture]:
+    with CpuRenderer(replace(chosen, steady=steady), 2) as renderer:
+        return [renderer.run(each, number / RATE) for number, each in enumerate(film)]
+
+
+def flicker(film: list[Picture], first: int = 5) -> float:
+    """Mean difference of one picture's luma from the next, in codes."""
+    lumas = [np.asarray(each.luma, np.float64) for each in film[first:]]
+    return float(np.mean([np.abs(a - b).mean() for a, b in zip(lumas, lumas[1:], strict=False)]))
+
+
+@pytest.mark.parametrize("chosen", [PLAIN, LINES, STROKES], ids=["plain", "lines", "strokes"])
+def test_a_still_scene_flickers_less_the_steadier_it_is_kept(chosen: Style) -> None:
+    boiling, half, still = (flicker(restyled(chosen, still_film(12), steady)) for steady in (0, 0.5, 1))
+
+    assert half < 0.5 * boiling
+    assert still < 0.5 * half
+
+
+def test_chroma_is_kept_steady_too() -> None:
+    def chroma_flicker(steady: float) -> float:
+        film = [
+            replace(each, luma=each.chroma[0], chroma=None) for each in restyled(PLAIN, still_film(9), steady)
+        ]  # type: ignore[index]
+        return flicker(film)
+
+    assert chroma_flicker(0.5) < 0.5 * chroma_flicker(0)
+
+
+def test_noise_goes_away_under_a_moving_camera(pool: ThreadPoolExecutor) -> None:
+    stage, wide = Steady(0.5, False, pool), page(180, 320 + 3 * 10)
+    for number, each in enumerate(panned_film(10)):
+        steadied = stage.before(each, number / RATE).picture
+
+    clean = picture(wide[:, 27 : 27 + 320], replace(VIDEO, depth=16)).luma
+    assert each.luma is not None and steadied.luma is not None and clean is not None
+    inner = np.s_[8:-8, 8:-40]  # what has just come into the picture has nothing to be carried on
+
+    def error(luma: np.ndarray) -> float:
+        return float(np.sqrt(np.mean((luma[inner].astype(np.float64) - clean[inner]) ** 2)))
+
+    assert error(steadied.luma) < 0.75 * error(each.luma.astype(np.float64) * 256)
+
+
+def disc(number: int) -> np.ndarray:
+    """A bright, hard disc that runs over a quiet picture by 17 pixels a frame, more than the flow finds."""
+    planes = np.full((120, 240, 3), 128, np.float32)
+    planes[..., 0] = 70
+    rows, columns = np.indices((120, 240))
+    planes[(rows - 60) ** 2 + (columns - 20 - 17 * number) ** 2 < 12**2, 0] = 200
+    return planes
+
+
+@pytest.mark.parametrize("chosen", [PLAIN, LINES], ids=["plain", "lines"])
+def test_what_moves_leaves_no_trail(chosen: Style) -> None:
+    film = [picture(noisy(disc(number), 2, number)) for number in range(10)]
+
+    boiling, steady = (restyled(chosen, film, each)[-1].luma for each in (0, 0.5))
+
+    assert boiling is not None and steady is not None
+    off = np.abs(boiling.astype(float) - steady)
+    assert off.mean() < 2.5  # the noise
+    assert off[:, : 20 + 17 * 9 - 12 - 4].max() < 30  # where the disc has been: it was 130 brighter
+    assert np.percentile(off, 99.8) < 30
+
+
+def test_a_cut_begins_afresh() -> None:
+    other = page(180, 320, "rocket")
+    film = [*still_film(6), *(picture(noisy(other, 4, number)) for number in range(3))]
+
+    assert same_bits(restyled(PLAIN, film, 1.0)[6], film[6])
+
+
+@pytest.mark.parametrize("times", [(0, 5.0), (1.0, 0.96)], ids=["gap", "back"])
+def test_a_leap_in_time_begins_afresh(times: tuple[float, float]) -> None:
+    first, second = still_film(2)
+
+    with CpuRenderer(style(steady=1), 2) as renderer:
+        renderer.run(first, times[0])
+        assert same_bits(renderer.run(second, times[1]), second)
+
+
+def test_another_size_begins_afresh() -> None:
+    with CpuRenderer(style(steady=1), 2) as renderer:
+        renderer.run(next(still_film(1)), 0)
+        small = next(still_film(1, shape=(90, 160)))
+        assert same_bits(renderer.run(small, 1 / RATE), small)
+
+
+def test_a_picture_that_stands_alone_stays_as_it_is() -> None:
+    first, second = still_film(2)
+    with CpuRenderer(style(step("brightness"), steady=1), 2) as renderer:
+        renderer.run(first)
+
+        assert same_bits(renderer.run(second), run(style(step("brightness")), second))
+
+
+@pytest.mark.parametrize("kind", SOURCES)
+@pytest.mark.parametrize("rgb", [False, True])
+def test_every_kind_of_picture_keeps_its_kind_and_its_colours(kind: str, rgb: bool) -> None:
+    source = SOURCES[kind]
+    kept = [plane.copy() for plane in planes(source)]
+    plain = run(style(step("brightness", factor=1)), source, time=0, rgb=rgb)
+
+    with CpuRenderer(style(step("brightness", factor=1), steady=0.5), 2) as renderer:
+        results = [renderer.run(source, number / RATE, rgb=rgb) for number in range(3)]
+
+    for result in results:
+        assert result.encoding == plain.encoding
+        for one, two in zip(planes(result), planes(plain), strict=True):
+            tolerance = 2e-3 if one.dtype == np.float32 else 2 ** max(0, plain.encoding.depth - 8)
+            assert one.dtype == two.dtype and np.abs(one.astype(float) - two).max() <= tolerance
+    assert all(np.array_equal(one, two) for one, two in zip(planes(source), kept, strict=True))
+
+
+def test_alpha_is_not_touched() -> None:
+    random = np.random.default_rng(1)
+    with CpuRenderer(style(step("brightness"), steady=1), 2) as renderer:
+        for number in range(3):
+            array = random.integers(0, 255, (20, 30, 4)).astype(np.uint8)
+            alpha = renderer.run(Picture.from_array(array), number / RATE, rgb=True).alpha
+            assert alpha is not None and np.array_equal(alpha, array[..., 3])
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 40), (33, 1)])
+def test_no_size_is_too_small(shape: tuple[int, int]) -> None:
+    film = restyled(LINES, still_film(3, shape=shape), 0.5)
+
+    assert all(each.shape == shape for each in film)
+
+
+def test_the_result_does_not_depend_on_bands(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = restyled(LINES, panned_film(4), 0.5)
+    monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1)
+    monkeypatch.setattr("vidstyle.steady.carry.AROUND", 1)
+
+    assert all(same_bits(*pair) for pair in zip(whole, restyled(LINES, panned_film(4), 0.5), strict=True))
+
+
+def test_marks_that_lie_still_are_carried_less() -> None:
+    film = list(panned_film(3))
+    motions = [Motion(0.5, is_fixed) for is_fixed in (False, True)]
+
+    moving, fixed = (
+        [motion.follow(each, number / RATE) for number, each in enumerate(film)][-1] for motion in motions
+    )
+
+    assert moving is not None and fixed is not None
+    assert moving.share == fixed.share and moving.share_of_result == pytest.approx(3 * fixed.share_of_result)
+
+
+@pytest.mark.parametrize("moved", [(6.0, -4.0), (2.5, 1.25)])
+def test_a_plane_is_moved_along_the_flow(moved: tuple[float, float], pool: ThreadPoolExecutor) -> None:
+    rows, columns = np.indices((60, 90), np.float32)
+
+    def ramp(x: float, y: float) -> np.ndarray:
+        return (7 * (columns + x) + 11 * (rows + y)).astype(np.float32)
+
+    flow = np.tile(np.float32(moved), (15, 22, 1))
+    now, _ = carried(pool, np.zeros_like(rows), (1, 0), ramp(0, 0), flow, Mix(1))
+
+    inner = np.s_[8:-8, 8:-8]
+    np.testing.assert_allclose(now[inner], ramp(*moved)[inner], atol=0.01)
+
+
+def test_a_change_weighs_by_its_size(pool: ThreadPoolExecutor) -> None:
+    before = np.full((9, 9), 1000, np.uint16)
+    for change, weight in ((0, 1.0), (100, 0.5), (200, 1 / 17)):
+        plane = np.full((9, 9), 1000 + change, np.float32)
+        now, weights = carried(pool, plane, (1, 0), before, None, Mix(0.5, 100))
+        np.testing.assert_allclose(weights, weight, rtol=1e-5)
+        np.testing.assert_allclose(now, 1000 + change - 0.5 * weight * change, atol=0.51)
+
+
+@pytest.mark.parametrize("deviation", [2.0, 4.0, 10.0])
+@pytest.mark.parametrize("encoding", [VIDEO, Encoding(depth=10)], ids=["8", "10"])
+def test_noise_is_told(deviation: float, encoding: Encoding) -> None:
+    planes = np.full((200, 300, 3), 120, np.float32)
+    planes[:, 100:, 0] += np.linspace(0, 60, 200, dtype=np.float32)  # a slope is no noise
+
+    found = noise_level(picture(noisy(planes, deviation, 1), encoding)) * 219
+
+    assert found == pytest.approx(np.hypot(deviation, 0.29), rel=0.12)
+
+
+def test_a_clean_photograph_has_little_noise() -> None:
+    assert noise_level(picture(page(180, 320))) * 219 < 1.5
+
+
+def test_a_style_says_how_steady_and_set_changes_it() -> None:
+    assert override(load_style("sketch"), ["steady=0.25"]).steady == 0.25
+    assert not replace(PLAIN, steady=0.5).is_plain
