@@ -19,7 +19,7 @@ ORDER = """
     block
     blade
     blocks
-    style measured prepared
+    style measured prepared diagram
     steady
     cpu
     gpu

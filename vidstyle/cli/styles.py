@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,7 +15,7 @@ import click
 from vidstyle.cli.bench import FORMS, both_sides
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.values import Seconds, Size
-from vidstyle.errors import printable
+from vidstyle.errors import UsageError, printable
 
 if TYPE_CHECKING:
     from vidstyle.gpu.plan import Form
@@ -29,8 +31,9 @@ if TYPE_CHECKING:
 @click.option("--at", type=Seconds(), help="Where in the film, for --preview; without it, in the middle.")
 @click.option("--allow-url", is_flag=True, help="Let INPUT be an address on the network.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-              help="For --preview: a page (.html) or a sheet (.png, .jpg).")  # fmt: skip
+              help="For --preview: a page (.html) or a sheet (.png, .jpg). For --svg: FILE.svg.")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Replace FILE if it exists.")
+@click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as a picture.")
 @click.option("--plan", is_flag=True, help="Print the passes that a GPU runs for the style, and their bytes.")
 @click.option("--size", type=Size(), default="1920x1080", show_default=True, callback=both_sides,
               help="Size of the pictures, for --plan.")  # fmt: skip
@@ -49,11 +52,14 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
         click.echo(json.dumps(style_schema(), indent=2))
     elif options["preview"] is not None:
         _write_preview(name, **options)
+    elif options["svg"]:
+        _write_svg(name, options["output"], options["overwrite"])
     elif options["plan"]:
         _print_plan(name, options["size"], options["form"], as_json)
     elif name is not None:
-        described = describe(load_style(name))
-        click.echo(json.dumps(described, indent=2) if as_json else "\n".join(_details(described)))
+        style = load_style(name)
+        described = describe(style)
+        click.echo(json.dumps(described, indent=2) if as_json else "\n".join(_details(style, described)))
     elif as_json:
         click.echo(json.dumps([describe(load_style(each)) for each in style_names()], indent=2))
     else:
@@ -64,11 +70,12 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
 
 def _refuse_idle_options(options: dict[str, Any]) -> None:
     """An option that would do nothing shows that something else was meant."""
-    if options["preview"] is None:
-        for option in ("at", "output"):
-            if options[option] is not None:
-                raise click.UsageError(f"--{option} belongs to --preview INPUT")
-    elif options["output"] is None:
+    preview, output = options["preview"] is not None, options["output"] is not None
+    if options["at"] is not None and not preview:
+        raise click.UsageError("--at belongs to --preview INPUT")
+    if output and not (preview or options["svg"]):
+        raise click.UsageError("--output belongs to --preview INPUT or --svg")
+    if preview and not output:
         raise click.UsageError("--preview needs -o FILE.html, FILE.png or FILE.jpg")
 
 
@@ -92,6 +99,25 @@ def _write_preview(
     say(f"{printable(output)}: {printable(preview)} in {len(names) - 1} styles")
 
 
+def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
+    from vidstyle.diagram.graph import graph_of
+    from vidstyle.diagram.svg import svg_of
+    from vidstyle.media.whole_file import whole_file
+    from vidstyle.style import load_style
+
+    if name is None:
+        raise click.UsageError("--svg needs the NAME of a style")
+    style = load_style(name)
+    text = svg_of(graph_of(style), style.name)
+    if output is None:
+        click.echo(text.encode(), nl=False)
+        return
+    if output.suffix.lower() != ".svg":
+        raise UsageError(output, "is no name of an SVG file", "end it in .svg")
+    with whole_file(output, name, overwrite) as write:
+        write(text.encode())
+
+
 def _variants(name: str, style: Style) -> str:
     names = ", ".join(f"{name}:{variant}" for variant in style.variants)
     return f" Variants: {names}." if names else ""
@@ -111,9 +137,15 @@ def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bo
         click.echo("\n".join([style.name, *lines_of(explained)]))
 
 
-def _details(described: dict[str, Any]) -> Iterator[str]:
+def _details(style: Style, described: dict[str, Any]) -> Iterator[str]:
+    from vidstyle.diagram.graph import graph_of
+    from vidstyle.diagram.text import text_of
+
     layers = {key: value for key, value in described.items() if isinstance(value, list)}
     yield f"{described['name']}: {described['note']}" if described["note"] else described["name"]
+    yield ""
+    yield from text_of(graph_of(style), get_terminal_size((100, 0)).columns, sys.stdout.encoding)
+    yield ""
     for key, value in described.items():
         if key not in layers and key not in ("name", "note", "variants"):
             yield f"  {key} = {json.dumps(value)}"

@@ -1,0 +1,110 @@
+"""The graph of a style for a terminal: a line for each block, and beside them the pictures on their way."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from itertools import chain, repeat
+
+from vidstyle.diagram.graph import Node
+from vidstyle.style import LAYERS
+
+SPACING = 3
+"""Characters from lane to lane."""
+LEAST_WORDS = 30
+"""Characters of words in a line, however many lanes there are."""
+
+_ASCII = str.maketrans(dict(zip("●│─├┤╮╭╯╰┼◄►", "*|-+++++++<>", strict=True)) | {"→": "->"})
+_TIED = "\N{NO-BREAK SPACE}"
+"""Stands for the spaces in what is not to be torn apart."""
+
+
+def text_of(nodes: Sequence[Node], width: int = 80, encoding: str = "utf-8") -> list[str]:
+    """The lines of the drawing.
+
+    Args:
+        nodes: of the graph.
+        width: in characters.
+        encoding: of the terminal; one without lines and arrows gets the nearest of ASCII.
+    """
+    lanes = 1 + max(max(node.lane, node.aside or 0) for node in nodes)
+    left = max(map(len, LAYERS)) + 2
+    live: set[int] = set()
+    lines: list[str] = []
+    layer = ""
+    for node in nodes:
+        lines += (" " * left + row for row in _rows_above(node, live, lanes))
+        words = _words(node, max(LEAST_WORDS, width - left - lanes * SPACING))
+        headings = chain([node.block.layer if node.block.layer != layer else ""], repeat(""))
+        rows = _rows_beside(node, len(words), live, lanes)
+        lines += (
+            f"{heading:{left}}{row}{part}" for row, part, heading in zip(rows, words, headings, strict=False)
+        )
+        layer = node.block.layer
+    return [_drawable(line.rstrip(), encoding) for line in lines]
+
+
+def _words(node: Node, room: int) -> list[str]:
+    """What stands beside a block, in lines."""
+    block = node.block
+    parts = [f"from {block.source}"] * bool(block.source)
+    parts += [f"{name} = {text}" for name, text in block.settings.items()]
+    tied = [part.replace(" ", _TIED) for part in parts]
+    saved = f"  → {', '.join(block.saves)}" if block.saves else ""
+    text = f"{block.title}{'  ' if tied else ''}{', '.join(tied)}{saved}"
+    return [line.replace(_TIED, " ") for line in textwrap.wrap(text, room, subsequent_indent="  ")]
+
+
+def _rows_beside(node: Node, count: int, live: set[int], lanes: int) -> Iterator[str]:
+    """The row of a block, and so many in all below it as its words need."""
+    live.add(node.lane)
+    yield _row(live, lanes, {node.lane * SPACING: "●"})
+    if not node.used:
+        live.remove(node.lane)
+    yield from [_row(live, lanes)] * (count - 1)
+
+
+def _rows_above(node: Node, live: set[int], lanes: int) -> Iterator[str]:
+    """What moves from lane to lane before a block, in a row each."""
+    if node.aside is not None:
+        yield _fork(node.lane, node.aside, live, lanes)
+        live.add(node.aside)
+    for edge in node.edges[1:]:
+        lane = edge.moves[-1].lane
+        yield _join(lane, node.lane, edge.goes_on, live, lanes)
+        if not edge.goes_on:
+            live.remove(lane)
+
+
+def _fork(lane: int, to: int, live: set[int], lanes: int) -> str:
+    ends = {lane * SPACING: "├" if to > lane else "┤", to * SPACING: "╮" if to > lane else "╭"}
+    return _row(live, lanes, _across(lane, to, live) | ends)
+
+
+def _join(lane: int, to: int, goes_on: bool, live: set[int], lanes: int) -> str:
+    from_right = lane > to
+    turn = ("┤" if from_right else "├") if goes_on else ("╯" if from_right else "╰")
+    head = {to * SPACING + 1: "◄"} if from_right else {to * SPACING - 1: "►"}
+    return _row(live, lanes, _across(lane, to, live) | head | {lane * SPACING: turn, to * SPACING: "│"})
+
+
+def _across(lane: int, to: int, live: set[int]) -> dict[int, str]:
+    """A line between two lanes, crossing those in between."""
+    first, last = sorted((lane * SPACING, to * SPACING))
+    crossed = {each * SPACING for each in live}
+    return {at: "┼" if at in crossed else "─" for at in range(first + 1, last)}
+
+
+def _row(live: set[int], lanes: int, drawn: dict[int, str] | None = None) -> str:
+    row = [" "] * (lanes * SPACING)
+    for at, character in ({lane * SPACING: "│" for lane in live} | (drawn or {})).items():
+        row[at] = character
+    return "".join(row)
+
+
+def _drawable(line: str, encoding: str) -> str:
+    try:
+        line.encode(encoding)
+    except (UnicodeEncodeError, LookupError):
+        return line.translate(_ASCII)
+    return line
