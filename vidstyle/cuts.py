@@ -30,8 +30,8 @@ _BLANK = 2
 _BAR = 0.1
 """No pixel of a black bar is brighter."""
 
-_Block = tuple[int, int, np.ndarray]
-"""Top, left and pixels."""
+_Block = tuple[int, int, np.ndarray, float]
+"""Top, left, pixels and their standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -144,8 +144,9 @@ def _blocks(picture: np.ndarray) -> Iterator[_Block]:
     for top in range(picture.shape[0] % tall // 2, picture.shape[0] - tall + 1, tall):
         for left in range(picture.shape[1] % wide // 2, picture.shape[1] - wide + 1, wide):
             block = picture[top : top + tall, left : left + wide]
-            if block.std() > _FLAT:
-                yield top, left, block
+            deviation = float(cv2.meanStdDev(block)[1][0, 0])
+            if deviation > _FLAT:
+                yield top, left, block, deviation
 
 
 def _found(blocks: list[_Block], before: np.ndarray) -> float:
@@ -158,9 +159,9 @@ def _found(blocks: list[_Block], before: np.ndarray) -> float:
     # Not below half of what counts as flat: noise would be taken for whatever is looked for.
     deviations = np.sqrt(np.maximum(squares - means**2, (_FLAT / 2) ** 2))
     likeness = []
-    for top, left, block in blocks:
+    for top, left, block, deviation in blocks:
         place = slice(top, top + 2 * _REACH + 1), slice(left, left + 2 * _REACH + 1)
         around = wider[top : top + tall + 2 * _REACH, left : left + wide + 2 * _REACH]
         products = cv2.matchTemplate(around, block, cv2.TM_CCOEFF) / block.size
-        likeness.append(max(0.0, float((products / deviations[place]).max() / block.std())))
+        likeness.append(max(0.0, float((products / deviations[place]).max()) / deviation))
     return float(np.mean(likeness))

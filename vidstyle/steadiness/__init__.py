@@ -17,6 +17,7 @@ NOISE = 4
 STILL_FRAMES, SETTLING = 24, 8
 """Frames of the still scene, and how many of them may pass before it counts."""
 DISC_FRAMES = 16
+GHOST = 0.7
 
 
 @dataclass(frozen=True)
@@ -28,12 +29,14 @@ class Figures:
         warping: mean warping error over the clips, of values 0..1; NaN without clips.
         ratio: that beside the clips' own.
         smear: mean difference from the same film at steady 0 around the edge of what moves, in levels of 255.
+        ghost: what the smear were if `GHOST` of the last result were mixed into each where it lies.
     """
 
     still: float
     warping: float
     ratio: float
     smear: float
+    ghost: float
 
 
 class Study:
@@ -54,7 +57,9 @@ class Study:
     @property
     def untouched(self) -> Figures:
         """The figures of the films themselves."""
-        return Figures(flicker(self._still.frames[SETTLING:]), self._untouched, 1, 0)
+        return Figures(
+            flicker(self._still.frames[SETTLING:]), self._untouched, 1, 0, self._ghost(self._disc.frames)
+        )
 
     def measure(self, style: Style, steady: Sequence[float]) -> Iterator[Figures]:
         """The figures of a style at each of the values of its field `steady`."""
@@ -66,7 +71,11 @@ class Study:
                 error,
                 error / self._untouched if self._untouched else float("nan"),
                 difference(self._restyled(each, self._disc), loose, self._edges),
+                self._ghost(loose),
             )
+
+    def _ghost(self, frames: Sequence[np.ndarray]) -> float:
+        return difference(list(ghosts(frames)), frames, self._edges)
 
     def _restyled(self, style: Style, clip: Clip) -> list[np.ndarray]:
         with Renderer(style, self._device) as renderer:
@@ -81,6 +90,18 @@ def flicker(frames: Sequence[np.ndarray]) -> float:
     """
     pairs = zip(frames, frames[1:], strict=False)
     return float(np.mean([_levels_between(first, second).mean() for first, second in pairs]))
+
+
+def ghosts(frames: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
+    """Frames, H x W x 3 uint8, into each of which `GHOST` of the last result is mixed.
+
+    >>> [int(frame[0, 0, 0]) for frame in ghosts([np.full((2, 2, 3), level, np.uint8) for level in (0, 100)])]
+    [0, 30]
+    """
+    ghost: np.ndarray = frames[0].astype(np.float32)
+    for frame in frames:
+        ghost = GHOST * ghost + np.float32(1 - GHOST) * frame
+        yield np.rint(ghost).astype(np.uint8)
 
 
 def mean_error(films: Sequence[tuple[Sequence[np.ndarray], Sequence[Motion | None]]]) -> float:

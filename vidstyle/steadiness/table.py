@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from vidstyle.steadiness import DISC_FRAMES, NOISE, SETTLING, STILL_FRAMES, Figures
+from vidstyle.steadiness import DISC_FRAMES, GHOST, NOISE, SETTLING, STILL_FRAMES, Figures
 
 SOURCE = "(the films themselves)"
 
@@ -21,7 +21,7 @@ def markdown(
         films: which clips, for the legend.
     """
     names = ("still", "warping error", "of source's", "smear")
-    lines = [["style", *(f"{name}, {value:g}" for name in names for value in steady)]]
+    lines = [["style", *(f"{name}, {value:g}" for name in names for value in steady), "ghost"]]
     lines += [["---", *("---:" for _ in lines[0][1:])]]
     lines += [[style, *_cells(each)] for style, each in figures.items()]
     lines += [[SOURCE, *_cells([untouched] * len(steady))]]
@@ -35,6 +35,7 @@ def _cells(figures: Sequence[Figures]) -> list[str]:
         *(_known(1000 * each.warping) for each in figures),
         *(_known(each.ratio) for each in figures),
         *(f"{each.smear:.2f}" for each in figures),
+        f"{figures[0].ghost:.1f}",
     ]
 
 
@@ -47,7 +48,8 @@ def _legend(films: str) -> list[str]:
         "Behind each comma stands `steady`; differences are in levels of 255.",
         f"Still: mean difference of successive frames of a photograph under noise of {NOISE} levels, "
         f"frames {SETTLING + 1} to {STILL_FRAMES}.",
-        f"Warping error (Lai et al. 2018), in thousandths, and how many times the source's it is: {films}.",
+        f"Warping error (Lai et al. 2018), in thousandths, and how many times the source's it is: {films}. "
+        "Dots and strokes that stay on the page while the picture moves under them count as change.",
         "Smear: mean difference from the film at steady 0 around the edge of a disc that moves over a "
-        f"photograph, {DISC_FRAMES} frames.",
+        f"photograph, {DISC_FRAMES} frames; ghost: that with {GHOST:g} of the last result mixed in.",
     ]
