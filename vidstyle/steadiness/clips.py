@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
@@ -14,7 +15,7 @@ from vidstyle.cuts import CutDetector
 from vidstyle.errors import InputError
 from vidstyle.measured import sampled
 from vidstyle.media.frame import Frame
-from vidstyle.media.options import ReadOptions
+from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.reader import Reader, open_reader
 from vidstyle.picture import Picture
 from vidstyle.planes import color_rows
@@ -41,8 +42,7 @@ def read_clip(path: Path, count: int, width: int) -> Clip:
         InputError: it cannot be read, or has fewer than two frames there.
     """
     with open_reader(path) as reader:
-        middle = reader.info.duration, reader.info.rate
-    start = None if None in middle else _start(*middle, count)  # type: ignore[arg-type]
+        start = _start(reader.info, count)
     with open_reader(path, ReadOptions(start=start)) as reader:
         frames = list(islice(_frames(reader), count))
     if len(frames) < 2:
@@ -96,11 +96,14 @@ def _clip(frames: list[np.ndarray]) -> Clip:
     return Clip(frames, [number / RATE for number in range(len(frames))])
 
 
-def _start(duration: Fraction, rate: Fraction, count: int) -> Fraction:
-    return max(Fraction(0), duration / 2 - count / rate / 2)
+def _start(info: VideoInfo, count: int) -> Fraction | None:
+    """Where so many frames in the middle begin, in seconds; None where the length is not known."""
+    if not info.duration or not info.rate:
+        return None
+    return max(Fraction(0), info.duration / 2 - count / info.rate / 2)
 
 
-def _frames(reader: Reader):  # type: ignore[no-untyped-def]
+def _frames(reader: Reader) -> Iterator[Frame]:
     return (item for item in reader if isinstance(item, Frame))
 
 
