@@ -11,12 +11,13 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from media import make_picture
 
 import vidstyle
 
 ROOT = Path(__file__).parent.parent
 SHIPPED = {
-    "vidstyle": {".py", ".typed", ".toml"},
+    "vidstyle": {".py", ".html", ".typed", ".toml"},
     "shaders": {".glsl"},
     "filters_bank": {".npz", ".md"},
 }
@@ -125,3 +126,11 @@ def test_the_installed_commands_list_blocks_and_styles(python: Path, tmp_path: P
     styles = run(program, "styles", "--json", folder=tmp_path)
     assert "plain" in json.dumps(json.loads(styles))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_installed_command_makes_a_preview(python: Path, tmp_path: Path) -> None:
+    picture = make_picture(tmp_path / "in.png", size=(32, 18))
+    run(
+        python.parent / "vidstyle", "styles", "plain", "--preview", picture, "-o", "out.html", folder=tmp_path
+    )
+    assert "data:image/jpeg" in (tmp_path / "out.html").read_text(encoding="utf-8")
