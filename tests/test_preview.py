@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 from base64 import b64decode
 from dataclasses import replace
 from fractions import Fraction
@@ -59,7 +61,7 @@ def test_the_page_shows_every_style_the_source_first(
     source, target = make_picture(tmp_path / "in.png"), tmp_path / "out.html"
     assert main(["styles", "--preview", str(source), "-o", str(target)]) == 0
     out, err = capfd.readouterr()
-    assert (out, err) == ("", f"vidstyle: {target}: {source} in {len(style_names()) - 1} styles\n")
+    assert (out, err) == ("", f"vidstyle: {target}: in.png in {len(style_names()) - 1} styles\n")
     page = Elements(target.read_text(encoding="utf-8"))
     images = [image for image in page.all("img") if "src" in image]
     assert [image["alt"] for image in images] == ["plain", *(n for n in style_names() if n != "plain")]
@@ -137,7 +139,7 @@ def test_a_film_that_is_shorter_than_it_says_shows_its_first(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     film = make_clip(tmp_path / "film.mkv", codec="ffv1", pix_fmt="yuv444p", frames=10, rate=10)
-    monkeypatch.setattr("vidstyle.gallery.still._middle", lambda reader: Fraction(50))
+    monkeypatch.setattr("vidstyle.gallery.still._middle", lambda *_: Fraction(50))
     still = read_still(film).astype(float)
     assert rms_error(still, picture().astype(float)) < 2
     assert "its first is shown" in caplog.text
@@ -251,3 +253,27 @@ def test_every_shipped_style_can_be_shown_step_by_step(name: str) -> None:
     style = load_style(name)
     stages = list(progression(picture((96, 54)), style))
     assert len(stages) == 2 + sum(bool(step.block) for step in style.steps)
+
+
+def test_an_animation_is_a_film_and_standard_input_shows_its_first(tmp_path: Path) -> None:
+    frames = [Image.fromarray(np.full((40, 60, 3), tone, np.uint8)) for tone in (0, 60, 120, 180, 240)]
+    film = tmp_path / "a.gif"
+    frames[0].save(film, save_all=True, append_images=frames[1:], duration=100)
+    for number, frame in enumerate(frames):
+        frame.save(tmp_path / f"{number}.png")
+    for source in (film, tmp_path / "%d.png"):
+        assert abs(read_still(source).mean() - 120) < 5
+    command = [
+        sys.executable,
+        "-m",
+        "vidstyle",
+        "styles",
+        "plain",
+        "--preview",
+        "-",
+        "-o",
+        tmp_path / "out.png",
+    ]
+    done = subprocess.run(command, input=film.read_bytes(), capture_output=True, check=True)
+    assert b"standard input in 0 styles" in done.stderr
+    assert np.asarray(Image.open(tmp_path / "out.png"))[LABEL:-GAP, GAP:-GAP].mean() < 5

@@ -95,8 +95,8 @@ def _write_preview(
     wanted = style_names() if name is None else [name]
     names = [PLAIN, *(each for each in wanted if each != PLAIN)]
     read = ReadOptions(start=at, allow_url=allow_url)
-    write_preview(preview, output, [load_style(each) for each in names], read, overwrite)
-    say(f"{printable(output)}: {printable(preview)} in {len(names) - 1} styles")
+    heading = write_preview(preview, output, [load_style(each) for each in names], read, overwrite)
+    say(printable(f"{output}: {heading}"))
 
 
 def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:

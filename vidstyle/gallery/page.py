@@ -24,16 +24,15 @@ _FIGURE = Template("""\
 """)
 
 
-def page_of(name: str, samples: Sequence[Sample]) -> str:
+def page_of(heading: str, samples: Sequence[Sample]) -> str:
     """The page, with a picture for each sample; the first is the source itself.
 
     Args:
-        name: what the source is called.
+        heading: what stands above.
         samples: at least one.
     """
     return Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
-        source=escape(printable(name)),
-        count=len(samples) - 1,
+        heading=escape(printable(heading)),
         figures="".join(map(_figure, samples)),
     )
 

@@ -24,7 +24,7 @@ def write_preview(
     styles: Sequence[Style],
     read: ReadOptions | None = None,
     overwrite: bool = False,
-) -> None:
+) -> str:
     """Write a picture of the source in the styles, the first of which leaves it as it is.
 
     Args:
@@ -34,6 +34,9 @@ def write_preview(
         read: how to read the source; without a start, the middle of a film is taken.
         overwrite: whether the target may exist.
 
+    Returns:
+        What it shows, in words.
+
     Raises:
         UsageError: the target's ending is another, it exists, or it is the source.
         InputError: the source cannot be read.
@@ -41,12 +44,16 @@ def write_preview(
     """
     target = Path(target)
     content_of = _kind(target)
+    count = len(styles) - 1
+    name = "standard input" if str(source) == "-" else Path(source).name
+    heading = f"{name} in {count} style{'s' * (count != 1)}"
     with whole_file(target, source, overwrite) as write:
         samples = list(samples_of(read_still(source, read), styles))
-        write(content_of(source, samples))
+        write(content_of(heading, samples))
+    return heading
 
 
-def _kind(target: Path) -> Callable[[str | Path, list[Sample]], bytes]:
+def _kind(target: Path) -> Callable[[str, list[Sample]], bytes]:
     kinds = {".html": _page, ".png": _png, ".jpg": _jpeg}
     try:
         return kinds[target.suffix.lower()]
@@ -54,16 +61,15 @@ def _kind(target: Path) -> Callable[[str | Path, list[Sample]], bytes]:
         raise UsageError(target, "is no kind of preview", f"end its name in {' or '.join(kinds)}") from None
 
 
-def _page(source: str | Path, samples: list[Sample]) -> bytes:
-    name = "standard input" if str(source) == "-" else Path(source).name
-    return page_of(name, samples).encode("utf-8")
+def _page(heading: str, samples: list[Sample]) -> bytes:
+    return page_of(heading, samples).encode("utf-8")
 
 
-def _png(_: str | Path, samples: list[Sample]) -> bytes:
+def _png(_: str, samples: list[Sample]) -> bytes:
     return encoded(_sheet(samples), ".png")
 
 
-def _jpeg(_: str | Path, samples: list[Sample]) -> bytes:
+def _jpeg(_: str, samples: list[Sample]) -> bytes:
     return encoded(_sheet(samples), ".jpg")
 
 

@@ -14,6 +14,7 @@ from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import Reader, ReadOptions, open_reader
+from vidstyle.media.sources import open_source
 from vidstyle.picture import Encoding, Picture
 from vidstyle.style import load_style
 
@@ -39,23 +40,29 @@ def read_still(
         InputError: it cannot be read, or has no picture at that time.
     """
     read = read or ReadOptions()
-    with open_reader(source, read) as reader:
-        middle = _middle(reader) if read.start is None and str(source) != "-" else None
-        still = _still(reader, longest_side)
-    if middle is None:
-        return still
+    middle = _middle(source, read) if read.start is None and str(source) != "-" else None
+    if middle is not None:
+        try:
+            return _read(source, replace(read, start=middle), longest_side)
+        except InputError:
+            log.warning(
+                "%s: has no picture in the middle of the time that it announces: its first is shown", source
+            )
+    return _read(source, read, longest_side)
+
+
+def _middle(source: str | Path, read: ReadOptions) -> Fraction | None:
+    """When half of a film has passed, if it is one."""
+    opened = open_source(source, read)
     try:
-        with open_reader(source, replace(read, start=middle)) as reader:
-            return _still(reader, longest_side)
-    except InputError:
-        log.warning(
-            "%s: has no picture in the middle of the time that it announces: its first is shown", source
-        )
-        return still
+        return opened.duration / 2 if opened.duration and opened.frames != 1 else None
+    finally:
+        opened.close()
 
 
-def _middle(reader: Reader) -> Fraction | None:
-    return reader.info.duration / 2 if reader.info.duration and not reader.info.still else None
+def _read(source: str | Path, read: ReadOptions, longest_side: int) -> np.ndarray:
+    with open_reader(source, read) as reader:
+        return _still(reader, longest_side)
 
 
 def _still(reader: Reader, longest_side: int) -> np.ndarray:
