@@ -12,6 +12,7 @@ from pictures import step, style
 from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.features import choose_filters
 from vidstyle.gpu import devices
+from vidstyle.gpu.explain import plan_for_video
 from vidstyle.gpu.formats import working_format
 from vidstyle.gpu.nodes import Node
 from vidstyle.gpu.plan import Form
@@ -40,16 +41,23 @@ def drawn(look: Style, form: Form, shape: tuple[int, int]) -> Session:
 def numbers_in(session: Session) -> np.ndarray:
     """The numbers of the filters that the GPU has chosen, H x W."""
     assert session._runner is not None
-    (node,) = [node for node in session._runner._slots._nodes if name_of(node) == "chosen_filter"]
+    (node,) = [node for node in session._runner._slots._nodes if name_of(node).startswith("chosen_filter")]
 
     def read() -> np.ndarray:
         assert session._runner is not None
         texture = session._runner._slots.texture_of_node(node)
-        codes = np.frombuffer(texture.read(alignment=1), np.uint16).reshape(texture.height, texture.width)
+        codes = np.frombuffer(texture.read(alignment=1), np.uint16)
+        codes = codes.reshape(texture.height, texture.width, -1)[: node.shape[0], : node.shape[1]]
         coding = working_format(node)
-        return np.rint((codes[: node.shape[0], : node.shape[1]] / 65535 * coding.span + coding.low) * 1024)
+        return np.rint((codes / 65535 * coding.span + coding.low) * 1024)
 
-    return session._owner.submit(read).result()
+    numbers = session._owner.submit(read).result()
+    if name_of(node) == "chosen_filter":
+        return numbers[..., 0]
+    height, width = session._runner.plan.source.shape
+    rows, columns, _ = numbers.shape
+    squares = numbers.reshape(rows, columns, 2, 2).swapaxes(1, 2)
+    return squares.reshape(2 * rows, 2 * columns)[:height, :width]
 
 
 def name_of(node: Node) -> str:
@@ -69,11 +77,22 @@ def test_gpu_and_cpu_choose_the_same_filters(form: Form, shape: tuple[int, int])
     assert found.max() < bank.bins.count
 
 
-def test_choice_and_filter_are_one_pass(form: Form) -> None:
-    for look in (ONCE, ANEW):
-        session = drawn(look, form, (40, 60))
-        assert session._runner is not None
-        names = [[name_of(node) for node in each.nodes] for each in session._runner.plan.passes]
-        session.close()
-        first = ["chosen_filter", "filtered"]
-        assert names == [first, *([["filtered"]] * 2 if look is ONCE else [first] * 2)]
+@pytest.mark.parametrize("look", [ONCE, ANEW], ids=["once", "anew"])
+def test_choice_and_filter_are_one_compute_pass(look: Style) -> None:
+    first = ["chosen_filter", "filtered"]
+    assert names_of_calls(look, "compute") == [first, *([["filtered"]] * 2 if look is ONCE else [first] * 2)]
+
+
+@pytest.mark.parametrize("look", [ONCE, ANEW], ids=["once", "anew"])
+def test_fragments_choose_for_four_pixels_in_a_pass_of_half_the_size(look: Style) -> None:
+    chooses, filters = ["chosen_filters"], ["IMAGE_own_choice", "filtered"]
+    assert names_of_calls(look, "fragment") == (
+        [chooses, *[filters] * 3] if look is ONCE else [chooses, filters] * 3
+    )
+    plan = plan_for_video(look, 61, 41, "fragment")
+    assert [each.shape for each in plan.passes][:2] == [(21, 31), (41, 61)]
+
+
+def names_of_calls(look: Style, form: Form) -> list[list[str]]:
+    plan = plan_for_video(look, 60, 40, form)
+    return [[name_of(node) for node in each.nodes] for each in plan.passes]

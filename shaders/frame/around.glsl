@@ -1,17 +1,14 @@
-// A picture around the pixels that a group computes: each pixel is read from the texture once, for all of
-// them. Where that does not fit, it is read as often as it is asked for.
+// A picture around the pixels that a group computes: each pixel is read from the texture once, for all.
 shared VALUE around[AROUND_ROOM];
 ivec2 group_first, group_size, around_first, around_size;
-bool around_fits;
 
 void load_around(ivec2 first, ivec2 size) {
     group_first = first;
     group_size = size;
     around_first = first - around_reach;
     around_size = size + 2 * around_reach;
-    around_fits = around_size.x * around_size.y <= AROUND_ROOM;
     ivec2 own = ivec2(gl_LocalInvocationID.xy), next = ivec2(gl_WorkGroupSize.xy);
-    for (int y = own.y; around_fits && y < around_size.y; y += next.y) {
+    for (int y = own.y; y < around_size.y; y += next.y) {
         for (int x = own.x; x < around_size.x; x += next.x) {
             around[y * around_size.x + x] = IMAGE_at(around_first + ivec2(x, y));
         }
@@ -21,5 +18,5 @@ void load_around(ivec2 first, ivec2 size) {
 
 VALUE picture_at(ivec2 at) {
     ivec2 inside = at - around_first;
-    return around_fits ? around[inside.y * around_size.x + inside.x] : IMAGE_at(at);
+    return around[inside.y * around_size.x + inside.x];
 }

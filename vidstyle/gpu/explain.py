@@ -100,9 +100,10 @@ def _names_of_values(plan: Plan) -> dict[Node, str]:
 def _call(node: Node) -> str:
     function = node.function
     assert function is not None
+    name = function.name.removeprefix("IMAGE_")
     block = function.file.rpartition("/")[2].removesuffix(".glsl")
-    part = function.name.removeprefix(f"{block}_")
-    return function.name if part == function.name else f"{block} ({part})"
+    part = name.removeprefix(f"{block}_")
+    return name if part == name else f"{block} ({part})"
 
 
 def _image(plan: Plan, image: Node, names: dict[Node, str]) -> str:

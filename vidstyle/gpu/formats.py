@@ -45,6 +45,7 @@ WORKING: dict[Kind, Format] = {
     "luma": Format(1, "nu2", -0.5, 2.0),
     "chroma": Format(2, "nu2", -0.75, 1.5),
     "color": Format(4, "nu2", -1.0, 3.0),
+    "choices": Format(4, "nu2"),
 }
 """Textures between passes. Normalized 16 bit, not half floats, which take as much room: near white a half
 float is off by up to 1/4096, and a difference of Gaussians under a soft threshold multiplies that by forty,

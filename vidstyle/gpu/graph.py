@@ -57,8 +57,9 @@ class Graph:
         measures: all that the steps want to know of the whole picture, in the order of the steps.
     """
 
-    def __init__(self, source: Layout) -> None:
+    def __init__(self, source: Layout, form: str) -> None:
         self.source = source
+        self._form = form
         self.encoding = source.encoding
         self.measures: list[Measure] = []
         self.planes = self._source_planes()
@@ -95,7 +96,7 @@ class Graph:
             Node(
                 "chroma",
                 look.shape,
-                Function("frame/chroma_image.glsl", "between"),
+                Function("frame/between.glsl", "IMAGE_between"),
                 around=look.chroma,
                 values={"step": grid.step, "siting": grid.siting},
             )
@@ -199,14 +200,7 @@ class Graph:
         chosen: Node | None = None
         for _ in range(run.passes):
             if chosen is None or run.reselect:
-                chooses, reach = (
-                    Function("blade/chosen_filter.glsl", "chosen_filter"),
-                    window_reach(run.window),
-                )
-                values = choice_values(run)
-                chosen = self._node(
-                    Node("luma", luma.shape, chooses, around=luma, reach=reach, values=values)
-                )
+                chosen = self._chosen(luma, run)
             filters = Function("blade/filtered.glsl", "filtered")
             luma = self._node(
                 Node(
@@ -221,6 +215,24 @@ class Graph:
                 )
             )
         return luma
+
+    def _chosen(self, luma: Node, run: BankRun) -> Node:
+        """The number of each pixel's filter.
+
+        A compute group shares what it reads; fragments do not, so there one chooses for 2 x 2 pixels, in a
+        pass of its own.
+        """
+        reach, values = window_reach(run.window), choice_values(run)
+        if self._form == "compute":
+            function = Function("blade/chosen_filter.glsl", "chosen_filter")
+            return self._node(Node("luma", luma.shape, function, around=luma, reach=reach, values=values))
+        height, width = luma.shape
+        half = (height + 1) // 2, (width + 1) // 2
+        function = Function("blade/chosen_filters.glsl", "chosen_filters")
+        four = self._node(Node("choices", half, function, around=luma, reach=reach, values=values))
+        return self._node(
+            Node("luma", luma.shape, Function("blade/own_choice.glsl", "IMAGE_own_choice"), around=four)
+        )
 
     def _run_block(
         self,

@@ -6,7 +6,7 @@ import re
 
 from vidstyle.gpu.signature import read_source
 
-TYPES = {1: "float", 2: "vec2", 3: "vec3"}
+TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
 """The GLSL type of so many numbers."""
 
 _INCLUDE = re.compile(r'^#include "(?P<file>[^"]+)"$')

@@ -8,8 +8,9 @@ from typing import Any, Literal
 from vidstyle.gpu.signature import Signature, signatures
 from vidstyle.picture import Encoding, Picture
 
-Kind = Literal["luma", "chroma", "color"]
-CHANNELS: dict[Kind, int] = {"luma": 1, "chroma": 2, "color": 3}
+Kind = Literal["luma", "chroma", "color", "choices"]
+"""Choices are the numbers of the filters that 2 x 2 pixels choose."""
+CHANNELS: dict[Kind, int] = {"luma": 1, "chroma": 2, "color": 3, "choices": 4}
 """How many numbers a value of each kind has."""
 
 Shape = tuple[int, int]
@@ -92,8 +93,10 @@ class Node:
 
     @property
     def is_enlarged(self) -> bool:
-        """Whether it is chroma brought from its own grid to every pixel."""
-        return self.around is not None and self.around.grid is not None and self.grid is None
+        """Whether it is chroma brought from its own grid to every pixel, or a pixel's own choice."""
+        if self.around is None:
+            return False
+        return self.around.kind == "choices" or (self.around.grid is not None and self.grid is None)
 
     @property
     def is_heavy(self) -> bool:

@@ -70,7 +70,7 @@ def make_plan(
         form: how the passes are to run.
         fused: False makes a pass of every call, to compare with.
     """
-    graph = Graph(source)
+    graph = Graph(source, form)
     look = _page(graph, style, steps)
     if rgb:
         results = [Result("color", (graph.color(look),), source.shape)]

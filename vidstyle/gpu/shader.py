@@ -27,7 +27,7 @@ because neighbours in that direction read the same pixels."""
 TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
 """Pixels across and down that a group makes together where chroma is averaged."""
 
-SWIZZLES = {1: "r", 2: "rg", 3: "rgb"}
+SWIZZLES = {1: "r", 2: "rg", 3: "rgb", 4: "rgba"}
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,8 @@ class _Writer:
         self._images = {node: f"image_{number}" for number, node in enumerate(each.images)}
         self.shader = Shader(Assembly(430 if plan.form == "compute" else 330))
         self._text = self.shader.assembly
+        if any(node.kind == "choices" for node in each.nodes):
+            self._text.add("#extension GL_ARB_texture_gather : enable")
         self._shrinks = _shrinks(plan, each)
         self._sharing = sharing_of(each) if plan.form == "compute" else None
         self._area = self.shader.groups = GROUPS[self._sharing.line if self._sharing else None]
@@ -168,11 +170,12 @@ class _Writer:
                 self._text.add_template("frame/image.glsl", words)
 
     def _declare_sharing(self) -> None:
-        if self._sharing is None:
+        if self._sharing is None or not self._sharing.fits(self._area):
+            self._sharing = None
             return
         self._text.add(f"const int AROUND_ROOM = {self._sharing.room(self._area)};")
         if self._sharing.prepares:
-            self._text.add(f"const int PREPARED_ROOM = {self._sharing.prepared_room(self._area)};")
+            self._text.add(f"#define PREPARED_ROOM {self._sharing.prepared_room(self._area)}")
         self._text.add("uniform ivec2 around_reach;")
         self.shader.uniforms["around_reach"] = self._sharing.reach
         image = self._sharing.image
@@ -212,7 +215,7 @@ class _Writer:
         for parameter, words in node.options.items():
             self._declare_options(Path(node.function.file).stem, parameter, words)
         if node.is_enlarged:
-            function = self._add_between(node)
+            function = self._add_enlarging(node)
         else:
             function = node.function.name
             if node.around is not None:
@@ -228,19 +231,27 @@ class _Writer:
             if line not in self._text.lines:
                 self._text.add(line)
 
-    def _add_between(self, node: Node) -> str:
-        assert node.around is not None
+    def _add_enlarging(self, node: Node) -> str:
+        assert node.around is not None and node.function is not None
         image = self._images[node.around]
-        if not any(f"{image}_between(" in line for line in self._text.lines):
-            self._text.add_template("frame/between.glsl", {"IMAGE": image})
-        return f"{image}_between"
+        name = node.function.name.replace("IMAGE", image)
+        self._add_template_once(node.function.file, name, {"IMAGE": image})
+        return name
+
+    def _add_template_once(self, file: str, name: str, words: dict[str, str]) -> None:
+        """Add a template for all calls of the function of this name in it."""
+        if not any(f"{name}(" in line for line in self._text.lines):
+            self._text.add_template(file, words)
 
     def _add_around(self, node: Node) -> None:
         assert node.around is not None and node.function is not None
         if self._sharing is not None:
             return
-        reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
+        if node.kind == "choices":
+            self._add_template_once("frame/quad.glsl", "quad_at", {"IMAGE": image})
+            return
+        reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         line = f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}"
         if line not in self._text.lines:
             self._text.add(line)
@@ -345,8 +356,6 @@ class _Writer:
 
 def _parameters(node: Node) -> tuple[Parameter, ...]:
     assert node.function is not None
-    if node.is_enlarged:
-        return signatures("frame/between.glsl")["IMAGE_between"].parameters
     return node.function.signature.parameters
 
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 
 from vidstyle.gpu.nodes import CHANNELS, Node
 from vidstyle.gpu.passes import Pass
 
 TILE_BYTES = 16384
 """Shared memory for the pixels that a group reads. With chroma, and what a filter prepares, it must stay
-below the 32 KiB that OpenGL promises; the less it is, the more groups share a processor. A wider reach than
-fits is read from the texture, as in a fragment pass."""
+below the 32 KiB that OpenGL promises; the less it is, the more groups share a processor. Filters that reach
+further than fits read the texture, as in a fragment pass."""
 PREPARED_REACH = 8
-"""The widest reach of filters that prepare something in shared memory; wider ones do without."""
+"""The widest reach of filters that prepare something in shared memory; wider ones read the texture too."""
 
 Pair = tuple[int, int]
 
@@ -33,6 +34,13 @@ class Sharing:
     line: Pair | None
     prepares: Node | None
 
+    def fits(self, area: Pair) -> bool:
+        """Whether there is room for all that a group reads that computes an area of pixels."""
+        if self.prepares is not None:
+            return self.reach[0] <= PREPARED_REACH
+        sides = (side + 2 * reach for side, reach in zip(area, self.reach, strict=True))
+        return prod(sides) <= self.room(area)
+
     def room(self, area: Pair) -> int:
         """How many pixels are kept at most, for a group that computes an area of pixels."""
         if self.prepares is None:
@@ -47,7 +55,7 @@ class Sharing:
 def sharing_of(each: Pass) -> Sharing | None:
     """What a compute pass reads through shared memory; None if it reads no neighbours, or few of many.
 
-    The filters and kinds of values decide, never the values of sliders, with which the reach comes and goes.
+    The filters and kinds of values decide; of the values of sliders only whether the reach fits.
     """
     filters = [node for node in each.nodes if _reads_neighbours(node)]
     lines = {node.function.signature.line for node in filters if node.function}

@@ -115,8 +115,7 @@ def _read(each: Pass, window: Window) -> Iterator[tuple[Node, Window]]:
 
 def _around(node: Node, image: Node, window: Window) -> Window:
     """What a node reads of the picture around it."""
-    if node.is_enlarged:
-        assert image.grid is not None
+    if node.is_enlarged and image.grid is not None:
         return _between(window, image.grid)
     if node.function is not None and node.function.name == "shrunk_chroma":
         (across, down), (x, y) = node.values["step"], node.values["siting"]
@@ -130,7 +129,8 @@ def _around(node: Node, image: Node, window: Window) -> Window:
             ceil(window.bottom * down),
             ceil(window.right * across),
         )
-        return mapped.grown((RESAMPLING_REACH,) * 2, (RESAMPLING_REACH,) * 2)
+        reach = max(RESAMPLING_REACH, node.reach)
+        return mapped.grown((reach, reach), (reach, reach))
     return window.grown((node.reach,) * 2, (node.reach,) * 2)
 
 

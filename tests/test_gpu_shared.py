@@ -1,0 +1,137 @@
+"""Compute passes read their pictures through shared memory, and make of them what others make of textures."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from gpu import Sessions, disagreements, faults, film_picture
+from pictures import FLOAT, step, style
+
+from vidstyle.gpu import shared
+from vidstyle.gpu.explain import plan_for_video
+from vidstyle.gpu.plan import Form
+from vidstyle.gpu.shader import Shader, write_shader
+from vidstyle.picture import Picture
+from vidstyle.style import Style
+
+TWICE = style(
+    step("to_gray", save="gray"),
+    step("etf", passes=1, save="soft"),
+    step("tvf", source="gray", passes=1),
+    step("blend", other="soft", mode="difference"),
+)
+LOOKS = {
+    "wide and narrow": style(
+        step("to_gray", save="gray"),
+        step("gaussian", sigma=9, save="wide"),
+        step("gaussian", source="gray", sigma=0.7),
+        step("blend", other="wide", mode="grain_extract"),
+    ),
+    "RGB": style(step("gaussian", sigma=7), step("posterize")),
+    "wider than a group": style(step("to_gray"), step("gaussian", sigma=25)),
+    "wider than the room": style(step("gaussian", sigma=60), step("saturation")),
+    "no reach": style(step("gaussian", sigma=0), step("sobel")),
+    "halftone": style(step("halftone", cell=9)),
+    "etf": style(step("etf", passes=2)),
+    "etf, broad": style(step("etf", passes=1, rho=4)),
+    "etf, then RGB": style(step("etf", passes=1, rho=3), step("saturation")),
+    "two choices": TWICE,
+}
+SHAPES = [(1, 1), (1, 37), (45, 1), (16, 16), (17, 33), (129, 67)]
+
+
+def shaders_of(look: Style, form: Form = "compute") -> list[Shader]:
+    plan = plan_for_video(look, 320, 180, form)
+    return [write_shader(plan, each) for each in plan.passes]
+
+
+@pytest.mark.parametrize(
+    "look, reach, groups",
+    [
+        (style(step("to_gray"), step("gaussian", sigma=2)), [(6, 0), (0, 6)], [(32, 8), (8, 32)]),
+        (style(step("gaussian", sigma=2)), [None, (6, 0), (0, 6)], [(16, 16), (32, 8), (16, 32)]),
+        (style(step("sobel")), [(1, 1)], [(16, 16)]),
+        (style(step("learned")), [(4, 4)], [(16, 16)]),
+        (style(step("etf", passes=2, reselect=False)), [(4, 4), (2, 2)], [(16, 16)] * 2),
+        (style(step("scale", factor=0.5, method="area"), step("to_gray")), None, None),
+        (style(step("halftone", cell=9)), [None, (13, 0), (0, 13), None], None),
+    ],
+    ids=["gaussian", "gaussian of RGB", "sobel", "learned", "etf", "scale", "halftone"],
+)
+def test_a_pass_shares_what_its_filters_read(look: Style, reach: list | None, groups: list | None) -> None:
+    shaders = shaders_of(look)
+    found = [shader.uniforms.get("around_reach") for shader in shaders]
+    assert found == (reach or [None] * len(shaders))
+    for shader in shaders:
+        text, shares = shader.assembly.text, "around_reach" in shader.uniforms
+        assert ("load_around(first, area);" in text) == shares
+        assert bool(re.search(r"^shared \w+ around\[", text, re.MULTILINE)) == shares
+    if groups:
+        assert [shader.groups for shader in shaders] == groups
+
+
+def test_fragments_share_nothing() -> None:
+    for shader in shaders_of(LOOKS["etf"], "fragment") + shaders_of(LOOKS["RGB"], "fragment"):
+        assert "shared" not in shader.assembly.text
+
+
+def test_one_pass_prepares_one_choice() -> None:
+    """Two would need twice the shared memory, and two names for it."""
+    calls = [shader.assembly.text.count("chosen_filter_prepare(reach_") for shader in shaders_of(TWICE)]
+    assert sorted(calls)[-2:] == [1, 1]
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_shared_memory_stays_below_what_opengl_promises(name: str) -> None:
+    for shader in shaders_of(LOOKS[name]):
+        assert ("_ROOM" in shader.assembly.text) <= (0 < shared_bytes(shader) <= 32768)
+
+
+def rooms_in(shader: Shader) -> dict[str, int]:
+    """How many values a text has room for, by the names that say so."""
+    return {name: int(room) for name, room in re.findall(r"(\w+_ROOM) (?:= )?(\d+)", shader.assembly.text)}
+
+
+def shared_bytes(shader: Shader) -> int:
+    """The bytes of all shared arrays in a text."""
+    rooms, text = rooms_in(shader), shader.assembly.text
+    if area := re.search(r"AREA = ivec2\((\d+), (\d+)\)", text):
+        rooms["AREA.x * AREA.y"] = int(area[1]) * int(area[2])
+    arrays = re.findall(r"^shared (\w+) \w+\[(.+)\];", text, re.MULTILINE)
+    return sum({"float": 4, "vec2": 8, "vec3": 12}[kind] * rooms[room] for kind, room in arrays)
+
+
+@pytest.fixture(scope="module")
+def sessions():
+    with Sessions() as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("name", LOOKS)
+def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) -> None:
+    found = [
+        line
+        for shape in SHAPES
+        for line in faults(sessions, LOOKS[name], film_picture(*shape), "x".join(map(str, shape)))
+    ]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("largest", [64, 8192])
+@pytest.mark.parametrize("name", LOOKS)
+def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
+    name: str, largest: int, sessions: Sessions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    picture = film_picture(129, 199)
+    right = sessions.run("compute", LOOKS[name], picture)
+    monkeypatch.setattr(shared, "TILE_BYTES", 0)
+    monkeypatch.setattr(shared, "PREPARED_REACH", 0)
+    assert not any(rooms_in(shader) for shader in shaders_of(LOOKS[name]))
+    with Sessions(largest=largest) as without_room:
+        assert disagreements(right, without_room.run("compute", LOOKS[name], picture)) == []
+
+
+def test_a_float_picture_is_shared_as_it_is(sessions: Sessions) -> None:
+    source = Picture(FLOAT, luma=film_picture(50, 70).luma.astype("float32") / 255)  # type: ignore[union-attr]
+    assert faults(sessions, style(step("gaussian", sigma=3)), source, "float") == []
