@@ -62,7 +62,7 @@ def test_chroma_is_kept_steady_too() -> None:
 def test_noise_goes_away_under_a_moving_camera(pool: ThreadPoolExecutor) -> None:
     stage, wide = Steady(0.5, False, pool), page(180, 320 + 3 * 10)
     for number, each in enumerate(panned_film(10)):
-        steadied = stage.before(each, number / RATE).picture
+        steadied = stage.before(each, number / RATE, False).picture
 
     clean = picture(wide[:, 27 : 27 + 320], replace(VIDEO, depth=16)).luma
     assert each.luma is not None and steadied.luma is not None and clean is not None
@@ -174,7 +174,8 @@ def test_marks_that_lie_still_are_carried_less() -> None:
     motions = [Motion(0.5, is_fixed) for is_fixed in (False, True)]
 
     moving, fixed = (
-        [motion.follow(each, number / RATE) for number, each in enumerate(film)][-1] for motion in motions
+        [motion.follow(each, number / RATE, False) for number, each in enumerate(film)][-1]
+        for motion in motions
     )
 
     assert moving is not None and fixed is not None

@@ -67,9 +67,13 @@ class CpuRenderer:
         if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
             return picture
         self._prepare(picture)
+        begins = bool(self._memories or self._steady) and self._cuts.is_cut(small_luma(picture))
+        if begins:
+            for memory in self._memories.values():
+                memory.restart()
         if self._steady is None:
             return self._styled(picture, time, target, rgb)
-        steadied = self._steady.before(picture, time)
+        steadied = self._steady.before(picture, time, begins)
         return self._steady.after(self._styled(steadied.picture, time, target, rgb), steadied)
 
     def start(
@@ -101,9 +105,6 @@ class CpuRenderer:
 
     def _page(self, picture: Picture, time: float | None) -> Page:
         """base, then background and lines from where it ended."""
-        if self._memories and self._cuts.is_cut(small_luma(picture)):
-            for memory in self._memories.values():
-                memory.restart()
         frame = _FrameRun(self._pool, picture, time, self._memories)
         base = frame.run_layer("base", self._layers["base"], Work(Whole.of(picture)))
         steps = self._layers["background"], self._layers["lines"]

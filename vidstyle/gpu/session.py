@@ -15,10 +15,10 @@ from vidstyle.cuts import CutDetector
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.context import close_context, open_context
 from vidstyle.gpu.devices import Device
-from vidstyle.gpu.nodes import Layout
+from vidstyle.gpu.nodes import Layout, Measure
 from vidstyle.gpu.owner import Owner
 from vidstyle.gpu.plan import Form, Plan, make_plan
-from vidstyle.gpu.runner import Equipment, Fetch, Runner
+from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares
 from vidstyle.gpu.steadier import Steadier, plain_layout, steady_layout
 from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
@@ -128,10 +128,12 @@ class Session:
         with driver_errors():
             steady = self._style.steady > 0 and request.time is not None
             runner = self._prepared(request, steady)
-            shares = self._shares(request, runner.plan)
+            measures = [each.sampled for each in runner.plan.passes if each.sampled]
+            begins = bool(steady or measures) and self._cuts.is_cut(small_luma(request.picture))
+            shares = self._shares(measures, request.time, begins)
             if steady:
                 assert self._steadier is not None and request.time is not None
-                fetches, steadied = self._steadier.draw(request.picture, request.time, shares)
+                fetches, steadied = self._steadier.draw(request.picture, request.time, begins, shares)
             else:
                 fetches, steadied = runner.draw(request.picture, shares), None
             self._check()
@@ -169,15 +171,12 @@ class Session:
             self._steadier.release()
             self._steadier = None
 
-    def _shares(self, request: Request, plan: Plan) -> dict[tuple[str, int], float]:
-        measures = [each.sampled for each in plan.passes if each.sampled]
-        if measures and self._cuts.is_cut(small_luma(request.picture)):
+    def _shares(self, measures: list[Measure], time: float | None, begins: bool) -> Shares:
+        if begins:
             self._settlings = {}
         return {
-            measure.step: self._settlings.setdefault(measure.step, Settling()).share(
-                request.time, measure.settle
-            )
-            for measure in measures
+            each.step: self._settlings.setdefault(each.step, Settling()).share(time, each.settle)
+            for each in measures
         }
 
     def _fetch(self, drawn: Drawn) -> Picture:

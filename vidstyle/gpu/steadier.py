@@ -45,12 +45,14 @@ class Steadier:
                 equipment.context, equipment.programs, equipment.textures, source, target
             )
 
-    def draw(self, picture: Picture, time: float, shares: Shares) -> tuple[list[Fetch], Steadied | None]:
+    def draw(
+        self, picture: Picture, time: float, begins: bool, shares: Shares
+    ) -> tuple[list[Fetch], Steadied | None]:
         """Start all that is to be done for a picture; what comes second is for `after`."""
         if self._textures is None:
-            steadied = self._stage.before(picture, time)
+            steadied = self._stage.before(picture, time, begins)
             return self._runner.draw(steadied.picture, shares), steadied
-        steadying = Steadying(self._textures, self._motion.follow(picture, time))
+        steadying = Steadying(self._textures, self._motion.follow(picture, time, begins))
         return self._runner.draw(with_planes(picture), shares, steadying), None
 
     def after(self, result: Picture, steadied: Steadied | None) -> Picture:

@@ -9,9 +9,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from vidstyle.cuts import CutDetector
 from vidstyle.kernels import compiled
-from vidstyle.measured import Sampling, small_luma
+from vidstyle.measured import Sampling
 from vidstyle.picture import Picture
 
 REDUCED = 480
@@ -75,23 +74,22 @@ class Motion:
     def __init__(self, steady: float, is_fixed: bool) -> None:
         self._share = MOST_CARRIED * steady * (2 - steady)
         self._share_of_result = self._share * (OF_FIXED_RESULT if is_fixed else OF_RESULT)
-        self._cuts = CutDetector()
         # Its stubs want a flow to begin with, which it does not.
         self._estimator: Any = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
         self._reduced: np.ndarray | None = None
         self._shape: tuple[int, int] | None = None
         self._time = 0.0
 
-    def follow(self, picture: Picture, time: float) -> Carry | None:
+    def follow(self, picture: Picture, time: float, begins: bool) -> Carry | None:
         """How the picture before is carried on into this one; None where a scene begins.
 
         Args:
             time: presentation time in seconds.
+            begins: whether a scene begins with this one.
         """
-        sampled = small_luma(picture)
         before, self._reduced = self._reduced, _reduced_luma(picture)
         elapsed, self._time = time - self._time, time
-        continues = not self._cuts.is_cut(sampled) and self._shape == picture.shape
+        continues = not begins and self._shape == picture.shape
         self._shape = picture.shape
         if before is None or not continues or not 0 <= elapsed <= LONGEST_GAP:
             return None

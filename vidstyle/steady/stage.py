@@ -47,15 +47,16 @@ class Steady:
         self._source: Picture | None = None
         self._result: dict[str, np.ndarray] = {}
 
-    def before(self, picture: Picture, time: float | None) -> Steadied:
+    def before(self, picture: Picture, time: float | None, begins: bool) -> Steadied:
         """The picture that the style is to see: luma and chroma in `steady_encoding`.
 
         Args:
             time: presentation time in seconds; None for a picture that stands alone, which stays as it is.
+            begins: whether a scene begins with it.
         """
         if time is None:
             return Steadied(picture)
-        carry = self._motion.follow(picture, time)
+        carry = self._motion.follow(picture, time, begins)
         now, old = with_planes(picture), self._source
         encoding = steady_encoding(now.encoding)
         if carry is None or old is None or old.encoding != encoding:
