@@ -203,3 +203,13 @@ def test_the_figures_of_the_paper_are_those_of_its_table() -> None:
     assert max(FIGURES, key=lambda figure: figure.desktop).style == 11
     assert all(5 < figure.desktop / figure.mobile < 18 for figure in FIGURES), "a tenth, its text says"
     assert figure_for("comic") is None
+
+
+def test_the_styles_made_after_the_paper_stand_beside_its_figures() -> None:
+    beside = {name: figure.style for name in style_names() if (figure := figure_for(name))}
+    assert beside == {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
+    timed = [
+        Timed(Subject("style", name, style()), (100, 100), 0.001, ()) for name in ("blob", "comic", "ink")
+    ]
+    text = markdown(as_dict(Bench([(100, 100)], [each.subject for each in timed], None, (), 1), timed))
+    assert "Its style 1 is beside `ink`, 6 beside `blob`: alike in look" in " ".join(text.split())

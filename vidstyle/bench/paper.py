@@ -42,11 +42,15 @@ BLADE_ETF_XEON = 27.1
 BLADE_MOBILE = (38.21, 223.03)
 """Megapixels a second of learned 5 x 5 filters on a Pixel 2018, on its CPU and its GPU (section 1)."""
 
-ALIKE = {"sketch": 3}
-"""Which of its styles ours resemble: style 3 is a sketch of thresholds, five tones of hatching and lines over
-them. It has fewer filters than ours. The other twelve are none of ours, or only shown."""
+ALIKE = {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
+"""Which of its styles ours were made after: the six that the paper describes in words (section 6.1).
+
+Alike are the look and the filters that the words name: for instance Flow-XDoG, a threshold, Gaussian
+smoothing and a tint in style 1. The values, and how often a filter runs, the paper does not give, and ours
+first adapt to how light the picture is: so the speeds are of like looks, not of equal work. Styles 7 to 13
+are only shown as pictures, and none of ours claims to be one of them."""
 
 
 def figure_for(style: str) -> PaperFigure | None:
-    """The figure of the paper's style that is like one of ours, if there is one."""
+    """The figure of the paper's style that one of ours was made after, if there is one."""
     return next((figure for figure in FIGURES if figure.style == ALIKE.get(style)), None)

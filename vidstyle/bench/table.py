@@ -108,10 +108,8 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
     yield _paper_styles()
     if any(result["name"] in ("learned", "etf") for result in results):
         yield _paper_learned()
-    for name, style in {
-        result["name"]: result["paper"]["style"] for result in results if result["paper"]
-    }.items():
-        yield f"`{name}` is like its style {style}, which has fewer filters."
+    if alike := {result["name"]: result["paper"]["style"] for result in results if result["paper"]}:
+        yield _paper_alike(alike)
 
 
 def _paper_styles() -> str:
@@ -120,6 +118,19 @@ def _paper_styles() -> str:
         f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(FIGURES)} styles run at {desktop[0]:.0f} to "
         f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters it only draws."
     )
+
+
+def _paper_alike(alike: dict[str, int]) -> str:
+    """Which of its styles stand beside ours.
+
+    >>> _paper_alike({"sketch": 3, "ink": 1})
+    'Its style 1 is beside `ink`, 3 beside `sketch`: alike in look, not in the work done.'
+    """
+    pairs = sorted((number, name) for name, number in alike.items())
+    told = ", ".join(
+        f"{number}{' is' * (at == 0)} beside `{name}`" for at, (number, name) in enumerate(pairs)
+    )
+    return f"Its style {told}: alike in look, not in the work done."
 
 
 def _paper_learned() -> str:
