@@ -110,15 +110,15 @@ def test_deep_odd_and_packed_pictures_count_what_they_hold() -> None:
 @every_form
 @pytest.mark.parametrize("subject", BLOCKS, ids=lambda subject: subject.name)
 def test_no_slider_changes_the_text_of_a_shader(subject, form: Form) -> None:
-    """But that the pixels that a filter reads do or do not fit into shared memory."""
+    """But for how much room is made for the pixels that a filter reads, in few steps."""
     *before, last = subject.style.background
 
-    def texts(**values: float) -> dict[tuple[bool, ...], list[str]]:
+    def texts(**values: float) -> dict[tuple[str, ...], list[str]]:
         changed = replace(subject.style, background=(*before, replace(last, values=values)))
         plan = plan_for_video(changed, 64, 48, form)
         shaders = [write_shader(plan, each) for each in plan.passes]
-        fits = tuple("around_reach" in shader.uniforms for shader in shaders)
-        return {fits: [shader.assembly.text for shader in shaders]}
+        rooms = (re.findall(r"#define (\w+_ROOM \d+)", shader.assembly.text) for shader in shaders)
+        return {tuple(map(str, rooms)): [shader.assembly.text for shader in shaders]}
 
     usual = texts()
 

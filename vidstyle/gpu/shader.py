@@ -16,7 +16,7 @@ from vidstyle.gpu.includes import TYPES, Assembly
 from vidstyle.gpu.nodes import CHANNELS, Kind, Measure, Node
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
-from vidstyle.gpu.shared import Pair, sharing_of
+from vidstyle.gpu.shared import BYTES, Pair, sharing_of
 from vidstyle.gpu.signature import Parameter, signatures
 from vidstyle.measured import Sampling
 from vidstyle.planes import chroma_reach
@@ -170,12 +170,14 @@ class _Writer:
                 self._text.add_template("frame/image.glsl", words)
 
     def _declare_sharing(self) -> None:
-        if self._sharing is None or not self._sharing.fits(self._area):
+        used = BYTES[2] * self._area[0] * self._area[1] if self._shrinks else 0
+        rooms = self._sharing.rooms(self._area, used) if self._sharing else None
+        if self._sharing is None or rooms is None:
             self._sharing = None
             return
-        self._text.add(f"const int AROUND_ROOM = {self._sharing.room(self._area)};")
+        self._text.add(f"#define AROUND_ROOM {rooms[0]}")
         if self._sharing.prepares:
-            self._text.add(f"#define PREPARED_ROOM {self._sharing.prepared_room(self._area)}")
+            self._text.add(f"#define PREPARED_ROOM {rooms[1]}")
         self._text.add("uniform ivec2 around_reach;")
         self.shader.uniforms["around_reach"] = self._sharing.reach
         image = self._sharing.image

@@ -8,12 +8,13 @@ from math import prod
 from vidstyle.gpu.nodes import CHANNELS, Node
 from vidstyle.gpu.passes import Pass
 
-TILE_BYTES = 16384
-"""Shared memory for the pixels that a group reads. With chroma, and what a filter prepares, it must stay
-below the 32 KiB that OpenGL promises; the less it is, the more groups share a processor. Filters that reach
-further than fits read the texture, as in a fragment pass."""
-PREPARED_REACH = 8
-"""The widest reach of filters that prepare something in shared memory; wider ones read the texture too."""
+MOST_BYTES = 32768
+"""Shared memory for each group that OpenGL promises. Filters that read more than fits read the texture."""
+STEP_BYTES = 4096
+"""Room is made in such steps: no more than needed, as the less it is, the more groups share a processor; and
+seldom another shader while a slider is moved."""
+BYTES = {1: 4, 2: 8, 3: 16}
+"""What so many numbers take in shared memory: some drivers keep three as four."""
 
 Pair = tuple[int, int]
 
@@ -34,28 +35,31 @@ class Sharing:
     line: Pair | None
     prepares: Node | None
 
-    def fits(self, area: Pair) -> bool:
-        """Whether there is room for all that a group reads that computes an area of pixels."""
-        if self.prepares is not None:
-            return self.reach[0] <= PREPARED_REACH
-        sides = (side + 2 * reach for side, reach in zip(area, self.reach, strict=True))
-        return prod(sides) <= self.room(area)
+    def rooms(self, area: Pair, used: int) -> tuple[int, int] | None:
+        """How many pixels, and how many values that a filter prepares, a group has room for.
 
-    def room(self, area: Pair) -> int:
-        """How many pixels are kept at most, for a group that computes an area of pixels."""
-        if self.prepares is None:
-            return TILE_BYTES // (4 * CHANNELS[self.image.kind])
-        return (area[0] + 2 * PREPARED_REACH) * (area[1] + 2 * PREPARED_REACH)
+        Args:
+            area: how many pixels it computes, across and down.
+            used: bytes of shared memory that it needs for other things.
 
-    def prepared_room(self, area: Pair) -> int:
-        """How many values are prepared at most: for each column one between each two rows of pixels."""
-        return area[0] * (area[1] + 2 * PREPARED_REACH - 1)
+        Returns:
+            None where there is no room for all that it reads.
+        """
+        size = BYTES[CHANNELS[self.image.kind]]
+        needed = size * prod(side + 2 * reach for side, reach in zip(area, self.reach, strict=True))
+        prepared = _in_steps(BYTES[3] * self._lines(area))
+        room = min(_in_steps(needed), MOST_BYTES - used - prepared)
+        return (room // size, prepared // BYTES[3]) if needed <= room else None
+
+    def _lines(self, area: Pair) -> int:
+        """How many values are prepared: for each column one between each two rows of pixels that are read."""
+        return 0 if self.prepares is None else area[0] * (area[1] + 2 * self.prepares.reach - 1)
 
 
 def sharing_of(each: Pass) -> Sharing | None:
     """What a compute pass reads through shared memory; None if it reads no neighbours, or few of many.
 
-    The filters and kinds of values decide; of the values of sliders only whether the reach fits.
+    The filters and kinds of values decide; the values of sliders only decide how much room it takes.
     """
     filters = [node for node in each.nodes if _reads_neighbours(node)]
     lines = {node.function.signature.line for node in filters if node.function}
@@ -74,3 +78,7 @@ def sharing_of(each: Pass) -> Sharing | None:
 def _reads_neighbours(node: Node) -> bool:
     """Whether it is a filter: pictures of another size are resampled, which no reach describes."""
     return node.is_heavy and node.around is not None and node.around.shape == node.shape
+
+
+def _in_steps(needed: int) -> int:
+    return -(-needed // STEP_BYTES) * STEP_BYTES
