@@ -1,0 +1,1 @@
+"""Comic pages from films: key frames chosen, laid out, lettered and drawn."""

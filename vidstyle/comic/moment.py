@@ -1,0 +1,87 @@
+"""What the chooser of key frames hands to the one who lays out pages: plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle in pixels of the upright picture; right and bottom lie outside.
+
+    >>> Box(0, 0, 4, 2).union(Box(3, 1, 5, 5))
+    Box(left=0, top=0, right=5, bottom=5)
+    """
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    @property
+    def width(self) -> float:
+        """Never below 0."""
+        return max(0.0, self.right - self.left)
+
+    @property
+    def height(self) -> float:
+        """Never below 0."""
+        return max(0.0, self.bottom - self.top)
+
+    @property
+    def area(self) -> float:
+        """In square pixels."""
+        return self.width * self.height
+
+    def union(self, other: Box) -> Box:
+        """The smallest box that holds both."""
+        return Box(
+            min(self.left, other.left),
+            min(self.top, other.top),
+            max(self.right, other.right),
+            max(self.bottom, other.bottom),
+        )
+
+    def intersection(self, other: Box) -> Box:
+        """What both hold; of area 0 where they do not meet."""
+        left, top = max(self.left, other.left), max(self.top, other.top)
+        right, bottom = min(self.right, other.right), min(self.bottom, other.bottom)
+        return Box(left, top, max(left, right), max(top, bottom))
+
+    def contains(self, other: Box) -> bool:
+        """Whether no part of the other lies outside.
+
+        >>> Box(0, 0, 4, 2).contains(Box(1, 0, 4, 2)), Box(0, 0, 4, 2).contains(Box(1, 0, 5, 2))
+        (True, False)
+        """
+        return (
+            self.left <= other.left
+            and self.top <= other.top
+            and self.right >= other.right
+            and self.bottom >= other.bottom
+        )
+
+    def scaled(self, factor: float) -> Box:
+        """The box in a picture that is larger by a factor."""
+        return Box(self.left * factor, self.top * factor, self.right * factor, self.bottom * factor)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A picture of the film that a panel is to show.
+
+    Attributes:
+        time: when the film shows it, in seconds: that of its frame.
+        shape: height and width of the whole picture, upright and with square pixels.
+        importance: of all the film's moments, 0..1; the most important one has 1.
+        salience: what catches the eye, in pixels of that picture.
+        faces: likewise; the largest first.
+        scene: which of the film's scenes, from 0.
+    """
+
+    time: float
+    shape: tuple[int, int]
+    importance: float
+    salience: Box
+    faces: tuple[Box, ...]
+    scene: int
