@@ -24,7 +24,7 @@ ORDER = """
     cpu
     gpu
     channel progress stopping compare stages renderer pipeline
-    gallery comic explore cluster
+    gallery comic explore cluster live
     designer
     demo doctor bench steadiness
     cli

@@ -1,0 +1,1 @@
+"""A live picture, restyled as it comes: cameras, screens and streams in, windows and streams out."""
