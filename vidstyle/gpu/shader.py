@@ -1,7 +1,7 @@
 """Writes the shader of a pass: uniforms, our GLSL files, and the calls of their functions in order.
 
 The text depends on what is called, not on the values of parameters: those become uniforms, so that moving
-a slider compiles nothing.
+a slider compiles nothing, but where a filter comes to need another amount of shared memory.
 """
 
 from __future__ import annotations
