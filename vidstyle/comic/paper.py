@@ -1,0 +1,161 @@
+"""What a comic is printed on: its size in pixels, and how far its panels stay apart."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from vidstyle.errors import UsageError
+
+MILLIMETRES = {
+    "a3": (297.0, 420.0),
+    "a4": (210.0, 297.0),
+    "a5": (148.0, 210.0),
+    "letter": (215.9, 279.4),
+    "square": (210.0, 210.0),
+}
+"""Width and height of the papers that have a name, upright."""
+
+STRIP = 1080
+"""Pixels that a strip for phones is wide."""
+
+DPI = 150
+MARGIN = 10.0
+GUTTER = 3.0
+ROW_GUTTER = 5.0
+"""Millimetres; rows are further apart than neighbours, so that the eye stays in its row."""
+BORDER = 1.5
+"""Points."""
+
+_POINTS = 72.0
+_INCH = 25.4
+_USUAL = 210.0
+"""Millimetres: on paper narrower than this, margins and gutters are smaller in proportion."""
+_LEAST, _MOST = 64, 30000
+"""Pixels of a side."""
+
+
+class Rectangle(NamedTuple):
+    """Pixels of a page; `right` and `bottom` are the first that do not belong to it."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return self.right - self.left
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return self.bottom - self.top
+
+    @property
+    def aspect(self) -> float:
+        """Width by height."""
+        return self.width / self.height
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A page; all lengths in pixels.
+
+    Attributes:
+        width, height: of the page when it is cut; the height of a strip is 0, for it has as much as it needs.
+        dpi: pixels per inch.
+        margin: from the page's edge to the panels.
+        gutter, row_gutter: between panels side by side, and between those one above the other.
+        border: the line around a panel, which lies inside its rectangle.
+        bleed: how far a bleeding panel goes on beyond the edge at which the page will be cut.
+    """
+
+    width: int
+    height: int
+    dpi: float
+    margin: int
+    gutter: int
+    row_gutter: int
+    border: int
+    bleed: int = 0
+
+    @property
+    def is_strip(self) -> bool:
+        """Whether it is one column of any height."""
+        return self.height == 0
+
+    @property
+    def inside(self) -> Rectangle:
+        """What the margins leave for the panels; a strip's has no height."""
+        bottom = max(self.margin, self.height - self.margin)
+        return Rectangle(self.margin, self.margin, self.width - self.margin, bottom)
+
+
+def paper(
+    size: str = "a4",
+    dpi: float = DPI,
+    *,
+    landscape: bool = False,
+    margin: float = MARGIN,
+    gutter: float = GUTTER,
+    row_gutter: float = ROW_GUTTER,
+    border: float = BORDER,
+    bleed: float = 0.0,
+) -> Paper:
+    """The paper of a size.
+
+    Args:
+        size: a name of `MILLIMETRES`, "strip", or WIDTHxHEIGHT: pixels or, with "mm" behind it, millimetres.
+        dpi: pixels per inch.
+        landscape: whether a page that has a name lies on its side.
+        margin, gutter, row_gutter, bleed: millimetres; all but `bleed` are less on small paper.
+        border: points.
+
+    Raises:
+        UsageError: there is no such size, or no room is left for panels.
+
+    >>> page = paper("a4")
+    >>> page.width, page.height, page.margin, page.gutter, page.border
+    (1240, 1754, 59, 18, 3)
+    >>> paper("1920x1080").width
+    1920
+    """
+    if not 10 <= dpi <= 2400:
+        raise UsageError("dpi", f"{dpi:g} pixels per inch", "10 to 2400 can be printed")
+    width, height = _sides(size.strip().lower(), dpi, landscape)
+    scale = min(1.0, min(width, height or width) / _pixels(_USUAL, dpi))
+    aside, gap, row_gap = (round(_pixels(length, dpi) * scale) for length in (margin, gutter, row_gutter))
+    thin, beyond = round(border * dpi / _POINTS), round(_pixels(bleed, dpi))
+    made = Paper(width, height, dpi, aside, gap, row_gap, thin, beyond)
+    if min(aside, gap, row_gap, thin, beyond) < 0:
+        raise UsageError("paper", "a length below 0", "margins, gutters, borders and bleed are 0 or more")
+    if 2 * aside + 4 * max(gap, row_gap) > min(width, height or width) // 2:
+        raise UsageError("paper", "margins and gutters leave no room for panels", "make them smaller")
+    return replace(made, border=max(made.border, int(border > 0)))
+
+
+def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:
+    """Pixels; the height is 0 where there is no end to it."""
+    if size == "strip":
+        return STRIP, 0
+    sides = MILLIMETRES.get(size)
+    if sides:
+        width, height = (round(_pixels(side, dpi)) for side in (sides[::-1] if landscape else sides))
+    else:
+        found = re.fullmatch(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)\s*(px|mm)?", size)
+        if not found:
+            names = ", ".join(MILLIMETRES)
+            raise UsageError(size, "no size of paper", f"give {names}, strip, 1200x1800 or 210x297mm")
+        number = [float(side) for side in found.groups()[:2]]
+        width, height = (round(_pixels(side, dpi) if found[3] == "mm" else side) for side in number)
+    if min(width, height) < _LEAST or max(width, height) > _MOST:
+        remedy = f"{_LEAST} to {_MOST} pixels a side are possible"
+        raise UsageError(size, f"a page of {width} x {height} pixels at {dpi:g} dpi", remedy)
+    return width, height
+
+
+def _pixels(millimetres: float, dpi: float) -> float:
+    return millimetres * dpi / _INCH
