@@ -1,0 +1,177 @@
+"""What a picture is worth as a panel: measures of a small copy of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.faces import FaceFinder
+from vidstyle.comic.moment import Box
+from vidstyle.comic.salience import salience_map, smallest_box
+
+SIDE = 640
+"""Pixels of the longer side of the copies that are judged: few enough to be quick, and blur still shows."""
+
+ALIKE = 10
+"""Pictures of which fewer of the hash's 64 bits differ look the same."""
+
+_FINE, _COARSE = 0.7, 2.5
+"""Deviations in pixels of the two Gaussians under which edges are compared."""
+_EDGES = 0.03
+"""The share of pixels that are looked at for sharpness: those with the strongest edges."""
+_BLANK = 0.1
+"""Between the darkest and the brightest of a blank picture, 0..1, two hundredths at either end left out."""
+_USUAL_CONTRAST = 0.18
+_SAME_COLORS = 0.035
+"""The root mean square by which the thumbs of pictures that look the same differ at most."""
+_CLIPPED = 0.3
+"""So much of a picture may be black or white without harm: nights and skies."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A picture that may become a panel.
+
+    Attributes:
+        time: seconds.
+        shape: height and width of the whole picture.
+        sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
+        exposure: 0..1, less with little contrast or large black or white areas.
+        blank: whether nothing is to be seen.
+        hash: 64 bits, of which few differ between pictures that look alike.
+        thumb: the picture at 12 x 12 pixels of RGB, float32, 0..1.
+        tones: shares of 64 colours, float32, of sum 1.
+        salience, faces: boxes in pixels of the whole picture.
+        eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
+        motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
+        scene: which scene it belongs to.
+        mixed: whether it shows two shots, or one that is fading.
+        forced: whether it was asked for.
+    """
+
+    time: float
+    shape: tuple[int, int]
+    sharpness: float
+    exposure: float
+    blank: bool
+    hash: int
+    thumb: np.ndarray
+    tones: np.ndarray
+    salience: Box
+    faces: tuple[Box, ...] = ()
+    eyes: float = 0.0
+    motion: float = 0.0
+    scene: int = 0
+    mixed: bool = False
+    forced: bool = False
+
+
+def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
+    """Everything about one picture that can be told from it alone.
+
+    Args:
+        color: a small copy, H x W x 3 uint8.
+        shape: height and width of the whole picture.
+    """
+    luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
+    found = faces.find(color)
+    factor = shape[1] / color.shape[1]
+    return Candidate(
+        time,
+        shape,
+        sharpness(luma),
+        exposure(luma),
+        is_blank(luma),
+        picture_hash(luma),
+        thumb(color),
+        tones(color),
+        smallest_box(salience_map(color, found)).scaled(factor),
+        tuple(face.scaled(factor) for face in found),
+        eye_contrast(luma, found[0]) if found else 0.0,
+    )
+
+
+def sharpness(luma: np.ndarray) -> float:
+    """How narrow the strongest edges of a picture are, H x W uint8: 0 wide, 1 as narrow as can be.
+
+    The slope of an edge under a narrow Gaussian, compared with that under a wide one, tells its width
+    whatever its height. A pan blurs the edges of one direction only: the wider ones count.
+    """
+    fine, coarse = (_slopes(luma, deviation) for deviation in (_FINE, _COARSE))
+    number = max(1, round(_EDGES * luma.size))
+    heights, widths = [], []
+    for thin, wide in zip(fine, coarse, strict=True):
+        strongest = np.argpartition(wide.ravel(), -number)[-number:]
+        heights.append(float(wide.ravel()[strongest].mean()))
+        widths.append(float(thin.ravel()[strongest].mean()) / max(heights[-1], 1e-6))
+    # Where all edges run the same way, there is nothing but noise across.
+    counted = [width for width, height in zip(widths, heights, strict=True) if height > 0.3 * max(heights)]
+    best = _COARSE / _FINE
+    return float(np.clip((min(counted, default=0) - 1) / (best - 1), 0, 1))
+
+
+def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), deviation)
+    return np.abs(cv2.Sobel(smooth, -1, 1, 0, ksize=1)), np.abs(cv2.Sobel(smooth, -1, 0, 1, ksize=1))
+
+
+def exposure(luma: np.ndarray) -> float:
+    """How much of what could be seen is seen, 0..1; H x W uint8."""
+    contrast = min(1.0, float(luma.std()) / 255 / _USUAL_CONTRAST)
+    clipped = float(np.mean((luma < 10) | (luma > 250)))
+    return contrast * (1 - max(0.0, clipped - _CLIPPED) / (1 - _CLIPPED))
+
+
+def is_blank(luma: np.ndarray) -> bool:
+    """Whether the picture, H x W uint8, is black, white or one tone."""
+    darkest, brightest = np.percentile(cv2.GaussianBlur(luma, (0, 0), 2), (2, 98))
+    return bool(brightest - darkest < 255 * _BLANK)
+
+
+def picture_hash(luma: np.ndarray) -> int:
+    """64 bits of the picture's lowest frequencies (pHash)."""
+    return int.from_bytes(cv2.img_hash.pHash(luma).tobytes(), "big")
+
+
+def thumb(color: np.ndarray) -> np.ndarray:
+    """A picture, H x W x 3 uint8, at 12 x 12 pixels: float32, 0..1."""
+    return cv2.resize(color, (12, 12), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+
+
+def look_alike(pictures: Sequence[Candidate]) -> np.ndarray:
+    """Which of the pictures look the same as which: N x N bool.
+
+    Of two that do, either few bits of the hash differ, or little of their thumbs besides the brightness: the
+    hash of a picture in which little is to be seen is mostly that of its noise.
+    """
+    thumbs = np.stack([each.thumb.ravel() - each.thumb.mean() for each in pictures])
+    squares = (thumbs**2).sum(axis=1)
+    differences = squares[:, np.newaxis] + squares[np.newaxis] - 2 * thumbs @ thumbs.T
+    same = differences < _SAME_COLORS**2 * thumbs.shape[1]
+    return same | (hash_distances(pictures) < ALIKE)
+
+
+def hash_distances(pictures: Sequence[Candidate]) -> np.ndarray:
+    """How many bits of their hashes differ: N x N."""
+    hashes = np.array([each.hash for each in pictures], np.uint64)
+    return np.bitwise_count(hashes[:, np.newaxis] ^ hashes[np.newaxis]).astype(np.int64)
+
+
+def tones(color: np.ndarray) -> np.ndarray:
+    """The shares of 64 colours in a picture, H x W x 3 uint8: float32 of sum 1."""
+    small = cv2.resize(color, (48, 48), interpolation=cv2.INTER_AREA)
+    counts = cv2.calcHist([small], [0, 1, 2], None, [4, 4, 4], [0, 256] * 3).ravel()
+    return (counts / counts.sum()).astype(np.float32)
+
+
+def eye_contrast(luma: np.ndarray, face: Box) -> float:
+    """The deviation from row to row in the band of a face in which eyes lie; 0..1."""
+    top, bottom = round(face.top + 0.25 * face.height), round(face.top + 0.5 * face.height)
+    left, right = round(face.left + 0.15 * face.width), round(face.right - 0.15 * face.width)
+    band = luma[max(0, top) : bottom, max(0, left) : right].astype(np.float32)
+    if band.shape[0] < 3 or band.shape[1] < 3:
+        return 0.0
+    return float(np.abs(np.diff(band, axis=0)).mean()) / 255

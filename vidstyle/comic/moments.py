@@ -1,0 +1,129 @@
+"""The moments of a film that a comic page shows."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from vidstyle.comic.choose import choose
+from vidstyle.comic.judge import Candidate, look_alike
+from vidstyle.comic.moment import Moment
+from vidstyle.comic.survey import Film, Survey
+from vidstyle.comic.worth import importance
+from vidstyle.errors import InputError, UsageError
+
+MOST_PANELS = 1000
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What somebody wants of the choice.
+
+    Attributes:
+        panels: how many; None: as many as tell the film.
+        at: seconds of pictures that are to be shown, as they are.
+        skip: first and last second of parts of which nothing is to be shown.
+    """
+
+    panels: int | None = None
+    at: tuple[float, ...] = ()
+    skip: tuple[tuple[float, float], ...] = ()
+
+    def check(self) -> None:
+        """Raise UsageError where they make no sense, whatever the film."""
+        if self.panels is not None and not 1 <= self.panels <= MOST_PANELS:
+            raise UsageError(
+                "panels", f"{self.panels} are none to lay out", f"give 1 to {MOST_PANELS}, or auto"
+            )
+        for first, last in self.skip:
+            if not 0 <= first < last:
+                raise UsageError("skip", f"{first:g}-{last:g} s is not a part of a film")
+        for time in self.at:
+            if time < 0:
+                raise UsageError("at", f"{time:g} s lies before the film")
+            if self.skips(time):
+                raise UsageError("at", f"{time:g} s lies in a part that is to be skipped")
+
+    def skips(self, time: float) -> bool:
+        """Whether nothing is to be shown from this time."""
+        return any(first <= time < last for first, last in self.skip)
+
+
+def find_moments(film: Film, wishes: Wishes | None = None) -> list[Moment]:
+    """The moments that tell the film, in the order of time.
+
+    There may be fewer than wanted where the film has not as many pictures.
+
+    Raises:
+        InputError: the film cannot be read, or nothing is to be seen in it.
+        UsageError: the wishes make no sense, or not with this film.
+    """
+    wishes = wishes or Wishes()
+    wishes.check()
+    survey = film.survey()
+    forced = _forced(film, survey, wishes)
+    left = [each for each in survey.candidates if not wishes.skips(each.time)]
+    chosen = choose(replace(survey, candidates=left), forced, wishes.panels)
+    if not chosen:
+        if left:
+            raise InputError(film.name, "nothing is to be seen in it: all its pictures are blank")
+        raise UsageError("skip", "leaves nothing of the film")
+    better = _better(film, chosen, wishes)
+    return [
+        Moment(each.time, each.shape, weight, each.salience, each.faces, each.scene)
+        for each, weight in zip(better, importance(better, survey), strict=True)
+    ]
+
+
+def _forced(film: Film, survey: Survey, wishes: Wishes) -> list[Candidate]:
+    last = max(survey.seconds, survey.candidates[-1].time)
+    for time in wishes.at:
+        if time > last + 1:
+            raise UsageError("at", f"{time:g} s lies after the end", f"the film has {last:.1f} s")
+    found = {}
+    for time in wishes.at:
+        each = film.at(time)
+        scene = max(0, bisect_right(survey.begins, each.time) - 1)
+        found[each.time] = replace(each, scene=scene, forced=True)
+    return [found[time] for time in sorted(found)]
+
+
+def _better(film: Film, chosen: Sequence[Candidate], wishes: Wishes) -> list[Candidate]:
+    """Each picture, or a better one close to it that looks like none of the others."""
+    better = list(chosen)
+    for number, each in enumerate(chosen):
+        if each.forced:
+            continue
+        others = better[:number] + better[number + 1 :]
+        near = [
+            other
+            for other in film.around(each)
+            if not (other.blank or other.mixed or wishes.skips(other.time))
+            and _resembles(other, others) <= _resembles(each, others)
+        ]
+        better[number] = _sharpest(near) if near else each
+    return sorted(better, key=lambda each: each.time)
+
+
+def _resembles(one: Candidate, others: Sequence[Candidate]) -> int:
+    """How many of the others look the same."""
+    return int(look_alike([one, *others])[0, 1:].sum())
+
+
+def _sharpest(near: Sequence[Candidate]) -> Candidate:
+    """The sharpest and calmest, of faces the one that looks at us; of equal ones the first."""
+    sharp, lit, eyes = (
+        max((getattr(each, name) for each in near), default=0.0) or 1.0
+        for name in ("sharpness", "exposure", "eyes")
+    )
+    faces = max(len(each.faces) for each in near)
+    return max(
+        near,
+        key=lambda each: (
+            each.sharpness / sharp
+            + 0.3 * each.exposure / lit
+            - 0.5 * min(1.0, each.motion)
+            + (0.5 * each.eyes / eyes + 0.3 * len(each.faces) / faces if faces else 0)
+        ),
+    )
