@@ -97,7 +97,7 @@ def _risen(above_border: np.ndarray, softness: float) -> np.ndarray:
 _drawing = threading.Lock()
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def _stroke_sets(
     levels: int,
     spacing: float,
