@@ -11,9 +11,11 @@ import numpy as np
 import skimage.data
 
 from vidstyle.blocks import all_blocks
+from vidstyle.gallery.encode import encoded
+from vidstyle.gallery.samples import samples_of
 from vidstyle.gallery.sheet import labelled, sheet_of
 from vidstyle.renderer import stylize
-from vidstyle.style import Step, Style, load_style, style_names
+from vidstyle.style import PLAIN, Step, Style, load_style, style_names
 
 SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
     "blend": (Step("gaussian", {"sigma": 6}),),
@@ -25,10 +27,10 @@ SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
 CROP = np.s_[:320, 64:384]
 """What is shown of the photograph."""
 SIDE = 224
-"""Of one picture of a block, in pixels."""
-STYLE_SIDE = 400
-"""Of one picture of a style, in pixels."""
-COLUMNS = 6
+"""Of one picture, in pixels."""
+FULL = 720
+"""At which styles run, to be reduced: lengths of theirs are meant for it."""
+BLOCK_COLUMNS, STYLE_COLUMNS = 6, 5
 
 
 def main() -> None:
@@ -36,24 +38,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, nargs="?", default=Path("docs"))
     folder: Path = parser.parse_args().folder
-    smallest = [cv2.IMWRITE_PNG_COMPRESSION, 9, cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_ALL_FILTERS]
-    for name, sheet in (
-        ("blocks", sheet_of(labelled_blocks(), COLUMNS)),
-        ("styles", sheet_of(labelled_styles(), len(style_names()))),
+    for name, pictures, columns in (
+        ("blocks", labelled_blocks(), BLOCK_COLUMNS),
+        ("styles", labelled_styles(), STYLE_COLUMNS),
     ):
-        output = folder / f"{name}.png"
-        if not cv2.imwrite(str(output), sheet[..., ::-1], smallest):
-            parser.error(f"{output} cannot be written")
+        output = folder / f"{name}.jpg"
+        output.write_bytes(encoded(sheet_of(pictures, columns), ".jpg"))
         print(output)
 
 
 def labelled_styles() -> Iterator[np.ndarray]:
-    """The photograph in every style."""
-    photograph = cv2.resize(
-        skimage.data.astronaut()[CROP], (STYLE_SIDE, STYLE_SIDE), interpolation=cv2.INTER_CUBIC
-    )
-    for name in style_names():
-        yield labelled(stylize(photograph, load_style(name)), name)
+    """The photograph, and what each style makes of it."""
+    names = sorted(style_names(), key=lambda name: (name != PLAIN, name))
+    photograph = cv2.resize(skimage.data.astronaut()[CROP], (FULL, FULL), interpolation=cv2.INTER_CUBIC)
+    for sample in samples_of(photograph, map(load_style, names)):
+        small = cv2.resize(sample.picture, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+        yield labelled(small, "source" if sample.style.is_plain else sample.style.name)
 
 
 def labelled_blocks() -> Iterator[np.ndarray]:
