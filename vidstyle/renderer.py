@@ -55,12 +55,13 @@ class Backend(Protocol):
         """Let the device go."""
 
 
-def open_renderer(style: StyleLike, device: str = "auto") -> Backend:
+def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True) -> Backend:
     """What restyles pictures on a device; says in a notice which one that is and why.
 
     Args:
         style: the style; one that leaves pictures as they are needs no device.
         device: "auto" (a real GPU if there is one, else the CPU), "cpu", "gpu" or "gpu:N".
+        announce: whether to give the notice.
 
     Raises:
         UsageError: another word.
@@ -73,7 +74,7 @@ def open_renderer(style: StyleLike, device: str = "auto") -> Backend:
         renderer: Backend = CpuRenderer(style)
     else:
         renderer = GpuRenderer(style, choice.device, lambda: CpuRenderer(style))
-    if choice.notice:
+    if choice.notice and announce:
         log.info(choice.notice)
     return renderer
 

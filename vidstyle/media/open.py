@@ -51,6 +51,7 @@ def open_media(
     hwaccel: str | None = None,
     format: str | None = None,
     options: dict[str, str] | None = None,
+    seconds: float = NETWORK_SECONDS,
 ) -> av.container.InputContainer:
     """Open a film, a picture or a stream for reading.
 
@@ -60,6 +61,7 @@ def open_media(
         hwaccel: the kind of device to decode on; if it cannot, that is said and the CPU does it.
         format: the demuxer's name, where the content does not tell (raw video).
         options: for the demuxer.
+        seconds: how long a connection may say nothing.
 
     Raises:
         InputError: nothing there, not readable, not a video; the reason is named.
@@ -76,7 +78,7 @@ def open_media(
     options["format_whitelist"] = f"{FORMATS},{NETWORK_FORMATS}" if allow_url else FORMATS
     target = _target(source, allow_url)
     try:
-        container = _open(target, format, options, hwaccel)
+        container = _open(target, format, options, hwaccel, seconds)
     except (av.FFmpegError, OSError, ValueError) as error:
         raise _input_error(source, error) from error
     try:
@@ -151,9 +153,9 @@ def _checked_head(path: Path) -> bytes:
 
 
 def _open(
-    target: Any, format: str | None, options: dict[str, str], hwaccel: str | None
+    target: Any, format: str | None, options: dict[str, str], hwaccel: str | None, seconds: float
 ) -> av.container.InputContainer:
-    timeout = NETWORK_SECONDS if isinstance(target, str) and URL.match(target) else None
+    timeout = seconds if isinstance(target, str) and URL.match(target) else None
     if hwaccel:
         try:
             accelerator = HWAccel(hwaccel, allow_software_fallback=True)

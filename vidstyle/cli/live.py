@@ -1,0 +1,175 @@
+"""vidstyle live: a camera, a screen or a stream in, restyled as it comes."""
+
+from __future__ import annotations
+
+import json
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.values import Rate, Seconds, Size
+
+if TYPE_CHECKING:
+    from vidstyle.live.session import LiveOptions
+    from vidstyle.live.targets import TargetOptions
+    from vidstyle.media.live_sources import SourceOptions
+
+
+@click.command(short_help="Restyle a camera, a screen or a stream as it comes.")
+@click.argument("source", metavar="[SOURCE]", default="camera")
+@click.option(
+    "--style", "style_name", metavar="NAME", default="ink", show_default=True, help="Name or style file."
+)
+@click.option(
+    "--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True, help="Change the style a bit."
+)
+@click.option("--steady", type=click.FloatRange(0, 1), metavar="S", help="0 lets it boil, 1 keeps it still.")
+@click.option(
+    "--to", "targets", metavar="TARGET", multiple=True, default=["page"], show_default=True,
+    help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be given several times.",
+)  # fmt: skip
+@click.option("--size", type=Size(), help="Size to take and to deliver; 1280x-2 keeps the shape.")
+@click.option("--fps", type=Rate(), help="Pictures a second.  [default: the source's own, of a camera 30]")
+@click.option(
+    "--budget", type=click.Choice(["auto", "off"]), default="auto", show_default=True,
+    help="What to do when the rate cannot be held: work on smaller pictures, or drop more.",
+)  # fmt: skip
+@click.option("--loop", is_flag=True, help="Begin a file again at its end.")
+@click.option("--frames", type=click.IntRange(min=1), metavar="N", help="End after N pictures.")
+@click.option("--duration", type=Seconds(), help="End after this time.")
+@click.option("--format", "file_format", metavar="y4m|nut|raw", help="What to write to '-'.")
+@click.option("--pix-fmt", metavar="NAME", help="Of a virtual camera (yuyv422, nv12, i420), a file or '-'.")
+@click.option("--codec", metavar="NAME", help="Encoder of files and network streams.")
+@click.option("--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality of files.")
+@click.option(
+    "--bitrate", type=click.IntRange(min=1000), metavar="BITS", help="Of network streams, a second."
+)
+@click.option("-y", "--overwrite", is_flag=True, help="Replace a file that exists.")
+@click.option("--input-format", metavar="NAME", help="Of a camera (mjpeg), or of what comes on '-' (raw).")
+@click.option("--input-size", type=Size(), help="Size of raw video that comes in on '-'.")
+@click.option(
+    "--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True, help="Its pixel format."
+)
+@click.option("--input-fps", type=Rate(), help="Its frame rate.  [default: 30]")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of the page.  [default: a free one]")
+@click.option(
+    "--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True, help="What runs the style."
+)
+@click.option("--list", "listing", is_flag=True, help="List cameras and their modes, and end.")
+@click.option("--no-keys", is_flag=True, help="Leave the terminal's keys alone.")
+@click.option("--stats", is_flag=True, help="Say at the end how long pictures took, and how many were lost.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="The same, or the list, as JSON (on stderr when a target is '-')."
+)
+@reporting_options
+def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **options: Any) -> int:
+    """Restyle SOURCE as it comes: a camera, a screen, a stream or a file, to one or more targets.
+
+    SOURCE is a camera's path, number or name (the first camera if left out), screen, test, -, a URL,
+    or a file, which is played at its own pace.
+    """
+    from vidstyle.live.control import Controls
+    from vidstyle.live.keys import HELP, keys
+    from vidstyle.live.session import Session
+    from vidstyle.live.targets import target_maker
+    from vidstyle.media.live_sources import live_source
+    from vidstyle.stopping import stop_on_signals
+    from vidstyle.style import load_style, override
+
+    if listing:
+        _list_cameras(as_json)
+        return 0
+    steady = [] if options["steady"] is None else [f"steady={options['steady']}"]
+    controls = Controls(override(load_style(options["style_name"]), [*options["changes"], *steady]))
+    makers = [target_maker(target, _target_options(options)) for target in targets]
+    opened = live_source(source, _source_options(options))
+    session = Session(opened, controls, makers, _live_options(options))
+    no_keys = options["no_keys"] or source == "-"
+    with stop_on_signals() as stop, nullcontext(False) if no_keys else keys(controls) as has_keys:
+        if has_keys:
+            say(HELP)
+        summary = session.run(stop)
+    if options["stats"]:
+        for line in summary.lines():
+            say(line)
+    if as_json:
+        click.echo(json.dumps(summary.as_dict()), err="-" in targets)
+    return stop.exit_code if stop.is_set() else 0
+
+
+def _list_cameras(as_json: bool) -> None:
+    from vidstyle.media.camera import camera_list
+
+    cameras = camera_list()
+    if as_json:
+        click.echo(json.dumps([_described(device) for _, device in cameras]))
+        return
+    if not cameras:
+        say("there is no camera here")
+    for name, device in cameras:
+        what = "" if device.gives else "  (virtual: pictures can be written to it)"
+        click.echo(f"{name}  {device.name}{what}")
+        for mode in device.modes:
+            click.echo(f"    {mode}")
+
+
+def _described(device: Any) -> dict[str, Any]:
+    modes = [
+        {
+            "format": mode.format,
+            "size": [mode.width, mode.height],
+            "fps": [float(rate) for rate in mode.rates],
+        }
+        for mode in device.modes
+    ]
+    return {
+        "path": device.path,
+        "name": device.name,
+        "gives": device.gives,
+        "takes": device.takes,
+        "modes": modes,
+    }
+
+
+def _source_options(options: dict[str, Any]) -> SourceOptions:
+    from vidstyle.media import live_sources
+
+    return live_sources.SourceOptions(
+        size=options["size"],
+        rate=options["fps"],
+        loop=options["loop"],
+        format=options["input_format"],
+        raw_size=options["input_size"],
+        raw_pix_fmt=options["input_pix_fmt"],
+        raw_rate=options["input_fps"],
+    )
+
+
+def _target_options(options: dict[str, Any]) -> TargetOptions:
+    from vidstyle.live import targets
+    from vidstyle.media.writer import WriteOptions
+
+    names = ("codec", "crf", "pix_fmt", "overwrite")
+    return targets.TargetOptions(
+        format=options["file_format"],
+        pix_fmt=options["pix_fmt"],
+        codec=options["codec"],
+        bitrate=options["bitrate"],
+        file=WriteOptions(**{name: options[name] for name in names}),
+        port=options["port"],
+    )
+
+
+def _live_options(options: dict[str, Any]) -> LiveOptions:
+    from vidstyle.live import session
+
+    return session.LiveOptions(
+        size=options["size"],
+        rate=options["fps"],
+        device=options["device"],
+        budget=options["budget"] == "auto",
+        frames=options["frames"],
+        seconds=None if options["duration"] is None else float(options["duration"]),
+    )

@@ -1,0 +1,87 @@
+"""Pictures and films that are kept on the way, when somebody asks for one."""
+
+from __future__ import annotations
+
+import logging
+from datetime import datetime
+from fractions import Fraction
+from pathlib import Path
+
+from vidstyle.errors import VidstyleError
+from vidstyle.live.control import Controls
+from vidstyle.live.meter import Meter
+from vidstyle.live.outlets import FileSink, Filing
+from vidstyle.live.target import LiveFrame
+from vidstyle.media.writer import WriteOptions
+
+log = logging.getLogger("vidstyle")
+
+
+class Keepsakes:
+    """Snapshots and recordings, in the present folder, named by the time.
+
+    Attributes:
+        message: the last of them, or why it could not be kept.
+    """
+
+    def __init__(self) -> None:
+        self.message = ""
+        self._film: Filing | None = None
+
+    @property
+    def recording(self) -> bool:
+        """Whether a film is being written."""
+        return self._film is not None
+
+    def offer(self, frame: LiveFrame, controls: Controls, rate: Fraction) -> None:
+        """Look at what is wished for, and keep the frame if it is to be kept."""
+        if controls.take_snapshot():
+            self._keep(frame, rate)
+        if controls.recording != self.recording and not self._set(controls.recording, frame, rate):
+            controls.record(False)
+        if self._film is not None:
+            self._film.offer(frame)
+            if self._film.error is not None:
+                controls.record(False)
+
+    def close(self) -> None:
+        """End the recording."""
+        if self._film is not None:
+            film, self._film = self._film, None
+            film.close()
+            self._tell(str(film.error) if film.error else f"{film.name}: {film.delivered} frames")
+
+    def _set(self, on: bool, frame: LiveFrame, rate: Fraction) -> bool:
+        if not on:
+            self.close()
+            return True
+        film = Filing(_free_name(".mp4"), Meter(), rate, WriteOptions())
+        try:
+            film.start(frame)
+        except VidstyleError as error:
+            self._tell(str(error))
+            return False
+        self._film = film
+        self._tell(f"{film.name}: recording")
+        return True
+
+    def _keep(self, frame: LiveFrame, rate: Fraction) -> None:
+        path = _free_name(".png")
+        try:
+            sink = FileSink(path, frame, rate, WriteOptions(), still=True)
+            sink.write(frame, 0)
+            sink.close()
+            self._tell(f"{path}: kept")
+        except VidstyleError as error:
+            self._tell(str(error))
+
+    def _tell(self, message: str) -> None:
+        self.message = message
+        log.info(message)
+
+
+def _free_name(ending: str) -> Path:
+    """A name by the time that no file has yet."""
+    stem = f"vidstyle-{datetime.now():%Y%m%d-%H%M%S}"
+    names = (Path(f"{stem}{mark}{ending}") for mark in ("", *(f"-{number}" for number in range(2, 1000))))
+    return next(path for path in names if not path.exists())

@@ -1,0 +1,183 @@
+"""The kinds of targets: streams at one rate, film files, and nothing at all."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vidstyle.live.meter import Meter
+from vidstyle.live.outlet import Outlet, Sink
+from vidstyle.live.target import LiveFrame
+from vidstyle.live.ticks import Ticks
+from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.frame import Frame, picture_from_frame
+from vidstyle.media.options import VideoInfo
+from vidstyle.media.writer import WriteOptions, open_writer
+from vidstyle.picture import Picture
+from vidstyle.renderer import open_renderer
+from vidstyle.style import PLAIN
+
+if TYPE_CHECKING:
+    from vidstyle.media.live_output import Stream
+
+TIME_BASE = Fraction(1, 90000)
+FILE_ROOM = 8
+"""Frames that may wait for a disk or an encoder that pauses."""
+
+
+class Steadily(Outlet):
+    """A stream at a constant rate: where no new picture is there in time, the last is shown again."""
+
+    def __init__(
+        self,
+        name: str,
+        open_sink: Callable[[LiveFrame], StreamSink],
+        meter: Meter,
+        rate: Fraction,
+        lasting: bool,
+    ) -> None:
+        super().__init__(name, open_sink, meter, lasting)
+        self._ticks = Ticks(rate)
+        self._last: LiveFrame | None = None
+        self._early = 0
+
+    @property
+    def dropped(self) -> int:
+        """Frames that were left out, newer ones being there, or the last tick being theirs."""
+        return super().dropped + self._early
+
+    def _patience(self) -> float | None:
+        return self._ticks.wait(time.monotonic())
+
+    def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
+        before = self._ticks.last
+        number = self._ticks.place(time.monotonic())
+        if number is None:
+            self._early += frame is not None
+        elif frame is None:
+            self._show_again(sink, number)
+        else:
+            if isinstance(sink, StreamSink) and sink.needs_every:
+                for missing in range(before + 1, number):
+                    self._show_again(sink, missing)
+            self._write(sink, frame, number)
+            self._last = frame
+            self._count(frame)
+
+    def _show_again(self, sink: Sink, number: int) -> None:
+        if self._last is not None:
+            self._write(sink, self._last, number)
+            self.repeated += 1
+
+
+class StreamSink:
+    """An open stream as a sink."""
+
+    def __init__(self, stream: Stream) -> None:
+        self._stream = stream
+        self.needs_every = stream.needs_every
+
+    def write(self, frame: LiveFrame, number: int) -> None:
+        """See Sink."""
+        self._stream.write(frame.picture, number)
+
+    def close(self) -> None:
+        """See Sink."""
+        self._stream.close()
+
+
+class Filing(Outlet):
+    """A film file, in which every picture has the time of its capture."""
+
+    room = FILE_ROOM
+
+    def __init__(
+        self,
+        target: str | Path,
+        meter: Meter,
+        rate: Fraction,
+        options: WriteOptions,
+        aspect: Fraction | None = None,
+    ) -> None:
+        """`aspect`: width of a pixel for each unit of height; None: square."""
+        super().__init__(
+            str(target), lambda first: FileSink(target, first, rate, options, aspect), meter, lasting=False
+        )
+
+    def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
+        if frame is not None:
+            self._write(sink, frame, self.delivered)
+            self._count(frame)
+
+
+class FileSink:
+    """A file of the kind that `vidstyle render` writes."""
+
+    def __init__(
+        self,
+        target: str | Path,
+        first: LiveFrame,
+        rate: Fraction,
+        options: WriteOptions,
+        aspect: Fraction | None = None,
+        still: bool = False,
+    ) -> None:
+        """Raises VidstyleError: the file exists, or cannot be written."""
+        picture = picture_from_frame(first.picture)
+        height, width = picture.shape
+        info = VideoInfo(
+            width,
+            height,
+            picture.encoding,
+            ColorTags.of(first.picture),
+            TIME_BASE,
+            rate,
+            sample_aspect=aspect,
+            still=still,
+        )
+        self._writer = open_writer(target, info, options)
+        self._plain = open_renderer(PLAIN, "cpu")
+        self._zero, self._step = first.captured, round(1 / (rate * TIME_BASE))
+
+    def write(self, frame: LiveFrame, number: int) -> None:
+        """See Sink; the number is left aside for the frame's own time."""
+        time_passed = max(0.0, frame.captured - self._zero)
+        picture = self._encoded(picture_from_frame(frame.picture))
+        self._writer.write(Frame(picture, round(time_passed / TIME_BASE), TIME_BASE, self._step))
+
+    def close(self) -> None:
+        """See Sink."""
+        try:
+            self._writer.finish()
+        finally:
+            self._plain.close()
+
+    def _encoded(self, picture: Picture) -> Picture:
+        return self._plain.run(picture, None, self._writer.encoding, self._writer.wants_rgb)
+
+
+class Nowhere:
+    """Takes every picture and keeps none, for measuring."""
+
+    name = "null"
+    state = "running"
+    dropped = repeated = 0
+    error = None
+
+    def __init__(self, meter: Meter) -> None:
+        self._meter = meter
+        self.delivered = 0
+
+    def start(self, first: LiveFrame) -> None:
+        """There is nothing to open."""
+
+    def offer(self, frame: LiveFrame) -> None:
+        """See Target."""
+        self.delivered += 1
+        self._meter.delivered(frame.captured)
+
+    def close(self) -> None:
+        """See Target."""

@@ -1,0 +1,285 @@
+"""A live session: the newest picture of a source, restyled, to all targets."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from vidstyle.errors import DeviceError, VidstyleError
+from vidstyle.live.budget import Budget
+from vidstyle.live.capture import Capture
+from vidstyle.live.control import Controls, Status
+from vidstyle.live.keepsakes import Keepsakes
+from vidstyle.live.meter import Meter, Rate
+from vidstyle.live.styler import Styler, outgoing
+from vidstyle.live.summary import Delivery, LiveSummary
+from vidstyle.live.target import LiveFrame, Target
+from vidstyle.media.color_tags import usual_tags
+from vidstyle.media.frame import frame_from_picture
+from vidstyle.media.live_input import Captured, LiveSource
+from vidstyle.media.pictures import PictureMaker
+from vidstyle.picture import Encoding, Picture
+
+log = logging.getLogger("vidstyle")
+
+USUAL_RATE = Fraction(30)
+WATCH_SECONDS = 0.1
+FIRST_SECONDS = 10.0
+"""How long a camera that was opened may take to its first picture."""
+END_SECONDS = 2.0
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """How to run.
+
+    Attributes:
+        size: of the pictures that go out; one side may be -1 to keep the shape, or -2 to be even too.
+        rate: frames per second that targets show; None: the source's own.
+        device: as for `open_renderer`.
+        budget: whether to work on smaller pictures when the rate cannot be held otherwise.
+        frames, seconds: after which to end; None: at the end of the source.
+    """
+
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    device: str = "auto"
+    budget: bool = True
+    frames: int | None = None
+    seconds: float | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a target is made for: pictures like the first, so many a second."""
+
+    first: LiveFrame
+    rate: Fraction
+    meter: Meter
+    controls: Controls
+
+
+class Session:
+    """One run from a source to targets; `run` takes it to its end."""
+
+    def __init__(
+        self,
+        source: LiveSource,
+        controls: Controls,
+        makers: Sequence[Callable[[Setting], Target]],
+        options: LiveOptions | None = None,
+    ) -> None:
+        """Raises VidstyleError: there is no such device, or the style cannot be used.
+
+        Args:
+            makers: each makes a target once the first picture tells what it is to take.
+        """
+        self._source, self._controls, self._makers = source, controls, makers
+        self._options = options or LiveOptions()
+        self._styler = Styler(controls.style, self._options.device)
+        self._capture = Capture(source)
+        self._meter, self._pace = Meter(), Rate()
+        self._targets: list[Target] = []
+        self._keepsakes = Keepsakes()
+        self._maker: PictureMaker | None = None
+        self._encoding = Encoding()
+        self._rate = self._options.rate or USUAL_RATE
+        self._budget: Budget | None = None
+        self._began: float | None = None
+        self._frames = self._unready = 0
+        self._over = threading.Event()
+        self._error: BaseException | None = None
+        self._message = ""
+        controls.attach(self.status)
+
+    def run(self, stop: threading.Event, watch: Callable[[], None] | None = None) -> LiveSummary:
+        """Go on until the source ends, somebody quits, or `stop` is set; all targets are closed then.
+
+        Args:
+            watch: called about ten times a second from this thread.
+
+        Raises:
+            VidstyleError: the source never gave a picture, or no target is left.
+        """
+        style = threading.Thread(target=self._guarded, name="vidstyle style", daemon=True)
+        self._capture.start()
+        style.start()
+        try:
+            while not self._over.wait(WATCH_SECONDS) and not stop.is_set() and not self._is_done():
+                if watch is not None:
+                    watch()
+        finally:
+            self._over.set()
+            style.join(END_SECONDS)
+            self._close()
+        if self._error is not None:
+            raise self._error
+        return self._summary()
+
+    def status(self) -> Status:
+        """How it is now."""
+        return Status(
+            style=self._styler.style.name,
+            bypass=self._controls.bypassed,
+            source=self._source.name,
+            source_state=self._capture.state,
+            size=self._size,
+            frames=self._frames,
+            dropped=self._dropped,
+            repeated=sum(getattr(target, "repeated", 0) for target in self._targets),
+            rate=self._pace.now,
+            latency_ms=self._meter.recent_latency(),
+            given_up=self._given_up,
+            targets=tuple((target.name, target.state) for target in self._targets),
+            recording=self._keepsakes.recording,
+            message=self._styler.failure or self._keepsakes.message or self._message,
+        )
+
+    @property
+    def _size(self) -> tuple[int, int]:
+        return (self._maker.width, self._maker.height) if self._maker else (0, 0)
+
+    @property
+    def _dropped(self) -> int:
+        return self._capture.pictures.dropped - self._unready
+
+    @property
+    def _given_up(self) -> str:
+        if self._styler.scale == 1 or self._maker is None:
+            return ""
+        width, height = self._styler.working_size(*self._size)
+        return f"works at {width}x{height}"
+
+    def _is_done(self) -> bool:
+        now, options = time.monotonic(), self._options
+        if self._controls.quitting.is_set():
+            return True
+        if self._began is None and self._capture.gives_nothing(FIRST_SECONDS):
+            self._error = DeviceError(self._source.name, f"gave no picture in {FIRST_SECONDS:g} s")
+            return True
+        return options.seconds is not None and now - (self._began or now) >= options.seconds
+
+    def _guarded(self) -> None:
+        try:
+            self._style_all()
+        except BaseException as error:  # a thread's error is raised again in the calling thread
+            self._error = error
+        finally:
+            self._over.set()
+
+    def _style_all(self) -> None:
+        pictures = self._capture.pictures
+        while not self._over.is_set() and not pictures.over:
+            captured = pictures.take(WATCH_SECONDS)
+            if captured is not None:
+                self._style(captured)
+                if self._frames == self._options.frames:
+                    return
+        if self._capture.error is not None:
+            raise self._capture.error
+
+    def _style(self, captured: Captured) -> None:
+        begin = time.monotonic()
+        frame = self._frame(captured)
+        if self._began is None:
+            frame = self._begin(frame)
+            begin = time.monotonic()
+        for target in self._targets:
+            target.offer(frame)
+        self._keepsakes.offer(frame, self._controls, self._rate)
+        self._frames += 1
+        self._pace.count()
+        self._watch_budget(time.monotonic() - begin)
+        self._check_targets()
+
+    def _frame(self, captured: Captured) -> LiveFrame:
+        picture = self._picture(captured)
+        controls = self._controls
+        style = None if controls.bypassed else controls.style
+        result, changed = self._styler.run(picture, captured.time, self._encoding, style)
+        if changed:
+            self._tell(f"style {self._styler.style.name}")
+            if self._budget is not None:
+                self._budget.restart()
+        native = frame_from_picture(result, tags=usual_tags(self._encoding, picture.shape[0]))
+        return LiveFrame(native, captured.time, self._frames)
+
+    def _picture(self, captured: Captured) -> Picture:
+        if self._maker is None:
+            capture, options = self._capture, self._options
+            self._rate = options.rate or capture.rate or USUAL_RATE
+            self._maker = PictureMaker(
+                captured.native,
+                capture.codec,
+                self._source.name,
+                size=options.size,
+                sample_aspect=capture.sample_aspect,
+            )
+            self._encoding = outgoing(self._maker.make(captured.native)[0])
+            if options.budget:
+                self._budget = Budget(float(1 / self._rate))
+        picture, _ = self._maker.make(captured.native)
+        return replace(picture, alpha=None)
+
+    def _begin(self, frame: LiveFrame) -> LiveFrame:
+        """Open the targets with the first frame, whose time begins when all is ready.
+
+        What came while the style and the targets were made ready is not counted as dropped.
+        """
+        for make in self._makers:
+            self._targets.append(make(Setting(frame, self._rate, self._meter, self._controls)))
+        self._began, self._unready = time.monotonic(), self._capture.pictures.dropped
+        return replace(frame, captured=self._began)
+
+    def _watch_budget(self, seconds: float) -> None:
+        if self._budget is None or self._controls.bypassed or not self._budget.spent(seconds):
+            return
+        self._styler.scale = self._budget.scale
+        rate = f"{float(self._rate):.4g} fps"
+        if self._given_up:
+            self._tell(f"{self._styler.style.name} {self._given_up} to hold {rate}")
+        else:
+            self._tell(f"{self._styler.style.name} holds {rate} at its full size again")
+
+    def _tell(self, message: str) -> None:
+        self._message = message
+        log.info(message)
+
+    def _check_targets(self) -> None:
+        """Go on while one target is left."""
+        failed = [error for target in self._targets if (error := getattr(target, "error", None)) is not None]
+        if failed and len(failed) == len(self._targets):
+            raise failed[0]
+
+    def _close(self) -> None:
+        self._capture.close(END_SECONDS)
+        for target in self._targets:
+            target.close()
+        self._keepsakes.close()
+        self._styler.close(END_SECONDS)
+        for target in self._targets:
+            error = getattr(target, "error", None)
+            if isinstance(error, VidstyleError) and self._error is None:
+                self._error = error
+
+    def _summary(self) -> LiveSummary:
+        return LiveSummary(
+            source=self._source.name,
+            frames=self._frames,
+            dropped=self._dropped,
+            elapsed=0.0 if self._began is None else time.monotonic() - self._began,
+            latency_ms=self._meter.latency(),
+            size=self._size,
+            rate=float(self._rate),
+            given_up=self._given_up,
+            deliveries=tuple(_delivery(target) for target in self._targets),
+        )
+
+
+def _delivery(target: Target) -> Delivery:
+    counts = (getattr(target, name, 0) for name in ("delivered", "repeated", "dropped"))
+    return Delivery(target.name, target.state, *counts)

@@ -1,0 +1,131 @@
+"""Restyles one picture after another with a style that may change between two of them."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from dataclasses import replace
+
+import numpy as np
+
+from vidstyle.errors import VidstyleError
+from vidstyle.live.newest import Newest
+from vidstyle.media.color_tags import HD_LINES
+from vidstyle.media.fit import resized
+from vidstyle.picture import SITINGS, Encoding, Picture
+from vidstyle.renderer import Backend, open_renderer
+from vidstyle.style import PLAIN, Style
+
+log = logging.getLogger("vidstyle")
+
+LEAST_SIDE = 16
+"""Pixels that a working size keeps at least."""
+
+
+class Styler:
+    """Runs a style; another is made ready beside it, on the picture of that moment, before it takes over.
+
+    Attributes:
+        style: the one that runs.
+        scale: share of the width and the height to work at.
+        failure: why the style last asked for does not run, or "".
+    """
+
+    def __init__(self, style: Style, device: str) -> None:
+        """Raises VidstyleError: there is no such device, or the style cannot be used."""
+        self.style = self._asked = style
+        self.scale = 1.0
+        self.failure = ""
+        self._device = device
+        self._renderer = open_renderer(style, device)
+        self._plain = open_renderer(PLAIN, "cpu")
+        self._ready: tuple[Style, Backend] | None = None
+        self._lock = threading.Lock()
+        self._wishes: Newest[tuple[Style, Picture, float, Encoding]] = Newest()
+        self._thread = threading.Thread(target=self._prepare_all, name="vidstyle prepare", daemon=True)
+        self._thread.start()
+
+    def run(
+        self, picture: Picture, time: float, target: Encoding, style: Style | None
+    ) -> tuple[Picture, bool]:
+        """The picture in the style that is ready, and whether that is another than before.
+
+        Args:
+            picture: without alpha.
+            time: of its capture, in seconds.
+            target: how the planes of the result are to be encoded.
+            style: the one that is wanted; None: the picture as it is, in that encoding.
+        """
+        if style is None:
+            return with_chroma(self._plain.run(picture, time, target)), False
+        height, width = picture.shape
+        small = picture if self.scale == 1 else resized(picture, *self._working_size(width, height))
+        if style is not self._asked:
+            self._asked = style
+            self._wishes.put((style, small, time, target))
+        changed = self._take_over()
+        result = self._renderer.run(small, time, target)
+        return with_chroma(resized(result, width, height)), changed
+
+    def working_size(self, width: int, height: int) -> tuple[int, int]:
+        """Width and height that pictures of a size are restyled at."""
+        return (width, height) if self.scale == 1 else self._working_size(width, height)
+
+    def close(self, seconds: float) -> None:
+        """Let the devices go."""
+        self._wishes.close()
+        self._thread.join(seconds)
+        if not self._thread.is_alive():
+            self._take_over()
+            self._renderer.close()
+            self._plain.close()
+
+    def _working_size(self, width: int, height: int) -> tuple[int, int]:
+        across, down = (max(LEAST_SIDE, round(side * self.scale / 2) * 2) for side in (width, height))
+        return min(across, width), min(down, height)
+
+    def _take_over(self) -> bool:
+        with self._lock:
+            ready, self._ready = self._ready, None
+        if ready is None:
+            return False
+        self._renderer.close()
+        self.style, self._renderer = ready
+        return True
+
+    def _prepare_all(self) -> None:
+        while not self._wishes.over:
+            wish = self._wishes.take()
+            if wish is not None:
+                self._prepare(*wish)
+
+    def _prepare(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
+        """Open a renderer and let it do all that it does only for the first picture."""
+        try:
+            renderer = open_renderer(style, self._device, announce=False)
+            renderer.run(picture, time, target)
+        except VidstyleError as error:
+            self.failure = str(error)
+            log.warning("%s; %s goes on", error, self.style.name)
+            return
+        self.failure = ""
+        with self._lock:
+            before, self._ready = self._ready, (style, renderer)
+        if before is not None:
+            before[1].close()
+
+
+def outgoing(picture: Picture) -> Encoding:
+    """What pictures like this one go out in: 8 bit, 4:2:0, limited range, which every reader understands."""
+    matrix = picture.encoding.matrix if picture.color is None else ""
+    if matrix not in ("bt601", "bt709"):
+        matrix = "bt709" if picture.shape[0] >= HD_LINES else "bt601"
+    return Encoding(matrix, full_range=False, depth=8, step=(2, 2), siting=SITINGS["left"])
+
+
+def with_chroma(picture: Picture) -> Picture:
+    """The picture with neutral chroma where a style has left none."""
+    if picture.chroma is not None or picture.color is not None:
+        return picture
+    neutral = np.full(picture.encoding.chroma_shape(*picture.shape), 128, np.uint8)
+    return replace(picture, chroma=(neutral, neutral))

@@ -1,0 +1,113 @@
+"""Finds out what kind of target a word on the command line means."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING
+
+from vidstyle.errors import UsageError
+from vidstyle.live.outlets import Filing, Nowhere, Steadily, StreamSink
+from vidstyle.live.session import Setting
+from vidstyle.live.target import LiveFrame, Target
+from vidstyle.media import live_output
+from vidstyle.media.containers import kind_of
+from vidstyle.media.live_output import Stream, StreamOptions
+from vidstyle.media.open import is_url
+from vidstyle.media.picture_files import is_pattern
+from vidstyle.media.writer import WriteOptions
+
+if TYPE_CHECKING:
+    import av
+
+
+@dataclass(frozen=True)
+class TargetOptions:
+    """How to write.
+
+    Attributes:
+        format: of standard output: "y4m", "nut" or "raw".
+        pix_fmt: of a virtual camera or raw pictures.
+        codec, bitrate: of a network stream, in bits a second.
+        file: how files are written.
+        port: of the page; 0 is a free one.
+    """
+
+    format: str | None = None
+    pix_fmt: str | None = None
+    codec: str | None = None
+    bitrate: int | None = None
+    file: WriteOptions = field(default_factory=WriteOptions)
+    port: int = 0
+
+    def stream(self, rate: Fraction) -> StreamOptions:
+        """The same for a stream of this rate."""
+        return StreamOptions(rate, self.format, self.pix_fmt, self.codec, self.bitrate)
+
+
+def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Target]:
+    """What makes the target that a word means, as soon as the size of the pictures is known.
+
+    Args:
+        text: "page", "null", "-" for standard output, "/dev/videoN", a URL, a playlist.m3u8, or a file.
+
+    Raises:
+        UsageError: it means nothing, or lacks an option.
+        DeviceError: there is no such virtual camera.
+    """
+    if text == "null":
+        return lambda setting: Nowhere(setting.meter)
+    if text == "page":
+        return _page_maker(options.port)
+    if text == "-":
+        live_output.check_pipe(options.stream(Fraction(1)))
+        return _stream_maker("standard output", options, live_output.open_pipe, lasting=False)
+    if text.startswith("/dev/video"):
+        live_output.check_virtual_camera(text)
+        return _stream_maker(text, options, partial(live_output.open_virtual_camera, text))
+    if is_url(text) or text.endswith(".m3u8"):
+        live_output.check_url(text)
+        return _stream_maker(text, options, partial(live_output.open_stream, text))
+    return _file_maker(text, options)
+
+
+def _stream_maker(
+    name: str,
+    options: TargetOptions,
+    open_stream: Callable[[StreamOptions, av.VideoFrame], Stream],
+    lasting: bool = True,
+) -> Callable[[Setting], Target]:
+    def make(setting: Setting) -> Target:
+        def open_sink(first: LiveFrame) -> StreamSink:
+            return StreamSink(open_stream(options.stream(setting.rate), first.picture))
+
+        outlet = Steadily(name, open_sink, setting.meter, setting.rate, lasting)
+        outlet.start(setting.first)
+        return outlet
+
+    return make
+
+
+def _file_maker(text: str, options: TargetOptions) -> Callable[[Setting], Target]:
+    kind_of(text, options.file.format, is_pattern(text))
+    if os.path.lexists(text) and not options.file.overwrite:
+        raise UsageError(text, "exists already", "replace it with -y")
+
+    def make(setting: Setting) -> Target:
+        outlet = Filing(text, setting.meter, setting.rate, options.file)
+        outlet.start(setting.first)
+        return outlet
+
+    return make
+
+
+def _page_maker(port: int) -> Callable[[Setting], Target]:
+    try:
+        from vidstyle.live.page import Page
+    except ImportError as error:
+        raise UsageError("page", f"cannot be shown: {error}", "give another target with --to") from error
+
+    return lambda setting: Page(setting.controls, port)

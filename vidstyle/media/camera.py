@@ -1,0 +1,169 @@
+"""Cameras, by path, number or name, and what is on the screen."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import threading
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import av
+
+from vidstyle.errors import DeviceError
+from vidstyle.media.camera_mode import choose_mode, mode_rate
+from vidstyle.media.live_input import LiveInput
+from vidstyle.media.v4l2 import Device, video_device, video_devices
+
+SYSTEM_FORMATS = {"darwin": "avfoundation", "win32": "dshow"}
+"""What FFmpeg calls the cameras of other systems."""
+USUAL_RATE = Fraction(30)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that can be opened again and again; see `LiveSource`.
+
+    Attributes:
+        name: the path on Linux, the camera's own name elsewhere; "" is the first there is.
+        size, rate: what is wanted, as far as the camera can.
+        input_format: FFmpeg's name of the pixel format or codec to ask for, or None for the best.
+    """
+
+    name: str = ""
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    input_format: str | None = None
+    lasting: bool = True
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """Open it in the mode that comes nearest to what is wanted.
+
+        Raises:
+            DeviceError: missing or busy; the message says what cameras there are.
+        """
+        if sys.platform in SYSTEM_FORMATS:
+            return self._open_other(SYSTEM_FORMATS[sys.platform], stopping)
+        device = find_camera(self.name)
+        modes = [mode for mode in device.modes if self.input_format in (None, mode.format)]
+        rate = self.rate or USUAL_RATE
+        mode = choose_mode(modes, self.size, rate)
+        if mode is None:
+            known = ", ".join(sorted({mode.format for mode in device.modes})) or "none that we read"
+            raise DeviceError(device.path, f"has no mode {self.input_format or 'to take'}", f"it has {known}")
+        options = {
+            "input_format": mode.format,
+            "video_size": f"{mode.width}x{mode.height}",
+            "framerate": str(mode_rate(mode, rate)),
+        }
+        return _opened(device.path, "v4l2", options, stopping)
+
+    def _open_other(self, system_format: str, stopping: threading.Event) -> LiveInput:
+        names = [name for name, _ in camera_list()]
+        name = self.name or (names[0] if names else "0")
+        options = {"framerate": str(self.rate or USUAL_RATE)}
+        if self.size is not None:
+            options["video_size"] = "{}x{}".format(*self.size)
+        if self.input_format is not None:
+            options["pixel_format"] = self.input_format
+        target = f"video={name}" if system_format == "dshow" else name
+        return _opened(target, system_format, options, stopping)
+
+
+@dataclass(frozen=True)
+class Screen:
+    """What is on a screen; see `LiveSource`.
+
+    Attributes:
+        name: of the X11 display, such as ":0.0" or ":0.0+100,200"; "" is the session's own.
+        size: of the part that is taken; None: all.
+        rate: pictures a second.
+    """
+
+    name: str = ""
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    lasting: bool = True
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """Begin to take pictures.
+
+        Raises:
+            DeviceError: there is no such screen.
+        """
+        options = {"framerate": str(self.rate or USUAL_RATE)}
+        if self.size is not None:
+            options["video_size"] = "{}x{}".format(*self.size)
+        if sys.platform == "win32":
+            return _opened("desktop", "gdigrab", options, stopping)
+        if sys.platform == "darwin":
+            return _opened(self.name or "Capture screen 0", "avfoundation", options, stopping)
+        display = self.name or os.environ.get("DISPLAY", "")
+        if not display:
+            raise DeviceError("screen", "no X11 display is named", "set DISPLAY, or give screen::0")
+        return _opened(display, "x11grab", options, stopping)
+
+
+def find_camera(name: str) -> Device:
+    """The camera of this path, number or part of a name; "" is the first there is.
+
+    Raises:
+        DeviceError: there is none; the message says what there is.
+    """
+    path = f"/dev/video{name}" if name.isdigit() else name
+    cameras = [device for device in video_devices() if device.gives]
+    if not name and cameras:
+        return cameras[0]
+    for device in cameras:
+        if path and (path == device.path or os.path.realpath(path) == device.path):
+            return device
+    named = [device for device in cameras if name and name.lower() in device.name.lower()]
+    if named:
+        return named[0]
+    own = video_device(path) if path.startswith("/dev/") else None
+    if own is not None and own.gives:
+        return own
+    raise DeviceError(name or "camera", _reason(path, own), _what_there_is())
+
+
+def camera_list() -> list[tuple[str, Device]]:
+    """What to call each camera, and the camera; modes only where the system tells."""
+    if sys.platform in SYSTEM_FORMATS:
+        found = av.device.enumerate_input_devices(SYSTEM_FORMATS[sys.platform])
+        return [(each.name, Device(each.name, each.description)) for each in found]
+    return [(device.path, device) for device in video_devices()]
+
+
+def _reason(path: str, own: Device | None) -> str:
+    if own is not None:
+        return "takes pictures and gives none"
+    if path.startswith("/dev/") and Path(path).exists():
+        return "no permission to open it" if not os.access(path, os.R_OK | os.W_OK) else "is not a camera"
+    return "no such camera"
+
+
+def _what_there_is() -> str:
+    there = [f"{path} ({device.name})" for path, device in camera_list() if device.gives]
+    return "there is " + ", ".join(there) if there else "there is no camera here"
+
+
+def _opened(target: str, system_format: str, options: dict[str, str], stopping: threading.Event) -> LiveInput:
+    try:
+        container = av.open(target, "r", system_format, options)
+    except (av.FFmpegError, OSError, ValueError) as error:
+        raise _device_error(target, error) from error
+    try:
+        return LiveInput(container, target, stopping, stamped=system_format == "v4l2")
+    except BaseException:
+        container.close()
+        raise
+
+
+def _device_error(target: str, error: Exception) -> DeviceError:
+    number = getattr(error, "errno", None)
+    if number == errno.EBUSY:
+        return DeviceError(target, "is in use by another program", _what_there_is())
+    reason = getattr(error, "strerror", None) or error
+    return DeviceError(target, f"cannot be opened: {reason}", _what_there_is())

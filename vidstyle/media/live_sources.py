@@ -1,0 +1,195 @@
+"""Finds out what kind of live source a word on the command line means."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import threading
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import BinaryIO, cast
+
+import av
+
+from vidstyle.errors import DeviceError, InputError, UsageError
+from vidstyle.media.camera import Camera, Screen, find_camera
+from vidstyle.media.live_input import LiveInput, LiveSource, NamedPipe, Pipe
+from vidstyle.media.open import is_url, open_media
+
+NETWORK_SECONDS = 5.0
+"""How long a connection may say nothing; it is then taken for lost, and made anew."""
+QUICK = {"fflags": "nobuffer", "analyzeduration": "1000000", "probesize": "1000000"}
+"""What a stream is looked at for, before its first picture: a second, in place of five."""
+TEST_SIZE, TEST_RATE = (640, 360), Fraction(30)
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """How to read a live source.
+
+    Attributes:
+        size, rate: wanted of a camera, a screen or the test picture; None: the usual.
+        loop: begin a file again at its end.
+        format: of what comes on "-", where its content does not tell ("rawvideo"), or a camera's own format.
+        raw_size, raw_pix_fmt, raw_rate: of raw video.
+    """
+
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    loop: bool = False
+    format: str | None = None
+    raw_size: tuple[int, int] | None = None
+    raw_pix_fmt: str = "yuv420p"
+    raw_rate: Fraction | None = None
+
+
+def live_source(text: str, options: SourceOptions) -> LiveSource:
+    """The source that a word means.
+
+    Args:
+        text: "camera" or "" for the first camera, a camera's path, number or name, "screen" or
+            "screen:DISPLAY", "test", "-" for standard input, a URL, or a file.
+
+    Raises:
+        UsageError: the options make no sense with it.
+        DeviceError: neither a file nor a camera is called so.
+    """
+    size, rate = options.size, options.rate
+    if size is not None and min(size) < 1:
+        size = None  # what keeps the shape is settled when the shape is known
+    if text == "test":
+        return GeneratedPicture(size or TEST_SIZE, rate or TEST_RATE)
+    if text == "screen" or text.startswith("screen:"):
+        return Screen(text.partition(":")[2], size, rate)
+    if text == "-" or _is_pipe(text):
+        return PipeSource(text, options)
+    if is_url(text):
+        return Network(text)
+    if text in ("", "camera"):
+        return Camera("", size, rate, options.format)
+    if _is_file(text):
+        return File(text, options.loop)
+    if sys.platform.startswith("linux"):
+        find_camera(text)  # so that a word that means nothing is told at once
+    return Camera(text, size, rate, options.format)
+
+
+@dataclass(frozen=True)
+class GeneratedPicture:
+    """A moving test picture."""
+
+    size: tuple[int, int]
+    rate: Fraction
+    name: str = "test"
+    lasting: bool = False
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource."""
+        width, height = self.size
+        try:
+            container = av.open(f"testsrc2=size={width}x{height}:rate={self.rate}", format="lavfi")
+        except (av.FFmpegError, ValueError) as error:
+            raise DeviceError("test", f"there is no test picture of {width}x{height}: {error}") from error
+        return LiveInput(container, self.name, stopping, paced=True)
+
+
+@dataclass(frozen=True)
+class File:
+    """A film, played at its own pace."""
+
+    name: str
+    loop: bool = False
+    lasting: bool = False
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource."""
+        return _live(open_media(self.name), self.name, stopping, paced=True, loop=self.loop)
+
+
+@dataclass(frozen=True)
+class Network:
+    """A stream by its URL; one that says how long it is, is a film, and played at its own pace."""
+
+    name: str
+    lasting: bool = True
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource."""
+        options = QUICK | ({"rtsp_transport": "tcp"} if self.name.startswith("rtsp") else {})
+        try:
+            container = open_media(self.name, allow_url=True, options=options, seconds=NETWORK_SECONDS)
+        except InputError as error:
+            if isinstance(error.__cause__, av.ProtocolNotFoundError):
+                scheme = self.name.partition(":")[0]
+                reason = f"the FFmpeg in this build does not speak {scheme}"
+                raise InputError(self.name, reason, "use RTSP, RTMP or HTTP") from error
+            raise
+        return _live(container, self.name, stopping, paced=bool(container.duration))
+
+
+@dataclass(frozen=True)
+class PipeSource:
+    """What another program writes: standard input, or a named pipe, which it may open again."""
+
+    name: str
+    options: SourceOptions
+
+    @property
+    def lasting(self) -> bool:
+        """Whether it may come back: a named pipe does with its next writer."""
+        return self.name != "-"
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource; a named pipe is waited for until it has a writer."""
+        if self.name == "-":
+            pipe = Pipe(sys.stdin.fileno(), stopping)
+        else:
+            pipe = NamedPipe(self.name, stopping)
+        container = open_media(cast(BinaryIO, pipe), format=self._format(), options=self._raw())
+        return _live(container, self.name, stopping, paced=True)
+
+    def _format(self) -> str | None:
+        return {"y4m": "yuv4mpegpipe", "raw": "rawvideo"}.get(self.options.format or "", self.options.format)
+
+    def _raw(self) -> dict[str, str]:
+        options = self.options
+        if self._format() != "rawvideo":
+            return {}
+        if options.raw_size is None:
+            raise UsageError("raw video", "its size is not known", "say it with --input-size")
+        return {
+            "video_size": "{}x{}".format(*options.raw_size),
+            "pixel_format": options.raw_pix_fmt,
+            "framerate": str(options.raw_rate or TEST_RATE),
+        }
+
+
+def _live(
+    container: av.container.InputContainer,
+    name: str,
+    stopping: threading.Event,
+    paced: bool,
+    loop: bool = False,
+) -> LiveInput:
+    try:
+        return LiveInput(container, name, stopping, paced=paced, loop=loop)
+    except BaseException:
+        container.close()
+        raise
+
+
+def _is_pipe(text: str) -> bool:
+    try:
+        return stat.S_ISFIFO(os.stat(text).st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def _is_file(text: str) -> bool:
+    """Whether the word is a file's name, or would be one: it has an ending or lies in a folder."""
+    if text.startswith("/dev/"):
+        return False
+    path = Path(text)
+    return path.exists() or bool(path.suffix) or os.sep in text

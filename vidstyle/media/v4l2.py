@@ -1,0 +1,168 @@
+"""What Video4Linux says about its devices: their names and modes, asked by its own system calls."""
+
+from __future__ import annotations
+
+import os
+import re
+import struct
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+CAPTURE, OUTPUT, DEVICE_CAPS = 0x1, 0x2, 0x80000000
+"""Bits of a device's capabilities (linux/videodev2.h)."""
+CAPTURE_BUFFERS = 1
+DISCRETE = 1
+FORMATS = {
+    "YUYV": "yuyv422",
+    "UYVY": "uyvy422",
+    "NV12": "nv12",
+    "YU12": "yuv420p",
+    "422P": "yuv422p",
+    "RGB3": "rgb24",
+    "BGR3": "bgr24",
+    "GREY": "gray",
+    "MJPG": "mjpeg",
+    "H264": "h264",
+}
+"""What we can take, by Video4Linux's four letters and FFmpeg's name for `input_format`; easy ones first."""
+USUAL_SIZES = ((320, 240), (640, 360), (640, 480), (1280, 720), (1920, 1080))
+"""What is listed of a device that does any size within limits."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One way in which a camera delivers.
+
+    Attributes:
+        format: FFmpeg's name of the pixel format or codec.
+        width, height: in pixels.
+        rates: frames a second, fastest first; empty if the device does not say.
+    """
+
+    format: str
+    width: int
+    height: int
+    rates: tuple[Fraction, ...] = ()
+
+    def __str__(self) -> str:
+        rates = ", ".join(f"{float(rate):.4g}" for rate in self.rates)
+        return f"{self.format} {self.width}x{self.height}" + (f" at {rates} fps" if rates else "")
+
+
+@dataclass(frozen=True)
+class Device:
+    """A camera.
+
+    Attributes:
+        path: what to open.
+        name: what it calls itself.
+        takes: whether it is a virtual camera, which pictures can be written to.
+        gives: whether pictures come from it.
+        modes: all that we can take, in the device's own order.
+    """
+
+    path: str
+    name: str
+    gives: bool = True
+    takes: bool = False
+    modes: tuple[Mode, ...] = ()
+
+
+def video_devices() -> list[Device]:
+    """Every Video4Linux device that can be asked, by number; none on other systems."""
+    if not sys.platform.startswith("linux"):
+        return []
+    paths = [path for path in Path("/dev").glob("video*") if re.fullmatch(r"video\d+", path.name)]
+    found = (video_device(str(path)) for path in sorted(paths, key=lambda path: int(path.name[5:])))
+    return [device for device in found if device is not None]
+
+
+def video_device(path: str) -> Device | None:
+    """The device, or None if it is none or cannot be opened."""
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_NONBLOCK)
+    except OSError:
+        return None
+    try:
+        name, flags = _capability(handle)
+        modes = tuple(_modes(handle)) if flags & CAPTURE else ()
+        return Device(path, name, bool(flags & CAPTURE), bool(flags & OUTPUT), modes)
+    except OSError:
+        return None
+    finally:
+        os.close(handle)
+
+
+def _ask(
+    handle: int, number: int, layout: str, *values: int | bytes, writes: bool = True
+) -> tuple[int | bytes, ...]:
+    """One ioctl of Video4Linux on a structure; returns the structure as the driver has filled it in."""
+    import fcntl
+
+    content = bytearray(struct.pack(layout, *values))
+    direction = 3 if writes else 2
+    fcntl.ioctl(handle, direction << 30 | len(content) << 16 | ord("V") << 8 | number, content)
+    return struct.unpack(layout, content)
+
+
+def _capability(handle: int) -> tuple[str, int]:
+    """The name, and what this very node can do (VIDIOC_QUERYCAP)."""
+    _, card, _, _, flags, own, _ = _ask(
+        handle, 0, "=16s32s32sIII12s", b"", b"", b"", 0, 0, 0, b"", writes=False
+    )
+    assert isinstance(card, bytes) and isinstance(flags, int) and isinstance(own, int)
+    return card.split(b"\0")[0].decode("utf-8", "replace"), own if flags & DEVICE_CAPS else flags
+
+
+def _modes(handle: int) -> Iterator[Mode]:
+    for code in _pixel_formats(handle):
+        letters = code.to_bytes(4, "little").decode("latin-1")
+        if letters not in FORMATS:
+            continue
+        for width, height in _sizes(handle, code):
+            yield Mode(FORMATS[letters], width, height, tuple(_rates(handle, code, width, height)))
+
+
+def _pixel_formats(handle: int) -> Iterator[int]:
+    """VIDIOC_ENUM_FMT."""
+    for filled in _each(handle, 2, "=III32sII12s", CAPTURE_BUFFERS, 0, b"", 0, 0, b""):
+        yield int(filled[4])
+
+
+def _sizes(handle: int, code: int) -> Iterator[tuple[int, int]]:
+    """VIDIOC_ENUM_FRAMESIZES."""
+    for filled in _each(handle, 74, "=III6I8s", code, 0, 0, 0, 0, 0, 0, 0, b""):
+        kind, least_width, most_width, _, least_height, most_height, _ = (
+            int(number) for number in filled[2:9]
+        )
+        if kind == DISCRETE:
+            yield least_width, most_width  # here they are the width and the height
+            continue
+        for width, height in USUAL_SIZES:
+            if least_width <= width <= most_width and least_height <= height <= most_height:
+                yield width, height
+        return
+
+
+def _rates(handle: int, code: int, width: int, height: int) -> list[Fraction]:
+    """VIDIOC_ENUM_FRAMEINTERVALS; of a range, its fastest and its slowest."""
+    rates: set[Fraction] = set()
+    for filled in _each(handle, 75, "=IIIII6I8s", code, width, height, 0, 0, 0, 0, 0, 0, 0, b""):
+        numbers = [int(number) for number in filled[4:11]]
+        intervals = [numbers[1:3]] if numbers[0] == DISCRETE else [numbers[1:3], numbers[3:5]]
+        rates |= {Fraction(below, above) for above, below in intervals if above and below}
+    return sorted(rates, reverse=True)
+
+
+def _each(handle: int, number: int, layout: str, *values: int | bytes) -> Iterator[tuple[int | bytes, ...]]:
+    """What the driver gives for index 0, 1, 2 ... until it has no more."""
+    index = 0
+    while True:
+        try:
+            yield _ask(handle, number, layout, index, *values)
+        except OSError:
+            return
+        index += 1
