@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.comic.cost import Taste, kind_of, row_costs
+from vidstyle.comic.cost import Taste
+from vidstyle.comic.kinds import Kinds
 from vidstyle.comic.slicing import PANEL, Grid, Place, Tables, Tree, rows
 
 
@@ -52,7 +53,8 @@ class Breaking:
         self.grid, self.tables = grid, Tables(panels)
         self._count, self._most, self._units, self._high = len(panels), most, grid.columns, grid.rows
         self._taste, self._turns, self._columns = taste, turns, columns
-        self._after = row_costs(columns, grid.columns, taste)
+        self._kinds = Kinds(columns, grid.columns, grid.rows)
+        self._after = self._kinds.costs(taste)
         self._rows = {count: self._best_rows(count) for count in self._counts()}
         self._filled = self._fill()
 
@@ -61,14 +63,18 @@ class Breaking:
 
     def _best_rows(self, count: int) -> np.ndarray:
         """The least cost of a row of so many panels: first panel x kind x units high."""
-        best = np.full((self._count - count + 1, len(self._after), self._high + 1), np.inf)
+        starts = self._count - count + 1
+        best = np.full((starts, len(self._after), self._high + 1), np.inf)
         for tree in rows(count):
-            if count == 1:
-                best[:, 0] = self.tables.of(PANEL)[:, -1] + self._taste.template(tree)
+            price = self._taste.template(tree, starts)
+            if count > 1:
+                first = self._kinds.of(tree.columns, 1, 0)
+                kinds = best[:, first : first + self._units - 1]
+                np.minimum(kinds, self.tables.by_cut(tree) + price[:, None, None], out=kinds)
                 continue
-            first = kind_of(tree.columns, 1, self._units)
-            kinds = best[:, first : first + self._units - 1]
-            np.minimum(kinds, self.tables.by_cut(tree) + self._taste.template(tree), out=kinds)
+            for high in range(1, self._high + 1):
+                kind = self._kinds.of(1, 0, high)
+                best[:, kind, high] = self.tables.of(PANEL)[:, -1, high] + price
         return best
 
     def _fill(self) -> list[np.ndarray]:
@@ -151,12 +157,13 @@ class Breaking:
 
     def _tree(self, moment: int, count: int, kind: int, high: int) -> tuple[Tree, int]:
         """The best tree of a row of a kind, and its cut."""
-        if kind == 0:
+        columns, cut = self._kinds.cut_of(kind)
+        if columns == 1:
             return PANEL, 0
-        columns, cut = 2 + (kind - 1) // (self._units - 1), 1 + (kind - 1) % (self._units - 1)
         trees = [tree for tree in rows(count) if tree.columns == columns]
         costs = [
-            self.tables.by_cut(tree)[moment, cut - 1, high] + self._taste.template(tree) for tree in trees
+            self.tables.by_cut(tree)[moment, cut - 1, high] + self._taste.template(tree, moment + 1)[-1]
+            for tree in trees
         ]
         return trees[int(np.argmin(costs))], cut
 
@@ -169,8 +176,8 @@ class Breaking:
         """What pages cost by this taste, whoever's optimum they are."""
         panels = self.tables.of(PANEL)
         cost = sum(float(panels[place.moment, place.wide, place.high]) for place in places)
-        cost += sum(self._taste.template(row.tree) for row in found)
-        kinds = [kind_of(row.tree.columns, row.cut, self._units) for row in found]
+        cost += sum(float(self._taste.template(row.tree, row.moment + 1)[-1]) for row in found)
+        kinds = [self._kinds.of(row.tree.columns, row.cut, row.high) for row in found]
         for row, other, kind, next_kind in zip(found, found[1:], kinds, kinds[1:], strict=False):
             turned = other.page > row.page
             cost += self._turns[other.moment] if turned else float(self._after[kind, next_kind])

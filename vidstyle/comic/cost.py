@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,14 +17,24 @@ NARROWEST, WIDEST = 0.45, 3.2
 
 _OWN = 0.8
 """How much the best shape is that of the picture; the rest is that of what counts in it."""
+_EVEN = 0.08
+"""Importances that deviate less are taken for even."""
 _SPREAD = 0.5
 """A moment that is a deviation more important than another wants an area exp(this) times as large."""
 _SLIVER = 4.0
 """Paid once for a sliver, and ten times for the square of how far it is one."""
+_WHIM = 2.2
+"""The most that a seed adds to the price of a row; on average it is a third of it."""
+_JITTER = 1.0, 0.3
+"""How wide the deviations of importance, and the logarithms of shapes, are spread that a seed adds."""
 _SPLASH = 1.6
-"""Deviations from the mean from which the most important moment is a splash."""
+"""The most important moment is a splash if it is so many deviations above the mean,"""
+_ALONE = 0.4
+"""and so many above the next."""
 _SPLASH_SHARE = 0.36
-"""The part of a page that a splash wants."""
+"""The part of a page that a splash wants,"""
+_SPLASH_SIZE = 3.0
+"""and how many times as much its size counts."""
 
 
 @dataclass(frozen=True)
@@ -37,37 +47,40 @@ class Taste:
         +  face . (part of the main face, with the room about it, that is cut off)
         +  size . ln(w h / wanted area)^2  +  slivers,
 
-    over its rows, of `templates[tree]`: four side by side, and a stack read before its neighbour, cost
+    over its rows, of `template(tree)`: many columns, and a stack that is read before its neighbour, cost
     more; over rows that follow one another on a page,
 
-        monotony . likeness  +  cross . (gutters meet in a cross)  +  ragged . (they miss it by one unit),
+        monotony . likeness  +  full . likeness of rows of one panel
+        +  cross . (gutters meet in a cross)  +  ragged . (they miss it by one unit),
 
     where the likeness of rows with as many columns is 1 if their first cuts are in one place and falls to
-    0 (two columns), 1/2 (more) or stays (one) a third of the page's width on; and over page breaks, of
-    `scene` where a scene goes on. The wanted area is a share of the paper by importance.
+    1/2 a third of the page's width on, and that of rows of one panel is 1 if they are as high and falls to
+    1/2; and over page breaks, of `scene` where a scene goes on. The wanted
+    area is a share of the paper by importance; for a splash `size` is larger.
 
     Attributes:
         jitter: deviations of importance, and the natural logarithms of shapes, that are added for each
             panel; panel x 2, or None.
-        whims: what is added to the price of each kind of row, by its number of panels and its place in
-            `rows`; empty for none.
+        whims: what is added to the price of a kind of row for each panel that it may begin with; a row
+            that is not in it costs as much as ever.
     """
 
     shape: float = 1.0
     salience: float = 2.5
     face: float = 4.0
-    size: float = 0.8
+    size: float = 1.0
     monotony: float = 0.9
+    full: float = 1.6
     cross: float = 0.5
     ragged: float = 0.4
     scene: float = 0.25
     jitter: np.ndarray | None = None
-    whims: dict[Tree, float] = field(default_factory=dict)
+    whims: dict[Tree, np.ndarray] = field(default_factory=dict)
 
-    def template(self, tree: Tree) -> float:
-        """The price of a kind of row."""
-        price = 0.12 * max(0, tree.columns - 2) + self.whims.get(tree, 0.0)
-        return price + (0.15 if _stack_first(tree) else 0.0)
+    def template(self, tree: Tree, count: int) -> np.ndarray:
+        """The price of a kind of row for each of the first `count` panels that it may begin with."""
+        price = 0.12 * max(0, tree.columns - 2) + (0.15 if _stack_first(tree) else 0.0)
+        return price + (self.whims[tree][:count] if tree in self.whims else np.zeros(count))
 
 
 def _stack_first(tree: Tree) -> bool:
@@ -77,14 +90,20 @@ def _stack_first(tree: Tree) -> bool:
     return tree.first.count > 1 or _stack_first(tree.rest)
 
 
-def taste(seed: int, count: int, trees: Sequence[Tree]) -> Taste:
-    """The taste of a seed: 0 is that of the formula, others are near it, each in its own way."""
+def taste(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> Taste:
+    """The taste of a seed for so many panels: 0 is that of the formula, others are near it.
+
+    Args:
+        attempt: one seed has several tastes; the later, the nearer to the formula.
+        trees: all kinds of rows.
+    """
     if seed == 0:
         return Taste()
-    random = np.random.default_rng(seed)
-    jitter = (random.random((count, 2)) - 0.5) * (1.6, 0.5)
-    whims = {tree: float(whim) for tree, whim in zip(trees, random.random(len(trees)) * 0.9, strict=True)}
-    return replace(Taste(), jitter=jitter, whims=whims, monotony=1.2)
+    random = np.random.default_rng((seed, attempt))
+    strength = 1 / (1 + attempt / 2)
+    jitter = (random.random((count, 2)) - 0.5) * (_JITTER[0] * strength, _JITTER[1] * strength)
+    whims = {tree: _WHIM * strength * random.random(count) ** 2 for tree in trees}
+    return Taste(jitter=jitter, whims=whims)
 
 
 def wanted_areas(moments: Sequence[Moment], paper_area: float, pages: float, taste: Taste) -> np.ndarray:
@@ -92,15 +111,29 @@ def wanted_areas(moments: Sequence[Moment], paper_area: float, pages: float, tas
 
     A moment that stands out among at least four is a splash, and wants a good part of a page.
     """
-    importance = np.array([moment.importance for moment in moments])
-    above = (importance - importance.mean()) / max(float(importance.std()), 0.08)
+    above = deviations(moments)
     added = 0.0 if taste.jitter is None else taste.jitter[:, 0]
     weights = np.exp(_SPREAD * np.clip(above + added, -2.0, 2.0))
     areas = weights / weights.sum() * paper_area * pages
-    top = int(importance.argmax())
-    if len(moments) >= 4 and above[top] >= _SPLASH:
+    top = splash(moments)
+    if top is not None:
         areas[top] = max(areas[top], _SPLASH_SHARE * paper_area)
     return areas
+
+
+def deviations(moments: Sequence[Moment]) -> np.ndarray:
+    """How far each moment's importance is above the mean, in standard deviations."""
+    importance = np.array([moment.importance for moment in moments])
+    return (importance - importance.mean()) / max(float(importance.std()), _EVEN)
+
+
+def splash(moments: Sequence[Moment]) -> int | None:
+    """The number of the moment that stands out among at least four, if one does."""
+    above = deviations(moments)
+    top = int(above.argmax())
+    if len(moments) < 4 or above[top] < max(_SPLASH, np.delete(above, top).max() + _ALONE):
+        return None
+    return top
 
 
 def panel_costs(
@@ -113,12 +146,16 @@ def panel_costs(
     """
     aspect, area = widths[:, None] / heights, widths[:, None] * heights
     shapes = np.zeros(len(moments)) if taste.jitter is None else taste.jitter[:, 1]
+    size = np.full(len(moments), taste.size)
+    top = splash(moments)
+    if top is not None:
+        size[top] *= _SPLASH_SIZE
     costs = np.stack(
         [
             taste.shape * (np.log(aspect) - best_shape(moment) - shape) ** 2
-            + taste.size * np.log(area / wanted) ** 2
+            + counts * np.log(area / wanted) ** 2
             + _content_cost(moment, aspect, taste)
-            for moment, wanted, shape in zip(moments, areas, shapes, strict=True)
+            for moment, wanted, counts, shape in zip(moments, areas, size, shapes, strict=True)
         ]
     )
     over = np.maximum(np.log(aspect / WIDEST), np.log(NARROWEST / aspect))
@@ -149,32 +186,3 @@ def _content_cost(moment: Moment, aspect: np.ndarray, taste: Taste) -> np.ndarra
     cost = taste.salience * lost(moment.salience)
     face = main_face(moment)
     return cost if face is None else cost + taste.face * lost(with_room(moment, face))
-
-
-def row_costs(columns: int, units: int, taste: Taste) -> np.ndarray:
-    """What a row costs because of the one before it, by their kinds.
-
-    A kind is 0 for one panel over the whole width, then all first cuts of rows of two columns, of three
-    and so on: see `kind_of`.
-
-    Args:
-        columns: the most that a row has.
-        units: across the page.
-
-    Returns:
-        Kind of the row before x kind.
-    """
-    kinds = np.arange(kind_of(columns, units - 1, units) + 1)
-    number = np.where(kinds == 0, 1, 2 + (kinds - 1) // (units - 1))
-    cut = np.where(kinds == 0, 0, 1 + (kinds - 1) % (units - 1))
-    apart = np.abs(cut[:, None] - cut)
-    near = 1 - np.minimum(1, apart * 3 / units)
-    likeness = np.where(number == 2, near, np.where(number > 2, (1 + near) / 2, 1.0))
-    cost = taste.monotony * np.where(number[:, None] == number, likeness, 0.0)
-    both = (number[:, None] > 1) & (number > 1)
-    return cost + both * (taste.cross * (apart == 0) + taste.ragged * (apart == 1))
-
-
-def kind_of(columns: int, cut: int, units: int) -> int:
-    """The number of the kind of a row, from its columns and its first cut."""
-    return 0 if columns == 1 else (columns - 2) * (units - 1) + cut

@@ -6,24 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from vidstyle.comic.breaking import Breaking
-from vidstyle.comic.cost import Taste, panel_costs, taste, wanted_areas
 from vidstyle.comic.crop import crop
 from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.paged import paged
 from vidstyle.comic.paper import Paper, Rectangle
-from vidstyle.comic.slicing import Grid, rows
 from vidstyle.comic.strip import strip_of
 from vidstyle.errors import UsageError
 
 A_PAGE = 6.5
 """Panels that a page holds best."""
-
-_UNITS = 12
-"""Across a page: gutters of two rows either meet or are well apart."""
-_COLUMNS = 4
-"""In a row of an upright page."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +86,7 @@ def lay_out(
     else:
         number = pages or pages_for(len(moments))
         sizes = [(paper.width, paper.height)] * number
-        placed, cost = _paged(moments, paper, number, seed, growth)
+        placed, cost = paged(moments, paper, number, seed, growth)
     if bleeding:
         placed = [(page, _bled(rectangle, paper, sizes[page][1])) for page, rectangle in placed]
     if right_to_left:
@@ -115,44 +106,6 @@ def pages_for(panels: int) -> int:
     """
     fewer = max(1, math.floor(panels / A_PAGE))
     return min(fewer, fewer + 1, key=lambda pages: abs(math.log(panels / pages / A_PAGE)))
-
-
-def _paged(
-    moments: Sequence[Moment], paper: Paper, pages: int, seed: int, growth: Sequence[float]
-) -> tuple[list[tuple[int, Rectangle]], float]:
-    """Page and rectangle of each panel, and the cost of it all without what the seed adds."""
-    best = _breaking(moments, paper, pages, growth, 0)
-    breaking = _breaking(moments, paper, pages, growth, seed) if seed else best
-    found = breaking.pages(pages)
-    places = [place for row in found for place in breaking.places(row)]
-    return [(place.page, best.grid.rectangle(place)) for place in places], best.cost(found, places)
-
-
-def _breaking(
-    moments: Sequence[Moment], paper: Paper, pages: int, growth: Sequence[float], seed: int
-) -> Breaking:
-    grid, columns = _grid(paper)
-    most = min(len(moments), 2 * math.ceil(len(moments) / pages))
-    trees = [tree for count in range(1, columns + 1) for tree in rows(count)]
-    chosen = taste(seed, len(moments), trees)
-    areas = wanted_areas(moments, grid.area.width * grid.area.height, pages, chosen) * np.asarray(growth)
-    panels = panel_costs(moments, areas, grid.widths(), grid.heights(), chosen)
-    return Breaking(panels, grid, chosen, _turns(moments, chosen), most, columns)
-
-
-def _turns(moments: Sequence[Moment], taste: Taste) -> list[float]:
-    """What it costs to turn the page before each moment: it rather ends with a scene."""
-    pairs = zip(moments, moments[1:], strict=False)
-    return [0.0, *(taste.scene * (before.scene == after.scene) for before, after in pairs), 0.0]
-
-
-def _grid(paper: Paper) -> tuple[Grid, int]:
-    """The grid of a page, and the most columns of a row: a wide page has more."""
-    wide = paper.width / paper.height
-    columns = min(8, max(_COLUMNS, math.ceil(1.2 * wide) + 1))
-    units = _UNITS if columns == _COLUMNS else 4 * columns
-    high = min(48, max(20, round(2 * _UNITS / wide)))
-    return Grid(paper.inside, units, high, paper.gutter, paper.row_gutter), columns
 
 
 def _bled(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:

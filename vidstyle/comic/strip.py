@@ -30,7 +30,7 @@ def strip_of(
     """
     width = paper.width - 2 * paper.margin
     heights = np.arange(_STEPS * _HIGHEST + 1) * (width / _STEPS)
-    chosen = _costs(moments, width, heights, growth, taste(seed, len(moments), ()))
+    chosen = _costs(moments, width, heights, growth, taste(seed, 0, len(moments), ()))
     found = _best(*chosen)
     panels, after = _costs(moments, width, heights, growth, Taste())
     cost = float(panels[np.arange(len(found)), found].sum() + after[found[:-1], found[1:]].sum())
