@@ -9,8 +9,10 @@ SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
 FULL, ROOMY = 0.95, 0.65
 """Shares of the time between two frames: above the first a size is too large, below the second it fits."""
-LOOK, PATIENCE, MOST_PATIENCE = 15, 60, 1800
-"""Frames to look at before going down; before going up; and that at most, after tries that failed."""
+LOOK, PATIENCE, MOST_PATIENCE = 0.5, 2.0, 60.0
+"""Seconds to look before going down; before going up; and that at most, after tries that failed."""
+LEAST_FRAMES, MOST_FRAMES = 3, 30
+"""How many frames are looked at."""
 
 
 class Budget:
@@ -25,8 +27,8 @@ class Budget:
         self._seconds, self._scales = seconds, scales
         self._place = 0
         self._patience = PATIENCE
-        self._since = self._rose = 0
-        self._times: deque[float] = deque(maxlen=LOOK)
+        self._since = self._rose = 0.0
+        self._times: deque[float] = deque(maxlen=MOST_FRAMES)
 
     @property
     def scale(self) -> float:
@@ -36,9 +38,10 @@ class Budget:
     def spent(self, seconds: float) -> bool:
         """Tell how long a frame took at the present size; whether the size changes for the next."""
         self._times.append(seconds)
-        self._since += 1
-        self._rose += 1
-        if self._since < LOOK:
+        passed = max(seconds, self._seconds)
+        self._since += passed
+        self._rose += passed
+        if self._since < LOOK or len(self._times) < LEAST_FRAMES:
             return False
         usual = median(self._times)
         if usual > FULL * self._seconds and self._place + 1 < len(self._scales):
@@ -48,14 +51,14 @@ class Budget:
         if self._place and self._since >= self._patience:
             larger = self._scales[self._place - 1]
             if usual * (larger / self.scale) ** 2 < ROOMY * self._seconds:
-                self._rose = 0
+                self._rose = 0.0
                 return self._go(self._place - 1)
         return False
 
     def restart(self) -> None:
         """Forget what was measured: another style runs now."""
         self._times.clear()
-        self._since, self._patience = 0, PATIENCE
+        self._since, self._patience = 0.0, PATIENCE
 
     def _fitting(self, usual: float) -> int:
         """The largest size below the present one that should do, or the smallest there is."""
@@ -67,5 +70,5 @@ class Budget:
     def _go(self, place: int) -> bool:
         self._place = place
         self._times.clear()
-        self._since = 0
+        self._since = 0.0
         return True

@@ -54,6 +54,7 @@ class Outlet(ABC):
         self._frames: Newest[LiveFrame] = Newest(self.room)
         self._sink: Sink | None = None
         self._writing: float | None = None
+        self._ended = False
         self._retry, self._wait = 0.0, FIRST_WAIT
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"vidstyle to {name}", daemon=True)
@@ -68,6 +69,8 @@ class Outlet(ABC):
         """How it is, in a word."""
         if self.error is not None:
             return "failed"
+        if self._ended:
+            return "closed"
         if self._sink is None:
             return "reconnecting"
         writing = self._writing
@@ -105,6 +108,7 @@ class Outlet(ABC):
             if self._sink is not None:
                 self._guarded(self._sink.close)
                 self._sink = None
+            self._ended = True
 
     def _step(self, frame: LiveFrame | None) -> None:
         sink = self._sink

@@ -57,6 +57,7 @@ class Steadily(Outlet):
         number = self._ticks.place(time.monotonic())
         if number is None:
             self._early += frame is not None
+            self._last = frame or self._last  # should the next be late, this one is shown in its place
         elif frame is None:
             self._show_again(sink, number)
         else:
@@ -140,11 +141,14 @@ class FileSink:
         )
         self._writer = open_writer(target, info, options)
         self._plain = open_renderer(PLAIN, "cpu")
-        self._zero, self._step = first.captured, round(1 / (rate * TIME_BASE))
+        self._zero: float | None = None
+        self._step = round(1 / (rate * TIME_BASE))
+        self._encoded(picture)  # what is done only once is done before pictures wait for it
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink; the number is left aside for the frame's own time."""
-        time_passed = max(0.0, frame.captured - self._zero)
+        self._zero = frame.captured if self._zero is None else self._zero
+        time_passed = frame.captured - self._zero
         picture = self._encoded(picture_from_frame(frame.picture))
         self._writer.write(Frame(picture, round(time_passed / TIME_BASE), TIME_BASE, self._step))
 

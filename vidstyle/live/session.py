@@ -73,7 +73,7 @@ class Session:
         makers: Sequence[Callable[[Setting], Target]],
         options: LiveOptions | None = None,
     ) -> None:
-        """Raises VidstyleError: there is no such device, or the style cannot be used.
+        """Nothing is opened before `run`.
 
         Args:
             makers: each makes a target once the first picture tells what it is to take.
@@ -103,7 +103,7 @@ class Session:
             watch: called about ten times a second from this thread.
 
         Raises:
-            VidstyleError: the source never gave a picture, or no target is left.
+            VidstyleError: the source never gave a picture, there is no such device, or no target is left.
         """
         style = threading.Thread(target=self._guarded, name="vidstyle style", daemon=True)
         self._capture.start()
@@ -232,6 +232,7 @@ class Session:
         """
         for make in self._makers:
             self._targets.append(make(Setting(frame, self._rate, self._meter, self._controls)))
+        self._capture.pictures.take(0)
         self._began, self._unready = time.monotonic(), self._capture.pictures.dropped
         return replace(frame, captured=self._began)
 

@@ -32,12 +32,12 @@ class Styler:
     """
 
     def __init__(self, style: Style, device: str) -> None:
-        """Raises VidstyleError: there is no such device, or the style cannot be used."""
+        """Nothing is opened before the first picture: a source that is not there is told first."""
         self.style = self._asked = style
         self.scale = 1.0
         self.failure = ""
         self._device = device
-        self._renderer = open_renderer(style, device)
+        self._renderer: Backend | None = None
         self._plain = open_renderer(PLAIN, "cpu")
         self._ready: tuple[Style, Backend] | None = None
         self._lock = threading.Lock()
@@ -55,6 +55,9 @@ class Styler:
             time: of its capture, in seconds.
             target: how the planes of the result are to be encoded.
             style: the one that is wanted; None: the picture as it is, in that encoding.
+
+        Raises:
+            VidstyleError: there is no such device, or the first style cannot be used.
         """
         if style is None:
             return with_chroma(self._plain.run(picture, time, target)), False
@@ -64,6 +67,8 @@ class Styler:
             self._asked = style
             self._wishes.put((style, small, time, target))
         changed = self._take_over()
+        if self._renderer is None:
+            self._renderer = open_renderer(self.style, self._device)
         result = self._renderer.run(small, time, target)
         return with_chroma(resized(result, width, height)), changed
 
@@ -77,7 +82,8 @@ class Styler:
         self._thread.join(seconds)
         if not self._thread.is_alive():
             self._take_over()
-            self._renderer.close()
+            if self._renderer is not None:
+                self._renderer.close()
             self._plain.close()
 
     def _working_size(self, width: int, height: int) -> tuple[int, int]:
@@ -89,7 +95,8 @@ class Styler:
             ready, self._ready = self._ready, None
         if ready is None:
             return False
-        self._renderer.close()
+        if self._renderer is not None:
+            self._renderer.close()
         self.style, self._renderer = ready
         return True
 

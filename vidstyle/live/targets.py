@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vidstyle.errors import UsageError
@@ -17,6 +18,7 @@ from vidstyle.media import live_output
 from vidstyle.media.containers import kind_of
 from vidstyle.media.live_output import Stream, StreamOptions
 from vidstyle.media.open import is_url
+from vidstyle.media.partial import is_plain_file
 from vidstyle.media.picture_files import is_pattern
 from vidstyle.media.writer import WriteOptions
 
@@ -93,8 +95,8 @@ def _stream_maker(
 
 def _file_maker(text: str, options: TargetOptions) -> Callable[[Setting], Target]:
     kind_of(text, options.file.format, is_pattern(text))
-    if os.path.lexists(text) and not options.file.overwrite:
-        raise UsageError(text, "exists already", "replace it with -y")
+    if os.path.lexists(text) and is_plain_file(Path(text)) and not options.file.overwrite:
+        raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
 
     def make(setting: Setting) -> Target:
         outlet = Filing(text, setting.meter, setting.rate, options.file)

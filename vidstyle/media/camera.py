@@ -103,7 +103,10 @@ class Screen:
         display = self.name or os.environ.get("DISPLAY", "")
         if not display:
             raise DeviceError("screen", "no X11 display is named", "set DISPLAY, or give screen::0")
-        return _opened(display, "x11grab", options, stopping)
+        try:
+            return _opened(display, "x11grab", options, stopping)
+        except DeviceError as error:
+            raise DeviceError(f"screen:{display}", "there is no such screen", "give screen::0") from error
 
 
 def find_camera(name: str) -> Device:

@@ -14,7 +14,7 @@ from typing import BinaryIO, cast
 import av
 
 from vidstyle.errors import DeviceError, InputError, UsageError
-from vidstyle.media.camera import Camera, Screen, find_camera
+from vidstyle.media.camera import Camera, Screen
 from vidstyle.media.live_input import LiveInput, LiveSource, NamedPipe, Pipe
 from vidstyle.media.open import is_url, open_media
 
@@ -54,7 +54,6 @@ def live_source(text: str, options: SourceOptions) -> LiveSource:
 
     Raises:
         UsageError: the options make no sense with it.
-        DeviceError: neither a file nor a camera is called so.
     """
     size, rate = options.size, options.rate
     if size is not None and min(size) < 1:
@@ -67,13 +66,9 @@ def live_source(text: str, options: SourceOptions) -> LiveSource:
         return PipeSource(text, options)
     if is_url(text):
         return Network(text)
-    if text in ("", "camera"):
-        return Camera("", size, rate, options.format)
     if _is_file(text):
         return File(text, options.loop)
-    if sys.platform.startswith("linux"):
-        find_camera(text)  # so that a word that means nothing is told at once
-    return Camera(text, size, rate, options.format)
+    return Camera("" if text == "camera" else text, size, rate, options.format)
 
 
 @dataclass(frozen=True)
@@ -143,11 +138,12 @@ class PipeSource:
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource; a named pipe is waited for until it has a writer."""
+        raw = self._raw()
         if self.name == "-":
             pipe = Pipe(sys.stdin.fileno(), stopping)
         else:
             pipe = NamedPipe(self.name, stopping)
-        container = open_media(cast(BinaryIO, pipe), format=self._format(), options=self._raw())
+        container = open_media(cast(BinaryIO, pipe), format=self._format(), options=raw)
         return _live(container, self.name, stopping, paced=True)
 
     def _format(self) -> str | None:

@@ -1,0 +1,175 @@
+"""What people ask of a session, by keys and otherwise, and the budget that asks by itself."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+from live import LONG, eventually
+
+from vidstyle.errors import UsageError
+from vidstyle.live.budget import SCALES, Budget
+from vidstyle.live.control import Controls
+from vidstyle.live.keys import keys, press
+from vidstyle.live.newest import Newest
+from vidstyle.style import load_style, override
+
+
+def test_styles_go_round():
+    controls = Controls(load_style("plain"), ["ink", "plain", "poster"])
+    seen = []
+    for _ in range(4):
+        seen.append(controls.style_name)
+        controls.next_style()
+    assert seen == ["plain", "poster", "ink", "plain"]
+
+
+def test_what_was_set_by_hand_stays_with_the_first_style():
+    first = override(load_style("ink"), ["steady=0.9"])
+    controls = Controls(first, ["ink", "poster"])
+    controls.choose("poster")
+    controls.choose("ink")
+    assert controls.style is first
+
+
+def test_only_known_styles_can_be_chosen():
+    controls = Controls(load_style("plain"), ["ink"])
+    assert controls.names == ["plain", "ink"]
+    with pytest.raises(UsageError, match="../../secret.toml: is not a style to choose"):
+        controls.choose("../../secret.toml")
+    assert controls.style_name == "plain"
+
+
+def test_values_that_cannot_be_change_nothing():
+    controls = Controls(load_style({"format": 1, "background": [{"block": "posterize"}]}))
+    with pytest.raises(UsageError, match="outside"):
+        controls.set(["posterize.levels=5", "posterize.levels=99"])
+    assert controls.describe()["background"][0]["parameters"]["levels"]["value"] == 10
+    controls.set(["posterize.levels=5"])
+    assert controls.describe()["background"][0]["parameters"]["levels"]["value"] == 5
+
+
+def test_steadiness_stays_in_its_range():
+    controls = Controls(load_style("plain"))
+    for value, expected in ((0.7, 0.7), (5, 1.0), (-1, 0.0)):
+        controls.steady(value)
+        assert controls.style.steady == expected
+
+
+def test_a_snapshot_is_taken_once():
+    controls = Controls(load_style("plain"))
+    controls.snapshot()
+    assert [controls.take_snapshot(), controls.take_snapshot()] == [True, False]
+
+
+def test_keys():
+    controls = Controls(load_style("plain"), ["plain", "poster"])
+    for key in "nbprsx":
+        press(controls, key)
+    assert (controls.style_name, controls.bypassed, controls.recording) == ("poster", True, True)
+    assert controls.take_snapshot()
+    steady = controls.style.steady
+    press(controls, "S")
+    assert controls.style.steady == pytest.approx(max(0, steady - 0.1))
+    press(controls, "q")
+    assert controls.quitting.is_set()
+
+
+def test_keys_in_a_terminal_that_gets_its_old_ways_back():
+    import termios
+
+    ours, theirs = pty.openpty()
+    before = termios.tcgetattr(theirs)
+    controls = Controls(load_style("plain"), ["plain", "poster"])
+    with keys(controls, theirs) as has_keys:
+        assert has_keys
+        assert not termios.tcgetattr(theirs)[3] & termios.ICANON, "keys come without the enter key"
+        os.write(ours, b"n")
+        eventually(lambda: controls.style_name == "poster")
+    assert termios.tcgetattr(theirs) == before
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_no_terminal_no_keys():
+    reading, writing = os.pipe()
+    with keys(Controls(load_style("plain")), reading) as has_keys:
+        assert not has_keys
+    os.close(reading)
+    os.close(writing)
+
+
+def test_the_program_listens_to_keys():
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "vidstyle", "live", "test", "--size", "160x90", "--device", "cpu"]
+    program = subprocess.Popen(
+        [*command, "--style", "plain", "--to", "null"],
+        stdin=theirs,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    assert program.stderr is not None
+    assert b"q quit" in program.stderr.readline()
+    os.write(ours, b"q")
+    assert program.wait(LONG) == 0
+    program.stderr.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+def run_budget(budget: Budget, full: float, frames: int) -> list[float]:
+    """The scales at which a style runs that takes `full` seconds at the full size."""
+    scales = []
+    for _ in range(frames):
+        scales.append(budget.scale)
+        budget.spent(full * budget.scale**2)
+    return scales
+
+
+def test_the_budget_goes_down_until_the_rate_holds():
+    scales = run_budget(Budget(1 / 30), 0.1, 300)
+    assert scales[0] == 1 and scales[-1] == 0.5
+    assert scales == sorted(scales, reverse=True), "it does not try what cannot be"
+
+
+def test_the_budget_goes_no_lower_than_its_least():
+    assert run_budget(Budget(1 / 30), 10.0, 50)[-1] == SCALES[-1]
+
+
+def test_the_budget_goes_up_again_and_stays_up():
+    budget = Budget(1 / 30)
+    run_budget(budget, 0.1, 200)
+    scales = run_budget(budget, 0.01, 300)
+    assert scales[0] == 0.5 and scales[-1] == 1 and 0.75 in scales
+
+
+def test_the_budget_leaves_alone_what_is_fast_enough():
+    assert set(run_budget(Budget(1 / 30), 0.03, 500)) == {1.0}
+
+
+def test_a_rise_that_fails_is_tried_later_and_later():
+    budget = Budget(1 / 30)
+    changes = []
+    for number in range(3000):
+        # Small pictures cost less than their size promises, so that the larger ones always disappoint.
+        if budget.spent({1.0: 0.05, 0.75: 0.01}.get(budget.scale, 0.005)):
+            changes.append((number, budget.scale))
+    rises = [number for number, scale in changes if scale == 1]
+    waits = [after - before for before, after in zip(rises, rises[1:], strict=False)]
+    assert len(waits) >= 3 and all(
+        after > 1.5 * before for before, after in zip(waits, waits[1:], strict=False)
+    )
+
+
+def test_only_the_newest_wait():
+    place = Newest[int](room=2)
+    for number in range(5):
+        place.put(number)
+    assert [place.take(), place.take(), place.take(0.01)] == [3, 4, None] and place.dropped == 3
+    place.put(9)
+    place.close()
+    place.put(10)
+    assert not place.over and place.take() == 9 and place.over and place.take() is None

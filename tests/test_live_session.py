@@ -1,0 +1,238 @@
+"""Sessions from end to end: frames arrive, the newest wins, styles change, and nothing grows."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from live import POSTER, SMALL, Kept, eventually, generated, session
+from media import rgb_from_frame
+
+from vidstyle.cpu import CpuRenderer
+from vidstyle.errors import DeviceError, OutputError
+from vidstyle.live import styler
+from vidstyle.live.control import Status
+from vidstyle.picture import Picture
+
+
+def slow_down(monkeypatch: pytest.MonkeyPatch, seconds: Callable[[Picture], float]) -> None:
+    """Let every style but plain take this long for a picture."""
+    original = CpuRenderer.run
+
+    def run(self: CpuRenderer, picture: Picture, *given: object, **named: object) -> Picture:
+        if not self.style.is_plain:
+            time.sleep(seconds(picture))
+        return original(self, picture, *given, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(CpuRenderer, "run", run)
+
+
+def gray_levels(kept: Kept) -> int:
+    """How many tones the luma of the newest picture has."""
+    assert kept.newest is not None
+    plane = kept.newest.planes[0]
+    rows = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)[:, : plane.width]
+    return len(np.unique(rows))
+
+
+def test_frames_arrive_in_order_and_are_counted():
+    kept = Kept()
+    with session(generated(), kept, frames=30) as running:
+        summary = running.wait()
+    assert summary.frames == 30 and kept.numbers == list(range(30)) and kept.closed == 1
+    assert kept.captured == sorted(set(kept.captured))
+    assert all(taken <= there for taken, there in zip(kept.captured, kept.arrived, strict=True))
+    # 30 pictures at 30 a second take a second, whatever the style could do.
+    assert kept.arrived[-1] - kept.arrived[0] > 0.8
+    assert summary.size == SMALL and summary.rate == 30
+
+
+def test_what_goes_out_is_plain_video():
+    kept = Kept()
+    with session(generated(), kept, style=POSTER, frames=3, size=(81, -2)) as running:
+        running.wait()
+    assert kept.newest is not None
+    assert (kept.newest.format.name, kept.newest.width, kept.newest.height) == ("yuv420p", 81, 46)
+    assert kept.newest.color_range == 1 and kept.newest.colorspace in (5, 6)
+    assert np.ptp(rgb_from_frame(kept.newest)) > 100
+
+
+def test_the_newest_wins_when_the_style_is_slow(monkeypatch: pytest.MonkeyPatch):
+    slow_down(monkeypatch, lambda picture: 0.12)
+    kept = Kept()
+    with session(generated(), kept, style=POSTER, frames=12, budget=False) as running:
+        summary = running.wait()
+    assert summary.dropped >= 12
+    # One picture waits while one is restyled: none is older than two turns and a bit.
+    delays = [there - taken for taken, there in zip(kept.captured[1:], kept.arrived[1:], strict=True)]
+    assert np.median(delays) < 0.12 + 0.12
+
+
+def test_the_budget_gives_up_size_and_takes_it_back(monkeypatch: pytest.MonkeyPatch):
+    slow = threading.Event()
+    slow.set()
+    slow_down(
+        monkeypatch, lambda picture: 0.4 * picture.shape[0] ** 2 / SMALL[1] ** 2 if slow.is_set() else 0
+    )
+    kept = Kept()
+    with session(generated(10), kept, style=POSTER) as running:
+        eventually(lambda: "works at" in running.controls.status().given_up)
+        assert kept.newest is not None and (kept.newest.width, kept.newest.height) == SMALL
+        slow.clear()
+        eventually(lambda: running.controls.status().given_up == "", running.controls.status)
+        assert "full size again" in running.controls.status().message
+        assert running.end().given_up == ""
+
+
+def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
+    original = styler.open_renderer
+
+    def open_slowly(style: object, *given: object, **named: object) -> object:
+        time.sleep(0.5 if getattr(style, "name", "") == "poster" else 0)
+        return original(style, *given, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(styler, "open_renderer", open_slowly)
+    kept = Kept()
+    with session(generated(), kept, style=POSTER) as running:
+        eventually(lambda: len(kept.numbers) > 3)
+        few, count = gray_levels(kept), len(kept.numbers)
+        running.controls.choose("poster")
+        eventually(lambda: running.controls.status().style == "poster")
+        # While the new style was made ready the old one went on.
+        assert len(kept.numbers) > count + 3
+        eventually(lambda: gray_levels(kept) != few)
+        running.end()
+    assert kept.numbers == list(range(len(kept.numbers)))
+
+
+def test_values_are_set_while_it_runs():
+    kept = Kept()
+    with session(
+        generated(), kept, style=POSTER | {"background": [{"block": "posterize", "levels": 32}]}
+    ) as running:
+        eventually(lambda: len(kept.numbers) > 3)
+        many = gray_levels(kept)
+        running.controls.set(["posterize.levels=2"])
+        eventually(lambda: gray_levels(kept) < many / 2)
+        running.end()
+
+
+def test_bypass_and_back():
+    kept = Kept()
+    with session(generated(), kept, style={"format": 1, "lines": [{"block": "sobel"}]}) as running:
+        eventually(lambda: len(kept.numbers) > 3)
+        running.controls.bypass()
+        is_colorful = lambda: np.ptp(rgb_from_frame(kept.newest), axis=2).max() > 100  # noqa: E731
+        eventually(is_colorful)
+        assert running.controls.status().bypass
+        running.controls.bypass(False)
+        eventually(lambda: not is_colorful())
+        running.end()
+
+
+def test_a_style_that_cannot_be_had_leaves_the_old_one_running(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+):
+    original = styler.open_renderer
+
+    def refuse(style: object, *given: object, **named: object) -> object:
+        if getattr(style, "name", "") == "poster":
+            raise DeviceError("gpu:7", "is gone")
+        return original(style, *given, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(styler, "open_renderer", refuse)
+    kept = Kept()
+    with session(generated(), kept, style=POSTER) as running:
+        eventually(lambda: kept.numbers)
+        running.controls.choose("poster")
+        eventually(lambda: "gpu:7: is gone" in running.controls.status().message)
+        count = len(kept.numbers)
+        eventually(lambda: len(kept.numbers) > count + 3)
+        assert running.controls.status().style == "few" and "few goes on" in caplog.text
+        running.end()
+
+
+def test_snapshots_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    from faults import video
+
+    monkeypatch.chdir(tmp_path)
+    kept = Kept()
+    with session(generated(), kept) as running:
+        eventually(lambda: kept.numbers)
+        running.controls.snapshot()
+        running.controls.record(True)
+        eventually(lambda: running.controls.status().recording)
+        count = len(kept.numbers)
+        eventually(lambda: len(kept.numbers) > count + 15)
+        running.controls.record(False)
+        eventually(lambda: "frames" in running.controls.status().message)
+        running.end()
+    film, picture = sorted(tmp_path.iterdir())
+    assert (film.suffix, picture.suffix) == (".mp4", ".png")
+    assert len(video(film)) >= 10 and (video(picture)[0].width, video(picture)[0].height) == SMALL
+
+
+def test_quit_and_time_end_it():
+    with session(generated(), Kept()) as running:
+        running.controls.quit()
+        running.wait()
+    with session(generated(), Kept(), seconds=0.5) as running:
+        assert 0.4 < running.wait().elapsed < 5
+
+
+def test_the_status_tells_how_it_is():
+    kept = Kept()
+    with session(generated(), kept, style=POSTER) as running:
+        assert running.controls.status().style == "few"
+        eventually(lambda: running.controls.status().rate > 5)
+        status: Status = running.controls.status()
+        assert (status.source, status.source_state, status.size) == ("test", "running", SMALL)
+        assert status.targets == (("kept", "running"),) and status.frames > 1
+        running.end()
+    assert running.controls.status().source_state == "ended"
+
+
+def test_a_failed_target_ends_the_session_only_if_it_is_the_last():
+    class Failing(Kept):
+        error: Exception | None = None
+
+        def offer(self, frame):
+            super().offer(frame)
+            self.error = OutputError("disk", "is full") if len(self.numbers) > 3 else None
+
+    failing, kept = Failing(), Kept()
+    with (
+        pytest.raises(OutputError, match="disk: is full"),
+        session(generated(), failing, kept, frames=20) as running,
+    ):
+        running.wait()
+    assert len(kept.numbers) == 20
+    alone = Failing()
+    with pytest.raises(OutputError), session(generated(), alone, frames=20) as running:
+        running.wait()
+    assert len(alone.numbers) < 20
+
+
+def test_memory_stays_as_it_is():
+    """Some hundred frames at a rate that no clock holds back, some of them dropped."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        pytest.skip("memory is counted from /proc")
+    samples = []
+    kept = Kept()
+    with session(generated(500, (640, 360)), kept, style=POSTER, budget=False) as running:
+        for _ in range(8):
+            count = len(kept.numbers)
+            eventually(lambda count=count: len(kept.numbers) > count + 40)
+            samples.append(int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20)
+        summary = running.end()
+    assert summary.frames > 320
+    # A picture is 0.35 MB: were each kept, there would be 14 MB more each time.
+    growth = [after - before for before, after in itertools.pairwise(samples[2:])]
+    assert np.median(growth) < 2, samples

@@ -1,0 +1,281 @@
+"""Where live pictures come from: words, pipes, files and streams; lost, found again, or not to be had."""
+
+from __future__ import annotations
+
+import io
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import pytest
+from live import LONG, Kept, eventually, session
+from media import make_clip
+
+from vidstyle import cli
+from vidstyle.errors import DeviceError, InputError, UsageError
+from vidstyle.media.camera import Camera, Screen
+from vidstyle.media.camera_mode import choose_mode, mode_rate
+from vidstyle.media.live_input import LiveInput, Pace
+from vidstyle.media.live_sources import (
+    File,
+    GeneratedPicture,
+    Network,
+    PipeSource,
+    SourceOptions,
+    live_source,
+)
+from vidstyle.media.v4l2 import Mode
+
+Y4M = b"YUV4MPEG2 W64 H48 F30:1 Ip A1:1 C420jpeg\n"
+BYTES = 64 * 48 * 3 // 2
+
+
+class Writer:
+    """Writes gray y4m frames into a named pipe, in real time, until it is told to let go."""
+
+    def __init__(self, path: Path, level: int) -> None:
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._write, args=(path, level), daemon=True)
+        self._thread.start()
+
+    def _write(self, path: Path, level: int) -> None:
+        with path.open("wb", buffering=0) as pipe:
+            pipe.write(Y4M)
+            while not self._over.wait(1 / 30):
+                pipe.write(b"FRAME\n" + bytes([level]) * (64 * 48) + bytes([128]) * (BYTES - 64 * 48))
+
+    def end(self) -> None:
+        self._over.set()
+        self._thread.join(LONG)
+
+
+def luma(kept: Kept) -> int:
+    assert kept.newest is not None
+    return bytes(kept.newest.planes[0])[0]
+
+
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [
+        ("test", GeneratedPicture),
+        ("screen", Screen),
+        ("screen::1", Screen),
+        ("-", PipeSource),
+        ("rtsp://127.0.0.1/x", Network),
+        ("clip.mp4", File),
+        ("folder/clip", File),
+        ("camera", Camera),
+        ("/dev/video3", Camera),
+        ("0", Camera),
+        ("HD Webcam", Camera),
+    ],
+)
+def test_words_for_sources(word: str, kind: type):
+    assert isinstance(live_source(word, SourceOptions()), kind)
+
+
+def test_a_film_plays_at_its_own_pace_and_again(tmp_path: Path):
+    clip = make_clip(tmp_path / "clip.mp4", frames=15, size=(64, 48))
+    kept = Kept()
+    with session(File(str(clip)), kept) as running:
+        summary = running.wait()
+    assert summary.frames + summary.dropped >= 10 and kept.arrived[-1] - kept.arrived[0] > 0.25
+    looped = Kept()
+    with session(File(str(clip), loop=True), looped, frames=40) as running:
+        running.wait()
+    assert len(looped.numbers) == 40
+
+
+def test_the_pace_goes_on_over_the_seam_of_a_loop():
+    pace = Pace()
+    waits = [pace.until(number / 10) for number in range(5)]
+    pace.restart()
+    assert waits[4] == pytest.approx(0.4, abs=0.05) and pace.until(0.0) == pytest.approx(0.5, abs=0.05)
+    assert pace.until(1000.0) == pytest.approx(0.6, abs=0.05), "a leap of the stamps is no reason to wait"
+
+
+def test_a_source_is_lost_and_comes_back(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    fifo = tmp_path / "camera"
+    os.mkfifo(fifo)
+    kept = Kept()
+    with session(live_source(str(fifo), SourceOptions()), kept) as running:
+        first = Writer(fifo, 60)
+        eventually(lambda: len(kept.numbers) > 5)
+        assert luma(kept) == 60
+        first.end()
+        eventually(lambda: running.controls.status().source_state == "waiting")
+        count = len(kept.numbers)
+        second = Writer(fifo, 200)
+        eventually(lambda: len(kept.numbers) > count + 5 and luma(kept) == 200)
+        assert running.controls.status().source_state == "running"
+        second.end()
+        running.end()
+    assert "the last picture is held" in caplog.text and "back after" in caplog.text
+    assert kept.newest is not None and (kept.newest.width, kept.newest.height) == (64, 48)
+
+
+SERVER = """
+import sys, time, av
+port, size = int(sys.argv[1]), int(sys.argv[2])
+with av.open(f"tcp://127.0.0.1:{port}?listen=1", "w", "mpegts") as out:
+    stream = out.add_stream("mpeg2video", rate=25)
+    stream.width, stream.height, stream.pix_fmt, stream.gop_size = size, size * 3 // 4, "yuv420p", 5
+    begun = time.monotonic()
+    for number in range(10**6):
+        frame = av.VideoFrame(stream.width, stream.height, "yuv420p")
+        frame.pts = number
+        for plane in frame.planes:
+            plane.update(bytes([100 + number % 50]) * plane.buffer_size)
+        out.mux(stream.encode(frame))
+        time.sleep(max(0, begun + number / 25 - time.monotonic()))
+"""
+
+
+def serve(port: int, size: int) -> subprocess.Popen[bytes]:
+    return subprocess.Popen([sys.executable, "-c", SERVER, str(port), str(size)], stderr=subprocess.DEVNULL)
+
+
+def free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
+
+
+def first_open(source: Network) -> Network:
+    """The source, once its server is there: who begins with nothing is told so."""
+
+    @dataclass(frozen=True)
+    class Patient(Network):
+        def open(self, stopping: threading.Event) -> LiveInput:
+            deadline = time.monotonic() + LONG
+            while True:
+                try:
+                    return super().open(stopping)
+                except InputError:
+                    if time.monotonic() > deadline:
+                        raise
+                    time.sleep(0.1)
+
+    return Patient(source.name)
+
+
+def test_a_stream_whose_server_is_killed_and_restarted(caplog: pytest.LogCaptureFixture):
+    kept, port = Kept(), free_port()
+    server = serve(port, 128)
+    try:
+        with session(first_open(Network(f"tcp://127.0.0.1:{port}")), kept) as running:
+            eventually(lambda: len(kept.numbers) > 5)
+            server.kill()
+            server.wait()
+            eventually(lambda: running.controls.status().source_state == "waiting")
+            count = len(kept.numbers)
+            # Another size: what goes out keeps the first one.
+            server = serve(port, 64)
+            eventually(lambda: len(kept.numbers) > count + 5)
+            assert kept.newest is not None and (kept.newest.width, kept.newest.height) == (128, 96)
+            running.end()
+    finally:
+        server.kill()
+        server.wait()
+    assert "back after" in caplog.text
+
+
+def test_raw_video_on_standard_input(tmp_path: Path):
+    arguments = ["live", "-", "--input-format", "raw", "--input-size", "64x48", "--input-fps", "100"]
+    command = [
+        sys.executable,
+        "-m",
+        "vidstyle",
+        *arguments,
+        "--style",
+        "plain",
+        "--to",
+        "-",
+        "--format",
+        "y4m",
+    ]
+    frames = b"".join(bytes([50 + number]) * BYTES for number in range(40))
+    run = subprocess.run(command, input=frames, capture_output=True, timeout=2 * LONG)
+    assert run.returncode == 0, run.stderr
+    with av.open(io.BytesIO(run.stdout)) as container:
+        levels = [bytes(frame.planes[0])[0] for frame in container.decode(video=0)]
+    assert levels == sorted(levels) and levels[0] >= 50 and levels[-1] > 60
+
+
+def test_y4m_on_standard_input_and_its_end():
+    command = [sys.executable, "-m", "vidstyle", "live", "-", "--style", "plain", "--to", "null", "--json"]
+    frames = Y4M + (b"FRAME\n" + bytes(BYTES)) * 20
+    run = subprocess.run(command, input=frames, capture_output=True, timeout=2 * LONG)
+    assert run.returncode == 0, run.stderr
+    assert b'"source": "-"' in run.stdout
+
+
+@pytest.mark.parametrize(
+    ("code", "words", "arguments"),
+    [
+        (6, "no such camera; there is", ["nothing-like-that"]),
+        (6, "no such camera; there is", ["/dev/video99"]),
+        (6, "is not a camera; there is", ["/dev/null"]),
+        (3, "no such file", ["missing.mp4"]),
+        (3, "cannot be opened: Connection refused", ["tcp://127.0.0.1:1"]),
+        (3, "does not speak quux", ["quux://127.0.0.1:1"]),
+        (2, "its size is not known", ["-", "--input-format", "raw"]),
+        (2, "'9' is not a size", ["test", "--size", "9"]),
+        (6, "there is no such screen", ["screen:nowhere:7"]),
+    ],
+)
+def test_what_cannot_be_had_is_one_line(
+    code: int, words: str, arguments: list[str], capfd: pytest.CaptureFixture[str]
+):
+    assert cli.main(["live", *arguments, "--style", "plain", "--to", "null"]) == code
+    said = capfd.readouterr().err.splitlines()
+    assert len(said) == 1 and words in said[0], said
+
+
+MODES = [
+    Mode("yuyv422", 640, 480, (Fraction(30), Fraction(15))),
+    Mode("yuyv422", 1280, 720, (Fraction(10),)),
+    Mode("mjpeg", 1280, 720, (Fraction(30), Fraction(60))),
+    Mode("mjpeg", 1920, 1080, (Fraction(30000, 1001),)),
+]
+
+
+@pytest.mark.parametrize(
+    ("size", "rate", "chosen"),
+    [
+        (None, 30, 2),
+        (None, 10, 1),
+        ((1280, 720), 10, 1),
+        ((640, 480), 30, 0),
+        ((1920, 1080), 30, 3),
+        ((640, 360), 30, 0),
+        ((640, 480), 60, 2),
+        ((4000, 3000), 30, 3),
+    ],
+)
+def test_the_mode_that_reaches_size_and_rate(size: tuple[int, int] | None, rate: int, chosen: int):
+    assert choose_mode(MODES, size, Fraction(rate)) == MODES[chosen]
+
+
+def test_the_slowest_rate_that_is_enough():
+    assert mode_rate(MODES[2], Fraction(25)) == 30
+    assert mode_rate(MODES[3], Fraction(30)) == Fraction(30000, 1001)
+    assert mode_rate(MODES[1], Fraction(30)) == 10
+    assert choose_mode([], None, Fraction(30)) is None
+
+
+def test_errors_name_the_source():
+    stopping = threading.Event()
+    with pytest.raises(DeviceError, match="no such camera"):
+        Camera("/dev/video99").open(stopping)
+    with pytest.raises(InputError, match="nope.mp4: no such file"):
+        File("nope.mp4").open(stopping)
+    with pytest.raises(UsageError, match="--input-size"):
+        PipeSource("-", SourceOptions(format="raw")).open(stopping)

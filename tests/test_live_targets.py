@@ -1,0 +1,324 @@
+"""Where live pictures go: files, pipes and streams; slow, broken and missing targets."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import pytest
+from faults import times, video
+from live import LONG, POSTER, SMALL, Kept, eventually, generated, session
+
+from vidstyle import cli
+from vidstyle.errors import DeviceError, OutputError, UsageError
+from vidstyle.live.meter import Meter
+from vidstyle.live.outlets import Nowhere, Steadily
+from vidstyle.live.target import LiveFrame
+from vidstyle.live.targets import TargetOptions, target_maker
+from vidstyle.live.ticks import Ticks
+from vidstyle.media.writer import WriteOptions
+
+
+def live(*arguments: str) -> subprocess.Popen[bytes]:
+    """The program with a small moving picture, in a process of its own."""
+    command = [
+        sys.executable,
+        "-m",
+        "vidstyle",
+        "live",
+        "test",
+        "--size",
+        "160x90",
+        "--device",
+        "cpu",
+        *arguments,
+    ]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def test_a_file_has_every_picture_at_its_time(tmp_path: Path):
+    film, again = tmp_path / "film.mp4", tmp_path / "film.gif"
+    kept = Kept()
+    makers = [target_maker(str(path), TargetOptions()) for path in (film, again)]
+    with session(generated(), kept, *makers, style=POSTER, frames=20) as running:
+        summary = running.wait()
+    files = [one for one in summary.deliveries if one.name != "kept"]
+    assert [one.state for one in files] == ["closed", "closed"]
+    assert len(video(film)) == files[0].delivered and files[0].delivered + files[0].dropped == 20
+    passed = kept.captured[-1] - kept.captured[0]
+    if not files[0].dropped:
+        assert times(film)[-1] - times(film)[0] == pytest.approx(passed, abs=0.002)
+    assert (video(again)[0].width, video(again)[0].height) == SMALL
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["film.gif", "film.mp4"]
+
+
+@pytest.mark.parametrize(("format_name", "demuxer"), [("y4m", "yuv4mpegpipe"), ("nut", "nut")])
+def test_standard_output(format_name: str, demuxer: str):
+    program = live("--style", "plain", "--to", "-", "--format", format_name, "--frames", "20", "--json")
+    out, err = program.communicate(timeout=2 * LONG)
+    assert program.returncode == 0, err
+    summary = json.loads(err.splitlines()[-1])
+    with av.open(io.BytesIO(out)) as container:
+        frames = list(container.decode(video=0))
+        assert container.format.name == demuxer and container.streams.video[0].average_rate == 30
+    delivered, repeated = (summary["targets"][0][key] for key in ("delivered", "repeated"))
+    assert len(frames) == delivered + repeated >= 15
+    assert (frames[0].width, frames[0].height) == SMALL
+
+
+def test_raw_pictures_in_another_format():
+    program = live(
+        "--style", "plain", "--to", "-", "--format", "raw", "--pix-fmt", "nv12", "--frames", "10", "--json"
+    )
+    out, err = program.communicate(timeout=2 * LONG)
+    assert program.returncode == 0, err
+    assert len(out) % (160 * 90 * 3 // 2) == 0 and len(out) > 0
+
+
+def test_a_reader_that_goes_ends_it_with_one_line():
+    program = live("--style", "plain", "--to", "-", "--format", "y4m")
+    assert program.stdout is not None and program.stderr is not None
+    program.stdout.read(50_000)
+    program.stdout.close()
+    assert program.wait(LONG) == 5
+    assert program.stderr.read() == b"vidstyle: standard output: nobody reads it any more\n"
+    program.stderr.close()
+
+
+def test_a_reader_that_stands_still_holds_up_nobody(tmp_path: Path):
+    """A pipe that is full: the other target goes on, the newest picture waits, and the end comes soon."""
+    reading, writing = os.pipe()
+    command = [
+        sys.executable,
+        "-m",
+        "vidstyle",
+        "live",
+        "test",
+        "--style",
+        "plain",
+        "--to",
+        "-",
+        "--format",
+        "y4m",
+    ]
+    film = tmp_path / "film.mkv"
+    program = subprocess.Popen(
+        [*command, "--to", str(film), "--frames", "40", "--json"], stdout=writing, stderr=subprocess.PIPE
+    )
+    _, err = program.communicate(timeout=2 * LONG)
+    assert program.returncode == 0, err
+    pipe, file = json.loads(err.splitlines()[-1])["targets"]
+    assert pipe["dropped"] > 20 and file["delivered"] > 30
+    os.close(reading)
+    os.close(writing)
+
+
+def test_a_signal_closes_the_file(tmp_path: Path):
+    film = tmp_path / "film.mp4"
+    program = live("--style", "plain", "--to", str(film))
+    eventually(lambda: list(tmp_path.glob("*.partial.*")))
+    time.sleep(1)
+    program.terminate()
+    _, err = program.communicate(timeout=2 * LONG)
+    assert program.returncode == 143, err
+    assert len(video(film)) > 3 and not list(tmp_path.glob("*.partial.*"))
+
+
+class Receiver:
+    """Takes what is sent to a port of this machine, and hangs up when told to."""
+
+    def __init__(self, port: int = 0) -> None:
+        self._server = socket.create_server(("127.0.0.1", port))
+        self.port = int(self._server.getsockname()[1])
+        self.content = bytearray()
+        self._connection: socket.socket | None = None
+        self._thread = threading.Thread(target=self._receive, daemon=True)
+        self._thread.start()
+
+    def _receive(self) -> None:
+        try:
+            self._connection, _ = self._server.accept()
+            while part := self._connection.recv(65536):
+                self.content += part
+        except OSError:
+            pass  # hung up
+
+    def hang_up(self) -> None:
+        for each in (self._connection, self._server):
+            if each is not None:
+                try:
+                    each.shutdown(socket.SHUT_RDWR)
+                except OSError:
+                    pass  # the other side was first
+                each.close()
+        self._thread.join(LONG)
+
+    def frames(self) -> int:
+        with av.open(io.BytesIO(bytes(self.content)), format="mpegts") as container:
+            return sum(1 for _ in container.decode(video=0))
+
+
+def test_a_stream_is_sent_again_when_its_reader_is_back(caplog: pytest.LogCaptureFixture):
+    first = Receiver()
+    url = f"tcp://127.0.0.1:{first.port}"
+    kept = Kept()
+    with session(generated(), kept, target_maker(url, TargetOptions())) as running:
+        eventually(lambda: len(first.content) > 20_000)
+        first.hang_up()
+        eventually(lambda: (url, "reconnecting") in running.controls.status().targets)
+        count = len(kept.numbers)
+        eventually(lambda: len(kept.numbers) > count + 3)
+        second = Receiver(first.port)
+        eventually(lambda: len(second.content) > 20_000)
+        assert (url, "running") in running.controls.status().targets
+        running.end()
+    second.hang_up()
+    assert second.frames() > 5
+    assert "it is tried again" in caplog.text and f"{url}: is back" in caplog.text
+
+
+def test_a_playlist_with_its_pieces(tmp_path: Path):
+    playlist = tmp_path / "live.m3u8"
+    with session(generated(), target_maker(str(playlist), TargetOptions()), frames=75) as running:
+        running.wait()
+    assert "#EXTINF" in playlist.read_text() and list(tmp_path.glob("live*.ts"))
+    with av.open(str(playlist)) as container:
+        assert sum(1 for _ in container.decode(video=0)) > 50
+
+
+def test_nothing_new_is_shown_again():
+    """A source at 5 a second, a stream at 30: five of six are repeated."""
+
+    class Sink:
+        numbers: list[int] = []
+
+        def write(self, frame: LiveFrame, number: int) -> None:
+            self.numbers.append(number)
+
+        def close(self) -> None: ...
+
+    sink = Sink()
+
+    def make(setting):
+        outlet = Steadily("steady", lambda first: sink, setting.meter, Fraction(30), lasting=False)
+        outlet.start(setting.first)
+        return outlet
+
+    with session(generated(5), make, frames=6) as running:
+        summary = running.wait()
+    assert summary.repeated > summary.frames
+    assert sink.numbers == sorted(set(sink.numbers))
+
+
+def test_trembling_is_no_reason_to_drop_or_repeat():
+    ticks = Ticks(Fraction(30))
+    moments = [(number + (0.4 if number % 2 else -0.4)) / 30 for number in range(1, 60)]
+    assert [ticks.place(moment + 100) for moment in (0, *moments)] == list(range(60))
+    assert ticks.wait(100 + 59.4 / 30) == pytest.approx(1.35 / 30)
+
+
+@pytest.mark.parametrize(("rate", "expected"), [(60, 0.5), (15, 1.0)])
+def test_another_rate_than_the_source_has(rate: int, expected: float):
+    ticks = Ticks(Fraction(30))
+    placed = [ticks.place(number / rate) for number in range(120)]
+    taken = [number for number in placed if number is not None]
+    assert len(taken) / 120 == pytest.approx(expected, abs=0.05)
+    assert taken == sorted(set(taken)) and taken[-1] == pytest.approx(119 / rate * 30, abs=2)
+
+
+def test_a_reader_that_stood_still_is_not_flooded():
+    ticks = Ticks(Fraction(30))
+    assert [ticks.place(1.0), ticks.place(9.0), ticks.place(9.04)] == [0, 1, 2]
+
+
+def test_the_meter_counts_by_tenths_of_a_millisecond(monkeypatch: pytest.MonkeyPatch):
+    meter = Meter()
+    assert meter.latency() == meter.recent_latency() == (0, 0)
+    monkeypatch.setattr(time, "monotonic", lambda: 50.0)
+    for number in range(1, 201):
+        meter.delivered(50.0 - number / 1000)
+    median, worst = meter.latency()
+    assert median == pytest.approx(100, abs=0.2) and worst == pytest.approx(198, abs=0.2)
+    assert meter.recent_latency() == pytest.approx((101, 199))
+
+
+@pytest.mark.parametrize(
+    ("error", "words", "text", "options"),
+    [
+        (UsageError, "add --format", "-", TargetOptions()),
+        (UsageError, "add --format", "-", TargetOptions(format="mp4")),
+        (UsageError, "no kind of stream", "gopher://127.0.0.1", TargetOptions()),
+        (UsageError, "unknown kind of file", "film.xyz", TargetOptions()),
+        (DeviceError, "sudo modprobe v4l2loopback video_nr=77", "/dev/video77", TargetOptions()),
+    ],
+)
+def test_targets_that_cannot_be_are_refused_before_anything_is_opened(
+    error: type[Exception], words: str, text: str, options: TargetOptions
+):
+    with pytest.raises(error, match=words):
+        target_maker(text, options)
+
+
+def test_a_film_that_exists_is_kept_unless_it_may_go(tmp_path: Path):
+    film = tmp_path / "film.mp4"
+    film.write_bytes(b"dear")
+    with pytest.raises(UsageError, match="exists already; add -y"):
+        target_maker(str(film), TargetOptions())
+    assert film.read_bytes() == b"dear"
+    maker = target_maker(str(film), TargetOptions(file=WriteOptions(overwrite=True)))
+    with session(generated(), maker, frames=5) as running:
+        running.wait()
+    assert len(video(film)) > 1
+
+
+@pytest.mark.parametrize(
+    ("error", "words", "text", "options"),
+    [
+        (OutputError, "cannot be opened", "tcp://127.0.0.1:1", TargetOptions()),
+        (UsageError, "there is no video encoder", "tcp://127.0.0.1:1", TargetOptions(codec="quux")),
+        (OutputError, "folder does not exist", "no/such/folder/film.mp4", TargetOptions()),
+        (
+            UsageError,
+            "film.mkv",
+            "film.mkv",
+            TargetOptions(file=WriteOptions(codec="prores", pix_fmt="rgb24")),
+        ),
+    ],
+)
+def test_targets_that_do_not_open_end_the_session(
+    error: type[Exception], words: str, text: str, options: TargetOptions, tmp_path: Path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    kept = Kept()
+    with (
+        pytest.raises(error, match=words),
+        session(generated(), kept, target_maker(text, options)) as running,
+    ):
+        running.wait()
+    assert kept.numbers == [] and kept.closed == 1 and not list(tmp_path.iterdir())
+
+
+def test_statistics(capfd: pytest.CaptureFixture[str]):
+    arguments = ["live", "test", "--size", "160x90", "--style", "plain", "--to", "null", "--frames", "10"]
+    assert cli.main([*arguments, "--stats", "--json", "--device", "cpu"]) == 0
+    said = capfd.readouterr()
+    lines = said.err.splitlines()
+    assert lines[0].startswith("vidstyle: 10 frames in ") and "median" in lines[1] and "null: " in lines[2]
+    told = json.loads(said.out)
+    assert told["frames"] == 10 and told["targets"][0]["delivered"] == 10
+    assert 0 < told["latency_ms"]["median"] <= told["latency_ms"]["p99"]
+    assert Nowhere(Meter()).state == "running"
+
+
+def test_the_list_of_cameras(capfd: pytest.CaptureFixture[str]):
+    assert cli.main(["live", "--list", "--json"]) == 0
+    assert isinstance(json.loads(capfd.readouterr().out), list)
