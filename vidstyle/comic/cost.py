@@ -15,6 +15,8 @@ from vidstyle.comic.slicing import Tree
 NARROWEST, WIDEST = 0.45, 3.2
 """Width by height of panels that are no slivers."""
 
+_WHOLE = 1.02
+"""Panels keep so far away from slivers, for their sides are yet to be rounded to whole pixels."""
 _OWN = 0.8
 """How much the best shape is that of the picture; the rest is that of what counts in it."""
 _EVEN = 0.08
@@ -43,7 +45,7 @@ class Taste:
 
     The cost of a layout is the sum, over its panels of width w and height h,
 
-        shape . ln(w/h / best shape)^2  +  salience . (part of the salience that is cut off)
+        shape . ln(w/h / best shape)^2  +  salience . (part cut off of the box about salience and main face)
         +  face . (part of the main face, with the room about it, that is cut off)
         +  size . ln(w h / wanted area)^2  +  slivers,
 
@@ -73,7 +75,7 @@ class Taste:
     full: float = 1.6
     cross: float = 0.5
     ragged: float = 0.4
-    scene: float = 0.25
+    scene: float = 0.6
     jitter: np.ndarray | None = None
     whims: dict[Tree, np.ndarray] = field(default_factory=dict)
 
@@ -158,7 +160,7 @@ def panel_costs(
             for moment, wanted, counts, shape in zip(moments, areas, size, shapes, strict=True)
         ]
     )
-    over = np.maximum(np.log(aspect / WIDEST), np.log(NARROWEST / aspect))
+    over = np.maximum(np.log(aspect * _WHOLE / WIDEST), np.log(NARROWEST * _WHOLE / aspect))
     costs += np.where(over > 0, _SLIVER + 10 * over**2, 0.0)
     costs[:, 0], costs[:, :, 0] = np.inf, np.inf
     return costs
@@ -183,6 +185,8 @@ def _content_cost(moment: Moment, aspect: np.ndarray, taste: Taste) -> np.ndarra
         shown = np.minimum(1, across / max(box.width, 1.0)) * np.minimum(1, down / max(box.height, 1.0))
         return 1 - shown
 
-    cost = taste.salience * lost(moment.salience)
     face = main_face(moment)
-    return cost if face is None else cost + taste.face * lost(with_room(moment, face))
+    if face is None:
+        return taste.salience * lost(moment.salience)
+    roomy = with_room(moment, face)
+    return taste.salience * lost(moment.salience.union(roomy)) + taste.face * lost(roomy)

@@ -1,0 +1,47 @@
+"""Moments of films that were never made, for the layout of comics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from vidstyle.comic.moment import Box, Moment
+
+LANDSCAPE, PORTRAIT, SQUARE, WIDE = (1080, 1920), (1920, 1080), (900, 900), (332, 800)
+
+
+def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LANDSCAPE,)) -> list[Moment]:
+    """So many moments; half of them have one to three faces, which may overlap."""
+    random = np.random.default_rng(seed)
+    moments, scene = [], 0
+    for number in range(count):
+        height, width = shapes[random.integers(len(shapes))]
+        salience = random_box(random, width, height, 0.2 * np.array([width, height]), 3.0)
+        faces = [
+            random_box(random, width, height, np.full(2, 0.05 * min(width, height)), 7.0)
+            for _ in range(random.integers(1, 4) if random.random() < 0.5 else 0)
+        ]
+        by_size = tuple(sorted(faces, key=lambda face: -face.area))
+        scene += int(random.random() < 0.5)
+        moments.append(
+            Moment(Fraction(number * 3), (height, width), random.random(), salience, by_size, scene)
+        )
+    most = max(moment.importance for moment in moments)
+    return [replace(moment, importance=moment.importance / most) for moment in moments]
+
+
+def random_box(random: np.random.Generator, width: int, height: int, least: np.ndarray, times: float) -> Box:
+    """A box within a picture, of `least` x 1 to `times`."""
+    wide, high = least * random.uniform(1, times)
+    left, top = random.uniform(0, width - wide), random.uniform(0, height - high)
+    return Box(left, top, left + wide, top + high)
+
+
+def even_film(count: int, shape: tuple[int, int] = LANDSCAPE) -> list[Moment]:
+    """Moments of which none stands out: each a scene, with the salience in the middle."""
+    height, width = shape
+    middle = Box(width * 0.35, height * 0.3, width * 0.65, height * 0.7)
+    return [Moment(Fraction(number), shape, 0.5, middle, (), number) for number in range(count)]

@@ -1,0 +1,113 @@
+"""The pages that are found are the best ones: all others are tried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+import pytest
+
+from vidstyle.comic.breaking import Breaking
+from vidstyle.comic.cost import Taste
+from vidstyle.comic.kinds import Kinds
+from vidstyle.comic.paper import Rectangle
+from vidstyle.comic.slicing import LARGEST, PANEL, Grid, Place, Tree, rows
+
+WIDE, HIGH, COLUMNS = 4, 5, 4
+
+Sizes = tuple[tuple[int, int], ...]
+
+
+def all_cuts(tree: Tree, wide: int, high: int) -> Iterator[Sizes]:
+    """The sizes of a tree's panels, for all ways to cut it."""
+    if tree.first is None or tree.rest is None:
+        yield ((wide, high),)
+        return
+    for cut in range(1, wide if tree.beside else high):
+        first = (cut, high) if tree.beside else (wide, cut)
+        rest = (wide - cut, high) if tree.beside else (wide, high - cut)
+        for one, other in product(all_cuts(tree.first, *first), all_cuts(tree.rest, *rest)):
+            yield one + other
+
+
+def all_rows(count: int) -> Iterator[tuple[Tree, int, int, Sizes]]:
+    """Tree, first cut, height and sizes of all rows of so many panels."""
+    for tree in rows(count):
+        for high in range(1, HIGH + 1):
+            for sizes in all_cuts(tree, WIDE, high):
+                yield tree, sizes[0][0] if tree.columns > 1 else 0, high, sizes
+
+
+def least_of_all(panels: np.ndarray, taste: Taste, turns: list[float], pages: int) -> float:
+    """The least cost, by trying everything."""
+    kinds = Kinds(COLUMNS, WIDE, HIGH)
+    after = kinds.costs(taste)
+    every = {count: list(all_rows(count)) for count in range(1, len(panels) + 1)}
+
+    def least(start: int, page: int, filled: int, last: int | None) -> float:
+        if start == len(panels):
+            return 0.0 if (page, filled) == (pages - 1, HIGH) else np.inf
+        turned = np.inf
+        if filled == HIGH and page < pages - 1:
+            turned = turns[start] + least(start, page + 1, 0, None)
+        costs = [turned]
+        for count in range(1, len(panels) - start + 1):
+            for tree, cut, high, sizes in every[count]:
+                if filled + high <= HIGH:
+                    kind = kinds.of(tree.columns, cut, high)
+                    cost = sum(panels[start + n, w, h] for n, (w, h) in enumerate(sizes))
+                    cost += float(taste.template(tree, start + 1)[-1])
+                    cost += 0.0 if last is None else float(after[last, kind])
+                    costs.append(cost + least(start + count, page, filled + high, kind))
+        return float(min(costs))
+
+    return least(0, 0, 0, None)
+
+
+@pytest.mark.parametrize(
+    ("count", "pages", "seed"), [(1, 1, 0), (2, 1, 1), (3, 1, 2), (3, 2, 3), (4, 1, 4), (4, 2, 5)]
+)
+def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    panels = random.random((count, WIDE + 1, HIGH + 1)) * 3
+    panels[:, 0], panels[:, :, 0] = np.inf, np.inf
+    whims = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
+    taste, turns = Taste(whims=whims), [0.0, *random.random(count - 1), 0.0]
+    grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
+    breaking = Breaking(panels, grid, taste, turns, count, COLUMNS)
+    found = breaking.pages(pages)
+    places = [place for row in found for place in breaking.places(row)]
+    assert [place.moment for place in places] == list(range(count))
+    assert breaking.cost(found, places) == pytest.approx(least_of_all(panels, taste, turns, pages))
+
+
+def stacks_beside(tree: Tree) -> list[bool]:
+    """Of the columns of a row, whether each is a stack."""
+    if not tree.beside or tree.first is None or tree.rest is None:
+        return [tree.count > 1]
+    return [tree.first.count > 1, *stacks_beside(tree.rest)]
+
+
+@pytest.mark.parametrize("count", range(1, 8))
+def test_rows_are_all_different_and_no_two_stacks_stand_side_by_side(count: int) -> None:
+    trees = rows(count)
+    assert len(set(trees)) == len(trees)
+    for tree in trees:
+        assert tree.count == count
+        stacks = stacks_beside(tree)
+        assert not any(one and other for one, other in zip(stacks, stacks[1:], strict=False))
+        assert count <= LARGEST or not any(stacks)
+
+
+def test_rows_of_up_to_four_panels() -> None:
+    assert [len(rows(count)) for count in range(1, 6)] == [1, 1, 3, 10, 1]
+    assert rows(1) == (PANEL,)
+
+
+def test_the_places_of_a_grid_are_exact_and_end_at_its_edge() -> None:
+    grid = Grid(Rectangle(7, 11, 510, 720), 12, 25, 9, 13)
+    edges = [grid.rectangle(Place(0, 0, column, 0, 1, 25)) for column in range(12)]
+    assert edges[0].left == 7 and edges[-1].right == 510
+    assert {other.left - one.right for one, other in zip(edges, edges[1:], strict=False)} == {9}
+    assert {edge.bottom for edge in edges} == {720}

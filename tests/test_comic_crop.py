@@ -1,0 +1,124 @@
+"""Facts of what a panel shows of its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
+
+from vidstyle.comic.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
+from vidstyle.comic.moment import Box, Moment
+
+ASPECTS = (0.45, 0.7, 1.0, 1.4, 1.78, 2.4, 3.2)
+MOMENTS = [
+    moment for seed in range(25) for moment in random_film(seed, 4, (LANDSCAPE, PORTRAIT, SQUARE, WIDE))
+]
+NARROW = 1e-6
+MIDDLE = Box(800, 400, 1100, 700)
+
+
+def cut(window: Box, box: Box) -> bool:
+    """Whether a part of a box, but not all of it, is in a window."""
+    part = window.intersection(box).area / box.area
+    return NARROW < part < 1 - NARROW
+
+
+def holds(window: Box, box: Box) -> bool:
+    return window.intersection(box).area > (1 - NARROW) * box.area
+
+
+def large_windows(moment: Moment, aspect: float) -> Iterator[Box]:
+    """Windows of the largest size all over the picture."""
+    width, height = largest(moment, aspect)
+    tall, wide = moment.shape
+    for part in np.linspace(0, 1, 101):
+        left, top = part * (wide - width), part * (tall - height)
+        yield Box(left, top, left + width, top + height)
+
+
+def moment_with(*faces: Box, salience: Box = MIDDLE) -> Moment:
+    return Moment(Fraction(0), LANDSCAPE, 0.5, salience, faces, 0)
+
+
+@pytest.mark.parametrize("aspect", ASPECTS)
+def test_a_window_lies_in_its_picture_and_has_its_aspect(aspect: float) -> None:
+    for moment in MOMENTS:
+        window = crop(moment, aspect)
+        height, width = moment.shape
+        assert 0 <= window.left < window.right <= width
+        assert 0 <= window.top < window.bottom <= height
+        assert window.width == pytest.approx(aspect * window.height, abs=1e-3)
+
+
+@pytest.mark.parametrize("aspect", ASPECTS)
+def test_salience_is_held_and_no_face_cut_where_that_is_possible(aspect: float) -> None:
+    held = 0
+    for moment in MOMENTS:
+        window = crop(moment, aspect)
+        for wanted in ([moment.salience, *moment.faces[:1]], moment.faces[:1]):
+            possible = any(
+                all(holds(other, box) for box in wanted)
+                and not any(cut(other, face) for face in moment.faces)
+                for other in large_windows(moment, aspect)
+            )
+            if possible:
+                held += 1
+                assert all(holds(window, box) for box in wanted)
+                assert not any(cut(window, face) for face in moment.faces)
+    assert held > len(MOMENTS) / 2
+
+
+def test_the_main_face_is_whole_even_if_another_must_be_cut() -> None:
+    large, small = Box(500, 300, 900, 700), Box(880, 300, 1000, 450)
+    moment = moment_with(large, small)
+    for aspect in (0.4, 0.5, 1.0, 2.0):
+        assert holds(crop(moment, aspect), large)
+
+
+def test_a_face_at_the_edge_of_a_narrow_panel_is_left_out_rather_than_cut() -> None:
+    main, other = Box(300, 300, 700, 700), Box(1000, 350, 1200, 550)
+    window = crop(moment_with(main, other, salience=main), 0.6)
+    assert holds(window, main)
+    assert not cut(window, other)
+
+
+def test_there_is_room_above_a_head() -> None:
+    for top in (150, 300, 500):
+        face = Box(800, top, 1000, top + 200)
+        for aspect in ASPECTS[:-1]:
+            assert holds(crop(moment_with(face, salience=face), aspect), with_room(moment_with(face), face))
+
+
+@pytest.mark.parametrize("middle", [500, 1300])
+def test_a_face_stands_by_a_third_with_its_eyes_high(middle: int) -> None:
+    face = Box(middle - 100, 350, middle + 100, 600)
+    window = crop(moment_with(face, salience=face), 1.5)
+    across = (middle - window.left) / window.width
+    down = (475 - window.top) / window.height
+    assert min(abs(across - 1 / 3), abs(across - 2 / 3)) < 0.05
+    assert 0.3 < down < 0.5
+
+
+def test_a_small_face_is_seen_from_nearer_but_not_too_near() -> None:
+    sides = {}
+    for side in (40, 130, 500):
+        face = Box(900, 400, 900 + side, 400 + side)
+        sides[side] = crop(moment_with(face, salience=face), 1920 / 1080).width / 1920
+    assert sides == pytest.approx({40: NEAREST_TINY, 130: NEAREST, 500: 1.0}, abs=0.3)
+    assert sides[40] < sides[130] < sides[500]
+
+
+def test_without_a_face_most_of_the_picture_is_shown() -> None:
+    for moment in MOMENTS:
+        for aspect in ASPECTS:
+            least = NEAREST_TINY if moment.faces else NEAREST_FACELESS
+            assert crop(moment, aspect).width > (least - NARROW) * largest(moment, aspect)[0]
+
+
+def test_a_picture_without_anything_in_it_can_be_cropped() -> None:
+    for salience in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)):
+        window = crop(moment_with(salience=salience), 1.0)
+        assert window.width == pytest.approx(window.height)

@@ -1,0 +1,299 @@
+"""Facts of comic pages, over a hundred random films."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
+
+from vidstyle.comic.cost import NARROWEST, WIDEST
+from vidstyle.comic.layout import Layout, Panel, lay_out, pages_for
+from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.paged import GOOD
+from vidstyle.comic.paper import Paper, Rectangle, paper
+from vidstyle.errors import UsageError
+
+PAPERS = [
+    paper(size, 75, landscape=aside)
+    for size, aside in (("a4", False), ("letter", True), ("square", False), ("611x1003", False))
+]
+SHAPES = [(LANDSCAPE,), (WIDE,), (SQUARE,), (LANDSCAPE, PORTRAIT), (PORTRAIT,)]
+COUNTS = (1, 2, 3, 5, 8, 13, 7, 10, 6, 9)
+
+
+@dataclass(frozen=True)
+class Case:
+    moments: list[Moment]
+    paper: Paper
+    backwards: bool
+    layout: Layout
+    seed: int
+
+
+@pytest.fixture(scope="module")
+def cases() -> list[Case]:
+    """A hundred films of 1 to 40 panels: mixed shapes, all papers, some seeds, both directions."""
+    made = []
+    for number in range(100):
+        count = 40 if number in (9, 59) else COUNTS[number % 10]
+        moments = random_film(number, count, SHAPES[number // 10 % 5])
+        page, seed, backwards = PAPERS[number % 4], number // 3 % 7, number % 3 == 0
+        layout = lay_out(moments, page, seed=seed, right_to_left=backwards)
+        made.append(Case(moments, page, backwards, layout, seed))
+    return made
+
+
+def by_page(layout: Layout) -> list[list[Panel]]:
+    return [[panel for panel in layout.panels if panel.page == page] for page in range(len(layout.sizes))]
+
+
+def rows_of(panels: Sequence[Panel]) -> list[list[Rectangle]]:
+    """The panels of a page at the head of each of its rows, from the left."""
+    rows: list[list[Rectangle]] = []
+    bottom = -1
+    for rectangle in sorted((panel.rectangle for panel in panels), key=lambda each: (each.top, each.left)):
+        if rectangle.top >= bottom:
+            rows.append([])
+            top = rectangle.top
+        if rectangle.top == top:
+            rows[-1].append(rectangle)
+        bottom = max(bottom, rectangle.bottom)
+    return rows
+
+
+def is_read_first(one: Rectangle, other: Rectangle, backwards: bool) -> bool:
+    """Whether a reader comes to one before the other: above it, else, beside it, on the side that begins."""
+    if one.top < other.bottom and other.top < one.bottom:
+        return one.left >= other.right if backwards else one.right <= other.left
+    return one.bottom <= other.top
+
+
+def rank_correlation(one: Sequence[float], other: Sequence[float]) -> float:
+    ranks = [np.argsort(np.argsort(values)) for values in (one, other)]
+    return float(np.corrcoef(*ranks)[0, 1])
+
+
+def test_panels_stand_in_the_order_of_time(cases: list[Case]) -> None:
+    for case in cases:
+        assert [panel.moment for panel in case.layout.panels] == list(range(len(case.moments)))
+        assert [panel.page for panel in case.layout.panels] == sorted(p.page for p in case.layout.panels)
+        for panels in by_page(case.layout):
+            for one, other in combinations(panels, 2):
+                assert is_read_first(one.rectangle, other.rectangle, case.backwards)
+
+
+def test_pages_are_filled_and_gutters_exact(cases: list[Case]) -> None:
+    """With a gutter at its right and one below, the panels tile the page without gap or overlap."""
+    for case in cases:
+        page, inside = case.paper, case.paper.inside
+        for panels in by_page(case.layout):
+            times = np.zeros((inside.height + page.row_gutter, inside.width + page.gutter), int)
+            for left, top, right, bottom in (panel.rectangle for panel in panels):
+                assert inside.left <= left and inside.top <= top
+                assert right <= inside.right and bottom <= inside.bottom
+                down = slice(top - inside.top, bottom - inside.top + page.row_gutter)
+                times[down, left - inside.left : right - inside.left + page.gutter] += 1
+            assert (times == 1).all()
+
+
+def test_crops_fill_their_panels(cases: list[Case]) -> None:
+    for case in cases:
+        for panel in case.layout.panels:
+            height, width = case.moments[panel.moment].shape
+            crop, rectangle = panel.crop, panel.rectangle
+            assert 0 <= crop.left and crop.right <= width and 0 <= crop.top and crop.bottom <= height
+            assert crop.width * rectangle.height / rectangle.width == pytest.approx(crop.height, abs=0.01)
+
+
+def test_no_panel_is_a_sliver(cases: list[Case]) -> None:
+    for case in cases:
+        # A portrait picture alone on a page that lies aside, or the like, cannot be helped.
+        if len(case.moments) > 3:
+            assert all(NARROWEST <= panel.rectangle.aspect <= WIDEST for panel in case.layout.panels)
+
+
+def test_salience_is_cut_only_where_panels_are_of_quite_another_shape(cases: list[Case]) -> None:
+    shown = [
+        panel.crop.intersection(moment.salience).area / moment.salience.area
+        for case in cases
+        for panel, moment in zip(case.layout.panels, case.moments, strict=True)
+    ]
+    assert np.mean(np.array(shown) > 0.999) > 0.9
+    assert np.mean(shown) > 0.95
+
+
+def test_more_important_panels_are_larger(cases: list[Case]) -> None:
+    ranks = [
+        rank_correlation(
+            [moment.importance for moment in case.moments],
+            [panel.rectangle.width * panel.rectangle.height for panel in case.layout.panels],
+        )
+        for case in cases
+        if len(case.moments) >= 5
+    ]
+    assert np.mean(ranks) > 0.55
+    assert np.quantile(ranks, 0.1) > 0.1
+
+
+def test_no_two_rows_that_follow_one_another_are_alike(cases: list[Case]) -> None:
+    alike = pairs = 0
+    for case in cases:
+        for panels in by_page(case.layout):
+            for one, other in pairwise(rows_of(panels)):
+                pairs += 1
+                same = [(a.left, a.right) for a in one] == [(b.left, b.right) for b in other]
+                alike += same and abs(one[0].height - other[0].height) < 0.05 * case.paper.height
+    assert pairs > 150
+    assert alike <= 0.01 * pairs
+
+
+def test_the_same_seed_gives_the_same_pages(cases: list[Case]) -> None:
+    for case in cases[:20]:
+        again = lay_out(case.moments, case.paper, seed=case.seed, right_to_left=case.backwards)
+        assert again == case.layout
+
+
+def test_other_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -> None:
+    others = Counter()
+    for case in cases[40:]:
+        best = lay_out(case.moments, case.paper)
+        assert 0 <= case.layout.cost - best.cost + 1e-9 <= GOOD * len(case.moments) + 1e-6
+        if len(case.moments) >= 5 and case.seed:
+            mirrored = lay_out(case.moments, case.paper, right_to_left=case.backwards)
+            others[case.layout.panels != mirrored.panels] += 1
+    assert others[True] >= 0.8 * others.total() > 20
+
+
+def test_seeds_differ_from_one_another() -> None:
+    film = random_film(5, 9)
+    pages = {
+        tuple(panel.rectangle for panel in lay_out(film, PAPERS[0], seed=seed).panels) for seed in range(8)
+    }
+    assert len(pages) >= 5
+
+
+def test_reading_from_the_right_mirrors_the_page() -> None:
+    film, page = random_film(3, 9), PAPERS[0]
+    there, back = lay_out(film, page), lay_out(film, page, right_to_left=True)
+    for one, other in zip(there.panels, back.panels, strict=True):
+        assert (one.rectangle.left, one.rectangle.top) == (
+            page.width - other.rectangle.right,
+            other.rectangle.top,
+        )
+        assert one.crop == other.crop
+
+
+def test_one_that_stands_out_is_a_splash() -> None:
+    film = even_film(9)
+    for index in (0, 4, 8):
+        marked = [replace(m, importance=1.0 if n == index else 0.3) for n, m in enumerate(film)]
+        panels = lay_out(marked, PAPERS[0]).panels
+        areas = [panel.rectangle.width * panel.rectangle.height for panel in panels]
+        assert areas[index] > 0.25 * sum(areas)
+        assert areas[index] > 1.8 * max(areas[:index] + areas[index + 1 :])
+
+
+def test_moments_that_are_all_alike_make_no_chequered_page() -> None:
+    for count in (6, 8, 9, 12):
+        panels = lay_out(even_film(count), PAPERS[0], pages=1).panels
+        assert len({panel.rectangle.width for panel in panels}) > 2
+
+
+def test_a_page_rather_ends_with_a_scene() -> None:
+    for first in (6, 7):
+        film = [replace(moment, scene=int(number >= first)) for number, moment in enumerate(even_film(13))]
+        pages = Counter(panel.page for panel in lay_out(film, PAPERS[0]).panels)
+        assert pages[0] == first
+
+
+def test_as_many_pages_as_wanted() -> None:
+    film = random_film(1, 13)
+    for pages in (1, 2, 5, 13):
+        layout = lay_out(film, PAPERS[0], pages=pages)
+        assert {panel.page for panel in layout.panels} == set(range(pages))
+        assert len(layout.sizes) == pages
+    for pages in (0, 14):
+        with pytest.raises(UsageError, match=f"pages: {pages} for 13 panels"):
+            lay_out(film, PAPERS[0], pages=pages)
+    with pytest.raises(UsageError, match="no moment"):
+        lay_out([], PAPERS[0])
+
+
+def test_pages_hold_about_as_many_panels_each() -> None:
+    for count in (13, 40):
+        pages = Counter(panel.page for panel in lay_out(random_film(2, count), PAPERS[0]).panels)
+        assert len(pages) == pages_for(count)
+        assert max(pages.values()) <= 2 * min(pages.values())
+
+
+def test_only_panels_over_the_whole_width_bleed() -> None:
+    page = paper("a4", 75, bleed=3)
+    film = random_film(4, 13)
+    plain, bled = lay_out(film, page), lay_out(film, page, bleeding=True)
+    beyond = 0
+    for one, other in zip(plain.panels, bled.panels, strict=True):
+        if one.rectangle.width == page.inside.width:
+            beyond += 1
+            assert (other.rectangle.left, other.rectangle.right) == (-page.bleed, page.width + page.bleed)
+            assert (other.rectangle.top == -page.bleed) == (one.rectangle.top == page.inside.top)
+        else:
+            assert other == one
+        assert other.crop.width / other.crop.height == pytest.approx(other.rectangle.aspect)
+    assert beyond
+
+
+def test_a_panel_can_be_made_to_grow() -> None:
+    grown = []
+    for seed in range(10):
+        film = random_film(seed, 9)
+        growth = [2.0 if number == 4 else 1.0 for number in range(9)]
+        before, after = lay_out(film, PAPERS[0]), lay_out(film, PAPERS[0], growth=growth)
+        areas = [each.panels[4].rectangle.width * each.panels[4].rectangle.height for each in (after, before)]
+        grown.append(areas[0] / areas[1])
+    assert np.mean(grown) > 1.25
+
+
+@pytest.mark.parametrize("size", ["3000x750", "500x2000"])
+def test_very_wide_and_very_high_pages(size: str) -> None:
+    for count in (2, 7, 20):
+        layout = lay_out(random_film(count, count), paper(size))
+        aspects = [panel.rectangle.aspect for panel in layout.panels]
+        assert min(aspects) >= NARROWEST
+        assert max(aspects) <= WIDEST
+
+
+def test_a_picture_without_salience_and_a_wholly_salient_one() -> None:
+    film = even_film(5)
+    film[1], film[3] = (replace(film[1], salience=box) for box in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)))
+    assert len(lay_out(film, PAPERS[0]).panels) == 5
+
+
+@pytest.mark.parametrize("count", [1, 2, 9, 40])
+def test_a_strip_is_one_column_of_varied_heights_and_pauses(count: int) -> None:
+    page = paper("strip")
+    film = random_film(count, count)
+    layout = lay_out(film, page, seed=count % 3)
+    rectangles = [panel.rectangle for panel in layout.panels]
+    assert {(each.left, each.right) for each in rectangles} == {(page.inside.left, page.inside.right)}
+    assert layout.sizes == ((page.width, rectangles[-1].bottom + page.margin),)
+    pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
+    assert all(pause in (page.row_gutter, 2 * page.row_gutter, 3 * page.row_gutter) for pause in pauses)
+    assert all(NARROWEST <= each.aspect <= WIDEST for each in rectangles)
+    same = sum(abs(one.height / other.height - 1) < 0.03 for one, other in pairwise(rectangles))
+    assert same <= 0.1 * count
+
+
+def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> None:
+    film = [
+        replace(moment, time=time, scene=scene)
+        for moment, time, scene in zip(even_film(4), (0, 1, 3, 6), (0, 0, 0, 1), strict=True)
+    ]
+    rectangles = [panel.rectangle for panel in lay_out(film, paper("strip")).panels]
+    pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
+    assert pauses[0] < pauses[2]
+    assert pauses == [paper("strip").row_gutter * times for times in (1, 1, 3)]

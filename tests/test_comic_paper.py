@@ -1,0 +1,73 @@
+"""Facts of the paper of a comic."""
+
+from __future__ import annotations
+
+import pytest
+
+from vidstyle.comic.paper import MILLIMETRES, paper
+from vidstyle.errors import UsageError
+
+
+@pytest.mark.parametrize("name", MILLIMETRES)
+@pytest.mark.parametrize("dpi", [72, 150, 300])
+def test_a_page_has_its_size_in_millimetres(name: str, dpi: int) -> None:
+    page = paper(name, dpi)
+    for pixels, millimetres in zip((page.width, page.height), MILLIMETRES[name], strict=True):
+        assert abs(pixels / dpi * 25.4 - millimetres) < 0.5 * 25.4 / dpi
+
+
+def test_lengths_keep_their_physical_size_at_any_resolution() -> None:
+    coarse, fine = paper("a4", 100), paper("a4", 400, bleed=3)
+    for length in ("margin", "gutter", "row_gutter", "border"):
+        assert abs(getattr(fine, length) / getattr(coarse, length) - 4) < 0.4
+    assert fine.bleed == round(3 / 25.4 * 400)
+
+
+def test_small_paper_has_small_margins() -> None:
+    assert paper("a5").margin < paper("a4").margin == paper("a3").margin
+    assert paper("400x600").margin < 0.1 * 400
+
+
+def test_paper_lies_on_its_side() -> None:
+    upright, aside = paper("letter"), paper("letter", landscape=True)
+    assert (aside.width, aside.height) == (upright.height, upright.width)
+
+
+@pytest.mark.parametrize(
+    ("size", "sides"),
+    [
+        ("1200x1800", (1200, 1800)),
+        ("1200x1800px", (1200, 1800)),
+        (" 800 X 600 ", (800, 600)),
+        ("254x127mm", (1000, 500)),
+        ("strip", (1080, 0)),
+    ],
+)
+def test_sizes_that_have_no_name(size: str, sides: tuple[int, int]) -> None:
+    page = paper(size, 100)
+    assert (page.width, page.height) == sides
+    assert page.is_strip == (size == "strip")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "thing", "reason"),
+    [
+        ({"size": "a44"}, "a44", "no size of paper"),
+        ({"size": "10x10"}, "10x10", "a page of 10 x 10 pixels"),
+        ({"size": "40000x100"}, "40000x100", "a page of 40000 x 100 pixels"),
+        ({"dpi": 0}, "dpi", "0 pixels per inch"),
+        ({"margin": 100}, "paper", "leave no room"),
+        ({"gutter": -1}, "paper", "below 0"),
+    ],
+)
+def test_paper_that_cannot_be(arguments: dict, thing: str, reason: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        paper(**arguments)
+    assert caught.value.thing == thing
+    assert reason in caught.value.reason
+    assert "\n" not in str(caught.value)
+
+
+def test_no_border_is_possible_and_a_thin_one_is_seen() -> None:
+    assert paper("a4", 30, border=0).border == 0
+    assert paper("a4", 30, border=0.5).border == 1
