@@ -11,13 +11,9 @@ channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
     vec2 part = vec2(at * old_size - first * new_size) / vec2(new_size);
     vec2 scale = vec2(old_size) / vec2(new_size);
     ivec2 taps = ivec2(2);
-    bool averages = method == resampled_method_area && all(greaterThanEqual(old_size, new_size));
+    bool averages = method == resampled_method_area;
     if (averages) {
         taps = ivec2(ceil(part + scale));
-    } else if (method == resampled_method_area) {
-        // Grown by areas, a pixel mixes two only where it lies across their common edge.
-        vec2 beyond = part / scale + 1.0 - 1.0 / scale;
-        part = mix(vec2(0.0), fract(beyond), greaterThan(beyond, vec2(0.0)));
     } else {
         ivec2 moved = (2 * at + 1) * old_size + new_size;
         first = moved / (2 * new_size);

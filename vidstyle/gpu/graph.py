@@ -17,7 +17,7 @@ from vidstyle.gpu.nodes import CHANNELS, Function, Kind, Layout, Measure, Node, 
 from vidstyle.gpu.signature import functions_of_block
 from vidstyle.picture import Encoding
 from vidstyle.prepared import PreparedStep
-from vidstyle.resample import METHODS
+from vidstyle.resample import METHODS, fitting_method
 from vidstyle.style import SOURCE
 
 
@@ -293,7 +293,7 @@ class Graph:
         function = Function("frame/resampled.glsl", "resampled", CHANNELS[node.kind])
         options = {"method": tuple(METHODS)}
         values = {
-            "method": options["method"].index(method),
+            "method": options["method"].index(fitting_method(method, node.shape, shape)),
             "old_size": node.shape[::-1],
             "new_size": shape[::-1],
         }
