@@ -12,7 +12,8 @@ from fractions import Fraction
 import av
 
 from vidstyle.live.control import Controls
-from vidstyle.live.session import LiveOptions, Session, Setting
+from vidstyle.live.session import Session
+from vidstyle.live.setting import LiveOptions, Setting
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.live_input import LiveSource

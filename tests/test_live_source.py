@@ -22,7 +22,7 @@ from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError, UsageError
 from vidstyle.media.camera import Camera, Screen
 from vidstyle.media.camera_mode import choose_mode, mode_rate
-from vidstyle.media.live_input import LiveInput, Pace
+from vidstyle.media.live_input import LiveInput
 from vidstyle.media.live_sources import (
     File,
     GeneratedPicture,
@@ -31,6 +31,7 @@ from vidstyle.media.live_sources import (
     SourceOptions,
     live_source,
 )
+from vidstyle.media.pace import Pace
 from vidstyle.media.v4l2 import Mode
 
 Y4M = b"YUV4MPEG2 W64 H48 F30:1 Ip A1:1 C420jpeg\n"

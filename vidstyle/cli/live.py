@@ -12,7 +12,7 @@ from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.values import Rate, Seconds, Size
 
 if TYPE_CHECKING:
-    from vidstyle.live.session import LiveOptions
+    from vidstyle.live.setting import LiveOptions
     from vidstyle.live.targets import TargetOptions
     from vidstyle.media.live_sources import SourceOptions
 
@@ -163,9 +163,9 @@ def _target_options(options: dict[str, Any]) -> TargetOptions:
 
 
 def _live_options(options: dict[str, Any]) -> LiveOptions:
-    from vidstyle.live import session
+    from vidstyle.live import setting
 
-    return session.LiveOptions(
+    return setting.LiveOptions(
         size=options["size"],
         rate=options["fps"],
         device=options["device"],

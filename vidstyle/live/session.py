@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from vidstyle.errors import DeviceError, VidstyleError
@@ -15,14 +15,12 @@ from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, Status
 from vidstyle.live.keepsakes import Keepsakes
 from vidstyle.live.meter import Meter, Rate
-from vidstyle.live.styler import Styler, outgoing
+from vidstyle.live.pictures import Pictures
+from vidstyle.live.setting import LiveOptions, Setting
+from vidstyle.live.styler import Styler
 from vidstyle.live.summary import Delivery, LiveSummary
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media.color_tags import usual_tags
-from vidstyle.media.frame import frame_from_picture
 from vidstyle.media.live_input import Captured, LiveSource
-from vidstyle.media.pictures import PictureMaker
-from vidstyle.picture import Encoding, Picture
 
 log = logging.getLogger("vidstyle")
 
@@ -31,36 +29,6 @@ WATCH_SECONDS = 0.1
 FIRST_SECONDS = 10.0
 """How long a camera that was opened may take to its first picture."""
 END_SECONDS = 2.0
-
-
-@dataclass(frozen=True)
-class LiveOptions:
-    """How to run.
-
-    Attributes:
-        size: of the pictures that go out; one side may be -1 to keep the shape, or -2 to be even too.
-        rate: frames per second that targets show; None: the source's own.
-        device: as for `open_renderer`.
-        budget: whether to work on smaller pictures when the rate cannot be held otherwise.
-        frames, seconds: after which to end; None: at the end of the source.
-    """
-
-    size: tuple[int, int] | None = None
-    rate: Fraction | None = None
-    device: str = "auto"
-    budget: bool = True
-    frames: int | None = None
-    seconds: float | None = None
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a target is made for: pictures like the first, so many a second."""
-
-    first: LiveFrame
-    rate: Fraction
-    meter: Meter
-    controls: Controls
 
 
 class Session:
@@ -85,8 +53,7 @@ class Session:
         self._meter, self._pace = Meter(), Rate()
         self._targets: list[Target] = []
         self._keepsakes = Keepsakes()
-        self._maker: PictureMaker | None = None
-        self._encoding = Encoding()
+        self._pictures = Pictures(self._options.size)
         self._rate = self._options.rate or USUAL_RATE
         self._budget: Budget | None = None
         self._began: float | None = None
@@ -127,7 +94,7 @@ class Session:
             bypass=self._controls.bypassed,
             source=self._source.name,
             source_state=self._capture.state,
-            size=self._size,
+            size=self._pictures.size,
             frames=self._frames,
             dropped=self._dropped,
             repeated=sum(getattr(target, "repeated", 0) for target in self._targets),
@@ -140,18 +107,14 @@ class Session:
         )
 
     @property
-    def _size(self) -> tuple[int, int]:
-        return (self._maker.width, self._maker.height) if self._maker else (0, 0)
-
-    @property
     def _dropped(self) -> int:
         return self._capture.pictures.dropped - self._unready
 
     @property
     def _given_up(self) -> str:
-        if self._styler.scale == 1 or self._maker is None:
+        if self._styler.scale == 1:
             return ""
-        width, height = self._styler.working_size(*self._size)
+        width, height = self._styler.working_size(*self._pictures.size)
         return f"works at {width}x{height}"
 
     def _is_done(self) -> bool:
@@ -197,39 +160,23 @@ class Session:
         self._check_targets()
 
     def _frame(self, captured: Captured) -> LiveFrame:
-        picture = self._picture(captured)
-        controls = self._controls
-        style = None if controls.bypassed else controls.style
-        result, changed = self._styler.run(picture, captured.time, self._encoding, style)
+        picture = self._pictures.picture(captured, self._capture, self._source.name)
+        style = None if self._controls.bypassed else self._controls.style
+        result, changed = self._styler.run(picture, captured.time, self._pictures.encoding, style)
         if changed:
             self._tell(f"style {self._styler.style.name}")
             if self._budget is not None:
                 self._budget.restart()
-        native = frame_from_picture(result, tags=usual_tags(self._encoding, picture.shape[0]))
-        return LiveFrame(native, captured.time, self._frames)
-
-    def _picture(self, captured: Captured) -> Picture:
-        if self._maker is None:
-            capture, options = self._capture, self._options
-            self._rate = options.rate or capture.rate or USUAL_RATE
-            self._maker = PictureMaker(
-                captured.native,
-                capture.codec,
-                self._source.name,
-                size=options.size,
-                sample_aspect=capture.sample_aspect,
-            )
-            self._encoding = outgoing(self._maker.make(captured.native)[0])
-            if options.budget:
-                self._budget = Budget(float(1 / self._rate))
-        picture, _ = self._maker.make(captured.native)
-        return replace(picture, alpha=None)
+        return LiveFrame(self._pictures.frame(result), captured.time, self._frames)
 
     def _begin(self, frame: LiveFrame) -> LiveFrame:
         """Open the targets with the first frame, whose time begins when all is ready.
 
         What came while the style and the targets were made ready is not counted as dropped.
         """
+        self._rate = self._options.rate or self._capture.rate or USUAL_RATE
+        if self._options.budget:
+            self._budget = Budget(float(1 / self._rate))
         for make in self._makers:
             self._targets.append(make(Setting(frame, self._rate, self._meter, self._controls)))
         self._capture.pictures.take(0)
@@ -274,7 +221,7 @@ class Session:
             dropped=self._dropped,
             elapsed=0.0 if self._began is None else time.monotonic() - self._began,
             latency_ms=self._meter.latency(),
-            size=self._size,
+            size=self._pictures.size,
             rate=float(self._rate),
             given_up=self._given_up,
             deliveries=tuple(_delivery(target) for target in self._targets),

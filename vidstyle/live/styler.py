@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import logging
 import threading
-from dataclasses import replace
-
-import numpy as np
 
 from vidstyle.errors import VidstyleError
 from vidstyle.live.newest import Newest
-from vidstyle.media.color_tags import HD_LINES
 from vidstyle.media.fit import resized
-from vidstyle.picture import SITINGS, Encoding, Picture
+from vidstyle.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import PLAIN, Style
 
@@ -60,7 +56,7 @@ class Styler:
             VidstyleError: there is no such device, or the first style cannot be used.
         """
         if style is None:
-            return with_chroma(self._plain.run(picture, time, target)), False
+            return self._plain.run(picture, time, target), False
         height, width = picture.shape
         small = picture if self.scale == 1 else resized(picture, *self._working_size(width, height))
         if style is not self._asked:
@@ -70,7 +66,7 @@ class Styler:
         if self._renderer is None:
             self._renderer = open_renderer(self.style, self._device)
         result = self._renderer.run(small, time, target)
-        return with_chroma(resized(result, width, height)), changed
+        return resized(result, width, height), changed
 
     def working_size(self, width: int, height: int) -> tuple[int, int]:
         """Width and height that pictures of a size are restyled at."""
@@ -120,19 +116,3 @@ class Styler:
             before, self._ready = self._ready, (style, renderer)
         if before is not None:
             before[1].close()
-
-
-def outgoing(picture: Picture) -> Encoding:
-    """What pictures like this one go out in: 8 bit, 4:2:0, limited range, which every reader understands."""
-    matrix = picture.encoding.matrix if picture.color is None else ""
-    if matrix not in ("bt601", "bt709"):
-        matrix = "bt709" if picture.shape[0] >= HD_LINES else "bt601"
-    return Encoding(matrix, full_range=False, depth=8, step=(2, 2), siting=SITINGS["left"])
-
-
-def with_chroma(picture: Picture) -> Picture:
-    """The picture with neutral chroma where a style has left none."""
-    if picture.chroma is not None or picture.color is not None:
-        return picture
-    neutral = np.full(picture.encoding.chroma_shape(*picture.shape), 128, np.uint8)
-    return replace(picture, chroma=(neutral, neutral))

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 from vidstyle.errors import UsageError
 from vidstyle.live.outlets import Filing, Nowhere, Steadily, StreamSink
-from vidstyle.live.session import Setting
+from vidstyle.live.setting import Setting
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media import live_output
+from vidstyle.media import live_output, virtual_camera
 from vidstyle.media.containers import kind_of
 from vidstyle.media.live_output import Stream, StreamOptions
 from vidstyle.media.open import is_url
@@ -68,8 +68,8 @@ def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Targe
         live_output.check_pipe(options.stream(Fraction(1)))
         return _stream_maker("standard output", options, live_output.open_pipe, lasting=False)
     if text.startswith("/dev/video"):
-        live_output.check_virtual_camera(text)
-        return _stream_maker(text, options, partial(live_output.open_virtual_camera, text))
+        virtual_camera.check_virtual_camera(text)
+        return _stream_maker(text, options, partial(virtual_camera.open_virtual_camera, text))
     if is_url(text) or text.endswith(".m3u8"):
         live_output.check_url(text)
         return _stream_maker(text, options, partial(live_output.open_stream, text))

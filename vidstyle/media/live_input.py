@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
-import select
 import threading
 import time
 from collections.abc import Iterator
@@ -15,16 +13,13 @@ from typing import Any, Protocol
 import av
 
 from vidstyle.errors import InputError
+from vidstyle.media.pace import Pace
 from vidstyle.media.streams import choose_stream, frame_rate
 
 log = logging.getLogger("vidstyle")
 
 OWN_CLOCK_SECONDS = 2.0
 """A camera's stamp this little before now is of our own clock, and says when the picture was taken."""
-WAKE_SECONDS = 0.2
-"""How often a wait for data looks whether it is still wanted."""
-LEAP_SECONDS = 10.0
-"""A stamp this far from its predecessor begins a new count."""
 
 
 @dataclass(frozen=True)
@@ -151,55 +146,6 @@ class LiveInput:
                 self._stopping.wait(self._pace.until(_seconds(frame)))
                 arrived = time.monotonic()
             yield Captured(frame, _taken(frame, arrived) if self._stamped else arrived)
-
-
-class Pace:
-    """The clock of a film that is played at its own speed."""
-
-    def __init__(self) -> None:
-        self._zero: float | None = None
-        self._last = self._step = self._due = 0.0
-
-    def until(self, stamp: float | None) -> float:
-        """Seconds to wait until a frame with this stamp is due; 0 when it is late."""
-        now = time.monotonic()
-        if stamp is None:
-            return 0.0
-        if self._zero is None or not -1 < stamp - self._last < LEAP_SECONDS:
-            self._zero = max(now, self._due + self._step) - stamp
-        elif stamp > self._last:
-            self._step = stamp - self._last
-        self._last, self._due = stamp, self._zero + stamp
-        return max(0.0, self._due - now)
-
-    def restart(self) -> None:
-        """The next stamp begins a new count, one step after the last frame."""
-        self._zero = None
-
-
-class Pipe:
-    """A file descriptor to read from that gives what is there, rather than waiting to fill a block."""
-
-    def __init__(self, descriptor: int, stopping: threading.Event) -> None:
-        self._descriptor, self._stopping = descriptor, stopping
-
-    def read(self, size: int) -> bytes:
-        """Up to so many bytes; none at the end, or when it is time to stop."""
-        while os.name == "posix" and not select.select([self._descriptor], [], [], WAKE_SECONDS)[0]:
-            if self._stopping.is_set():
-                return b""
-        return os.read(self._descriptor, size)
-
-
-class NamedPipe(Pipe):
-    """A pipe with a place in a folder; the descriptor is its own."""
-
-    def __init__(self, path: str, stopping: threading.Event) -> None:
-        # Opened so, it does not wait for a writer where nobody could wake it.
-        super().__init__(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), stopping)
-
-    def __del__(self) -> None:
-        os.close(self._descriptor)
 
 
 def _seconds(frame: av.VideoFrame) -> float | None:

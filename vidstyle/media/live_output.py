@@ -6,16 +6,14 @@ import os
 import sys
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import av
 
-from vidstyle.errors import DeviceError, OutputError, UsageError, VidstyleError
+from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.media.codecs import find_encoder
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame
-from vidstyle.media.v4l2 import video_device
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
@@ -31,8 +29,6 @@ STREAM_FORMATS = {
     "https": "mpegts",
 }
 """What a URL of each scheme is given: the muxer."""
-CAMERA_FORMATS = {"yuyv422": "yuyv422", "nv12": "nv12", "yuv420p": "yuv420p", "i420": "yuv420p"}
-"""Pixel formats that the readers of virtual cameras understand; browsers and calls want the first."""
 KEY_SECONDS = 2
 """How long who joins a stream waits for a picture at most."""
 HLS = {"hls_time": "2", "hls_list_size": "6", "hls_flags": "delete_segments+append_list"}
@@ -185,42 +181,6 @@ def check_url(url: str) -> str:
     if muxer is None:
         raise UsageError(url, "is no kind of stream that we write", "use " + ", ".join(STREAM_FORMATS))
     return muxer
-
-
-def open_virtual_camera(path: str, options: StreamOptions, first: av.VideoFrame) -> Stream:
-    """A virtual camera (v4l2loopback): what is written to it, other programs see as a camera.
-
-    Raises:
-        UsageError: a pixel format that cameras do not have.
-        DeviceError: it is not there, or is no virtual camera.
-    """
-    pix_fmt = CAMERA_FORMATS.get(options.pix_fmt or "yuyv422")
-    if pix_fmt is None:
-        known = ", ".join(CAMERA_FORMATS)
-        raise UsageError("--pix-fmt", f"{options.pix_fmt} is none of a virtual camera's", f"use {known}")
-    check_virtual_camera(path)
-    try:
-        return Stream(path, path, "v4l2", options, first, pix_fmt)
-    except OutputError as error:
-        raise DeviceError(path, error.reason) from error
-
-
-def check_virtual_camera(path: str) -> None:
-    """Raise DeviceError if nothing can be written there; it says what brings a virtual camera about."""
-    device = video_device(path)
-    if device is not None and device.takes:
-        return
-    number = "".join(character for character in path if character.isdigit()) or "9"
-    make = f"sudo modprobe v4l2loopback video_nr={number} card_label=vidstyle exclusive_caps=1"
-    if device is not None:
-        raise DeviceError(
-            path, f"is the camera {device.name}, and takes no pictures", f"make another: {make}"
-        )
-    if Path(path).exists() and not os.access(path, os.R_OK | os.W_OK):
-        raise DeviceError(path, "no permission to open it", "join the group that owns it, mostly video")
-    if Path(path).exists():
-        raise DeviceError(path, "is not a virtual camera")
-    raise DeviceError(path, "there is no such virtual camera", f"make one: {make}")
 
 
 def _even(frame: av.VideoFrame) -> tuple[int, int]:

@@ -15,8 +15,9 @@ import av
 
 from vidstyle.errors import DeviceError, InputError, UsageError
 from vidstyle.media.camera import Camera, Screen
-from vidstyle.media.live_input import LiveInput, LiveSource, NamedPipe, Pipe
+from vidstyle.media.live_input import LiveInput, LiveSource
 from vidstyle.media.open import is_url, open_media
+from vidstyle.media.pipes import NamedPipe, Pipe
 
 NETWORK_SECONDS = 5.0
 """How long a connection may say nothing; it is then taken for lost, and made anew."""

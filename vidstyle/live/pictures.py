@@ -1,0 +1,67 @@
+"""Captured frames as pictures of one size and encoding, and restyled pictures as frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vidstyle.live.capture import Capture
+from vidstyle.media.color_tags import HD_LINES, usual_tags
+from vidstyle.media.frame import frame_from_picture
+from vidstyle.media.live_input import Captured
+from vidstyle.media.pictures import PictureMaker
+from vidstyle.picture import SITINGS, Encoding, Picture
+
+if TYPE_CHECKING:
+    import av
+
+
+class Pictures:
+    """What the first frame decides for a session, whatever the source may become later.
+
+    Attributes:
+        size: width and height of the pictures; 0 before the first.
+        encoding: of what goes out.
+    """
+
+    def __init__(self, size: tuple[int, int] | None) -> None:
+        """`size`: wanted, one side perhaps -1 or -2; None: that of the first frame."""
+        self._wanted = size
+        self._maker: PictureMaker | None = None
+        self.size = (0, 0)
+        self.encoding = Encoding()
+
+    def picture(self, captured: Captured, capture: Capture, name: str) -> Picture:
+        """The frame upright, at the session's size, without alpha; `name` is that of the source."""
+        if self._maker is None:
+            self._begin(captured, capture, name)
+        assert self._maker is not None
+        return replace(self._maker.make(captured.native)[0], alpha=None)
+
+    def frame(self, picture: Picture) -> av.VideoFrame:
+        """A picture in `encoding` as a frame that is tagged so."""
+        return frame_from_picture(with_chroma(picture), tags=usual_tags(self.encoding, picture.shape[0]))
+
+    def _begin(self, first: Captured, capture: Capture, name: str) -> None:
+        aspect = capture.sample_aspect
+        self._maker = PictureMaker(first.native, capture.codec, name, size=self._wanted, sample_aspect=aspect)
+        self.size = self._maker.width, self._maker.height
+        self.encoding = outgoing(self._maker.make(first.native)[0])
+
+
+def outgoing(picture: Picture) -> Encoding:
+    """What pictures like this one go out in: 8 bit, 4:2:0, limited range, which every reader understands."""
+    matrix = picture.encoding.matrix if picture.color is None else ""
+    if matrix not in ("bt601", "bt709"):
+        matrix = "bt709" if picture.shape[0] >= HD_LINES else "bt601"
+    return Encoding(matrix, full_range=False, depth=8, step=(2, 2), siting=SITINGS["left"])
+
+
+def with_chroma(picture: Picture) -> Picture:
+    """The picture with neutral chroma where a style has left none."""
+    if picture.chroma is not None or picture.color is not None:
+        return picture
+    neutral = np.full(picture.encoding.chroma_shape(*picture.shape), 128, np.uint8)
+    return replace(picture, chroma=(neutral, neutral))

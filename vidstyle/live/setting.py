@@ -1,0 +1,40 @@
+"""What a session is told at its beginning, and what it tells its targets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from vidstyle.live.control import Controls
+from vidstyle.live.meter import Meter
+from vidstyle.live.target import LiveFrame
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """How to run.
+
+    Attributes:
+        size: of the pictures that go out; one side may be -1 to keep the shape, or -2 to be even too.
+        rate: frames per second that targets show; None: the source's own.
+        device: as for `open_renderer`.
+        budget: whether to work on smaller pictures when the rate cannot be held otherwise.
+        frames, seconds: after which to end; None: at the end of the source.
+    """
+
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    device: str = "auto"
+    budget: bool = True
+    frames: int | None = None
+    seconds: float | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a target is made for: pictures like the first, so many a second."""
+
+    first: LiveFrame
+    rate: Fraction
+    meter: Meter
+    controls: Controls
