@@ -43,6 +43,7 @@ HOMES = {
     "ray": "cluster",
     "rich": "cli",
     "tomlkit": "style",
+    "websockets": "live",
 }
 """The one subject that imports a library."""
 

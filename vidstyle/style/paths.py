@@ -53,13 +53,26 @@ def find_place(table: dict[str, Any], path: str) -> Place:
     return Place(target.table, parameters[name])
 
 
-def _find_step(table: dict[str, Any], path: str) -> _Target:
-    targets = [
+def step_paths(table: dict[str, Any]) -> list[str]:
+    """The shortest paths of all steps that have a block, in the order in which they run.
+
+    >>> step_paths({"base": [{"block": "gaussian"}], "lines": [{"block": "gaussian"}, {"block": "sobel"}]})
+    ['base.gaussian', 'lines.gaussian', 'sobel']
+    """
+    return _paths(_targets(table))
+
+
+def _targets(table: dict[str, Any]) -> list[_Target]:
+    return [
         _Target(layer, step["block"], step)
         for layer in LAYERS
         for step in table.get(layer, [])
         if "block" in step
     ]
+
+
+def _find_step(table: dict[str, Any], path: str) -> _Target:
+    targets = _targets(table)
     parsed = _STEP.fullmatch(path)
     layer, block, number = parsed.groups() if parsed else ("", path, None)
     found = [target for target in targets if target.block == block and layer in (None, target.layer)]

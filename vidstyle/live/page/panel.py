@@ -1,0 +1,144 @@
+"""All that can be set on a style, as data for the sliders of a page."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from typing import Any
+
+from vidstyle.block import Asset, Choice, Color, Control, Saved, Slider, Switch
+from vidstyle.blocks import all_blocks
+from vidstyle.style import SOURCE, Style, override, table_from_style
+from vidstyle.style.graph import FIELDS, LAYERS
+from vidstyle.style.paths import find_place, step_paths
+
+WORDS = re.compile(r"`([^`]+)`")
+"""What a note names as worth changing."""
+
+
+def panel(style: Style, start: Style) -> dict[str, Any]:
+    """What a page needs to show and change a style.
+
+    Args:
+        start: the style as it was when it was chosen; what differs from it has been changed by hand.
+    """
+    entries = list(_entries(style, start))
+    variant = _variant(style, start)
+    before = table_from_style(_varied(start, variant))
+    changed = [entry for entry in entries if entry["value"] != _held(before, entry["path"])]
+    name = f"{style.name}:{variant}" if variant else style.name
+    return {
+        "name": style.name,
+        "note": style.note,
+        "variant": variant,
+        "variants": [_swatch(start, name) for name in start.variants],
+        "entries": entries,
+        "text": " ".join(["--style", shlex.quote(name), *(_setting(entry) for entry in changed)]),
+    }
+
+
+def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
+    """One for each value: its path, what it may be, what it is and was at the start."""
+    table, before = table_from_style(style), table_from_style(start)
+    for path, control in FIELDS.items():
+        if getattr(style, path) is not None:
+            # Lengths are meant for one height, which is no matter of taste.
+            place = {"path": path, "name": path, "layer": "", "step": "", "main": path != "height"}
+            held = {"value": _held(table, path), "start": _held(before, path)}
+            yield place | held | _described(control, False, [])
+    named, saved = _named(style, table), _saved(style)
+    steps = [(layer, all_blocks()[name]) for layer, name in _blocks(style)]
+    for step, (layer, block) in zip(step_paths(table), steps, strict=True):
+        for parameter in block.parameters.values():
+            path = f"{step}.{parameter.name}"
+            place = {"path": path, "name": parameter.name, "layer": layer, "step": step}
+            held = {"value": _held(table, path), "start": _held(before, path)}
+            about = {"about": block.help, "main": path in named}
+            yield place | held | about | _described(parameter.control, parameter.whole, saved)
+
+
+def _blocks(style: Style) -> Iterator[tuple[str, str]]:
+    """The layer and the block of each step that has one."""
+    for layer in LAYERS:
+        yield from ((layer, step.block) for step in getattr(style, layer) if step.block)
+
+
+def _described(control: Control, whole: bool, names: list[str]) -> dict[str, Any]:
+    """The kind of a control and what belongs to it."""
+    match control:
+        case Slider():
+            ends = {"low": control.low, "high": control.high, "whole": whole, "unit": control.unit}
+            kind: dict[str, Any] = {"kind": "slider"} | ends
+        case Switch():
+            kind = {"kind": "switch"}
+        case Color():
+            kind = {"kind": "color"}
+        case Choice():
+            kind = {"kind": "choice", "options": list(control.options)}
+        case Saved():
+            kind = {"kind": "choice", "options": [""] * control.optional + names}
+        case Asset():
+            kind = {"kind": "choice", "options": ["", *sorted(control.shipped())]}
+    return kind | {"help": control.help}
+
+
+def _saved(style: Style) -> list[str]:
+    """The names of the source and of all pictures that the style saves."""
+    blocks = all_blocks()
+    saves = [step.save or (blocks[step.block].saves if step.block else "") for step in style.steps]
+    return list(dict.fromkeys([SOURCE, *filter(None, saves)]))
+
+
+def _named(style: Style, table: dict[str, Any]) -> set[str]:
+    """The full paths of the values that the note of the style names."""
+    found = set()
+    steps = {id(_step(table, path)): path for path in step_paths(table)}
+    for word in WORDS.findall(style.note):
+        try:
+            place = find_place(table, word)
+        except ValueError:  # a word that names no single value, such as that of a block
+            continue
+        found.add(f"{steps.get(id(place.table), '')}.{place.parameter.name}")
+    return found
+
+
+def _step(table: dict[str, Any], path: str) -> dict[str, Any]:
+    block = path.rpartition(".")[2].partition("#")[0]
+    parameters = all_blocks()[block].parameters
+    return find_place(table, f"{path}.{next(iter(parameters))}").table if parameters else {}
+
+
+def _held(table: dict[str, Any], path: str) -> Any:
+    """The value in the table of a style that a path means."""
+    place = find_place(table, path)
+    default = place.parameter.default if "." in path else getattr(Style, path)
+    return place.table.get(place.parameter.name, default)
+
+
+def _variant(style: Style, start: Style) -> str:
+    """The variant whose values the style has, all of them, or ""."""
+    table = table_from_style(style)
+    for name, values in start.variants.items():
+        if values and all(_held(table, path) == value for path, value in values.items()):
+            return name
+    return ""
+
+
+def _varied(start: Style, variant: str) -> Style:
+    values = start.variants.get(variant, {})
+    return override(start, [f"{path}={value}" for path, value in values.items()])
+
+
+def _swatch(start: Style, variant: str) -> dict[str, str]:
+    varied = _varied(start, variant)
+    return {"name": variant, "ink": varied.ink, "paper": varied.paper}
+
+
+def _setting(entry: dict[str, Any]) -> str:
+    value = entry["value"]
+    if entry["kind"] == "slider":
+        value = f"{value:g}"
+    elif entry["kind"] == "switch":
+        value = str(value).lower()
+    return "--set " + shlex.quote(f"{entry['path']}={value}")
