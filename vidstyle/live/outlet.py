@@ -53,6 +53,7 @@ class Outlet(ABC):
         self._open_sink, self._meter, self._lasting = open_sink, meter, lasting
         self._frames: Newest[LiveFrame] = Newest(self.room)
         self._sink: Sink | None = None
+        self._latest: LiveFrame | None = None
         self._writing: float | None = None
         self._ended = False
         self._retry, self._wait = 0.0, FIRST_WAIT
@@ -103,7 +104,8 @@ class Outlet(ABC):
     def _run(self) -> None:
         try:
             while not self._frames.over and self.error is None:
-                self._step(self._frames.take(self._patience()))
+                patience = self._patience() if self._sink is not None else FIRST_WAIT
+                self._step(self._frames.take(patience))
         finally:
             if self._sink is not None:
                 self._guarded(self._sink.close)
@@ -112,9 +114,10 @@ class Outlet(ABC):
 
     def _step(self, frame: LiveFrame | None) -> None:
         sink = self._sink
+        self._latest = frame or self._latest
         if sink is None:
-            if frame is not None:
-                self._reopen(frame)
+            if self._latest is not None and not self._closing.is_set():
+                self._reopen(self._latest)
         elif frame is not None or not self._closing.is_set():
             self._guarded(lambda: self._deliver(sink, frame))
 

@@ -82,7 +82,7 @@ class Session:
         finally:
             self._over.set()
             style.join(END_SECONDS)
-            self._close()
+            self._close(idle=not style.is_alive())
         if self._error is not None:
             raise self._error
         return self._summary()
@@ -203,12 +203,14 @@ class Session:
         if failed and len(failed) == len(self._targets):
             raise failed[0]
 
-    def _close(self) -> None:
+    def _close(self, idle: bool) -> None:
+        """Let go of everything; of what restyles only when it is `idle`, for else it still works there."""
         self._capture.close(END_SECONDS)
         for target in self._targets:
             target.close()
         self._keepsakes.close()
-        self._styler.close(END_SECONDS)
+        if idle:
+            self._styler.close(END_SECONDS)
         for target in self._targets:
             error = getattr(target, "error", None)
             if isinstance(error, VidstyleError) and self._error is None:

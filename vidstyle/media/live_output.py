@@ -88,9 +88,9 @@ class Stream:
             raise self._failure("cannot be opened", error) from error
 
     def _add_stream(self, encoder: str, options: StreamOptions, first: av.VideoFrame) -> av.VideoStream:
-        settings: dict[str, str] = {}
+        settings = {"chroma_sample_location": "left"} if self._pix_fmt == "yuv420p" else {}
         if encoder == "libx264":
-            settings = {"preset": "veryfast", "tune": "zerolatency"}
+            settings |= {"preset": "veryfast", "tune": "zerolatency"}
         stream = self._container.add_stream(encoder, rate=options.rate, options=settings)
         assert isinstance(stream, av.VideoStream)
         context = stream.codec_context
