@@ -14,7 +14,7 @@ from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_f
 from vidstyle.comic.cost import NARROWEST, WIDEST
 from vidstyle.comic.layout import Layout, Panel, lay_out, pages_for
 from vidstyle.comic.moment import Box, Moment
-from vidstyle.comic.paged import GOOD
+from vidstyle.comic.paged import GOOD, GOOD_AT_ALL
 from vidstyle.comic.paper import Paper, Rectangle, paper
 from vidstyle.errors import UsageError
 

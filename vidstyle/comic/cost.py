@@ -27,7 +27,7 @@ _SLIVER = 4.0
 """Paid once for a sliver, and ten times for the square of how far it is one."""
 _WHIM = 2.2
 """The most that a seed adds to the price of a row; on average it is a third of it."""
-_JITTER = 1.0, 0.3
+_JITTER = np.array([1.0, 0.3])
 """How wide the deviations of importance, and the logarithms of shapes, are spread that a seed adds."""
 _SPLASH = 1.6
 """The most important moment is a splash if it is so many deviations above the mean,"""
@@ -96,15 +96,14 @@ def taste(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> Taste:
     """The taste of a seed for so many panels: 0 is that of the formula, others are near it.
 
     Args:
-        attempt: one seed has several tastes; the later, the nearer to the formula.
+        attempt: one seed has several tastes; the later ones keep nearer to importance and shapes.
         trees: all kinds of rows.
     """
     if seed == 0:
         return Taste()
     random = np.random.default_rng((seed, attempt))
-    strength = 1 / (1 + attempt / 2)
-    jitter = (random.random((count, 2)) - 0.5) * (_JITTER[0] * strength, _JITTER[1] * strength)
-    whims = {tree: _WHIM * strength * random.random(count) ** 2 for tree in trees}
+    jitter = (random.random((count, 2)) - 0.5) * _JITTER / (1 + attempt)
+    whims = {tree: _WHIM * random.random(count) ** 2 for tree in trees}
     return Taste(jitter=jitter, whims=whims)
 
 

@@ -15,7 +15,8 @@ from vidstyle.comic.paper import Paper, Rectangle
 from vidstyle.comic.slicing import Grid, Place, rows
 
 GOOD = 0.2
-"""So much more for each panel may the layout of a seed cost than the best one."""
+GOOD_AT_ALL = 0.6
+"""So much more, for each panel and for all, may the layout of a seed cost than the best one."""
 
 _ATTEMPTS = 8
 _UNITS = 12
@@ -50,7 +51,7 @@ def paged(
     best = chosen = sheet.pages(Taste())
     for attempt in range(_ATTEMPTS if seed else 0):
         tried = sheet.pages(taste(seed, attempt, len(moments), sheet.trees))
-        good = tried.cost <= best.cost + GOOD * len(moments)
+        good = tried.cost <= best.cost + GOOD_AT_ALL + GOOD * len(moments)
         if good and (tried.shape != best.shape or chosen is best and tried.places != best.places):
             chosen = tried
         if chosen.shape != best.shape:
