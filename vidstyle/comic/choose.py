@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -47,10 +48,10 @@ def choose(survey: Survey, forced: Sequence[Candidate], panels: int | None) -> l
     pool = sorted([*forced, *(each for each in seen if each.time not in times)], key=lambda each: each.time)
     if not pool:
         return []
-    wanted = _wanted(survey, pool, len(forced), panels)
     values = scores(pool, scene_values(survey)) + [_FORCED * each.forced for each in pool]
     kept = _thinned(pool, values, survey)
-    return _without_doubles([pool[each] for each in kept], values[kept], survey, wanted)
+    pool, values = [pool[number] for number in kept], values[kept]
+    return _without_doubles(pool, values, survey, _wanted(survey, pool, len(forced), panels))
 
 
 def _wanted(survey: Survey, pool: Sequence[Candidate], forced: int, panels: int | None) -> int:
@@ -88,30 +89,34 @@ def _without_doubles(
 ) -> list[Candidate]:
     """The best choice in which no two look the same, as long as there are enough others.
 
-    Neighbours that look alike cost; of others that do, the worse is taken out, and the choice made again.
+    Neighbours that look alike cost; of others that do, the better one is kept, all that look like it are
+    taken out, and the choice is made again.
     """
-    alike = np.triu(look_alike(pool), 1)
+    alike = look_alike(pool)
     left = np.arange(len(pool))
     while True:
         considered = [pool[number] for number in left]
         chosen = left[_best(considered, values[left], _places(considered, survey), wanted)]
-        worse = _worse_double(pool, values, alike, chosen)
-        if worse is None or len(left) <= wanted:
-            return [pool[number] for number in chosen]
-        left = left[left != worse]
+        doubles = np.intersect1d(left, _doubles(pool, values, alike, chosen))
+        if len(doubles) == 0 or len(left) == wanted:
+            return [pool[int(number)] for number in chosen]
+        worst = doubles[np.argsort(values[doubles], kind="stable")][: len(left) - wanted]
+        left = np.setdiff1d(left, worst)
 
 
-def _worse_double(
+def _doubles(
     pool: Sequence[Candidate], values: np.ndarray, alike: np.ndarray, chosen: np.ndarray
-) -> int | None:
-    """The worst of those chosen that look like another one, unless all such were asked for."""
-    doubles = {
-        int(one if values[one] < values[other] else other)
-        for one, other in np.argwhere(alike)
-        if one in chosen and other in chosen
-    }
-    spare = [number for number in doubles if not pool[number].forced]
-    return min(spare, key=lambda number: (values[number], number), default=None)
+) -> list[int]:
+    """Those that look like the better one of two chosen that look the same."""
+    best = sorted((int(number) for number in chosen), key=lambda number: -values[number])
+    for one, other in itertools.combinations(best, 2):
+        if alike[one, other] and not pool[other].forced:
+            return [
+                int(number)
+                for number in np.flatnonzero(alike[one])
+                if number != one and not pool[int(number)].forced
+            ]
+    return []
 
 
 def _best(pool: Sequence[Candidate], values: np.ndarray, places: np.ndarray, wanted: int) -> list[int]:

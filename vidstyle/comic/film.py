@@ -21,7 +21,8 @@ from vidstyle.errors import InputError, UsageError
 from vidstyle.measured import small_luma
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import ReadOptions, open_reader
-from vidstyle.media.sampling import Sample, measure_extent, sample_all, sample_keys
+from vidstyle.media.sampling import measure_extent, sample_all, sample_keys
+from vidstyle.media.small_copies import Sample
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from vidstyle.comic.survey import Film, Survey
 from vidstyle.comic.worth import importance
 from vidstyle.errors import InputError, UsageError
 
-MOST_PANELS = 1000
+MOST_PANELS = 300
 
 
 @dataclass(frozen=True)
@@ -96,14 +97,17 @@ def _better(film: Film, chosen: Sequence[Candidate], wishes: Wishes) -> list[Can
         if each.forced:
             continue
         others = better[:number] + better[number + 1 :]
+        after = better[number - 1].time if number else -math.inf
+        before = better[number + 1].time if number + 1 < len(better) else math.inf
         near = [
             other
             for other in film.around(each)
-            if not (other.blank or other.mixed or wishes.skips(other.time))
+            if after < other.time < before
+            and not (other.blank or other.mixed or wishes.skips(other.time))
             and _resembles(other, others) <= _resembles(each, others)
         ]
         better[number] = _sharpest(near) if near else each
-    return sorted(better, key=lambda each: each.time)
+    return better
 
 
 def _resembles(one: Candidate, others: Sequence[Candidate]) -> int:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 
+from vidstyle.comic.mixture import is_mixture, is_moved
 from vidstyle.cuts import CutDetector
 
-STEP = 1 / 12
+STEP = 0.075
 """Seconds between the pictures that are looked at for dissolves."""
 
 FRAME = 1 / 24
@@ -18,19 +21,40 @@ FRAME = 1 / 24
 _SPANS = (3, 6, 12)
 """Steps to either side: a dissolve is seen with the span that reaches from one shot well into the other."""
 _SIZE = (32, 18)
-_ALIKE = 0.6
-"""Pictures that correlate better are of one shot, between which nothing dissolves."""
-_UNLIKE = 0.06
-"""The root mean square by which two shots differ at least, 0..1."""
-_MIXED = 0.3
-"""A picture is a mixture of two if no more of their difference is left beside it."""
-_SHARE = (0.12, 0.88)
 _LEAST = 3
 """Steps that a dissolve takes at least: less may be a picture or two of movement."""
+_LONGEST = 2.0
+"""Seconds that a dissolve takes at most."""
+_NEAR = 3
+"""Frames to either side of a cut."""
+_STILL = 0.1
+"""Seconds between frames, above which they are single pictures rather than a film that moves."""
+_PEAK = 1.0
+"""A cut changes more than so many times what moves beside it."""
 _PAUSE = 0.5
 """Seconds between the middle of a dissolve and a cut within which they are one."""
 _TONES = 0.55
 """Key frames of one scene have more of their tones in common, though all in them may have moved."""
+
+
+@dataclass
+class _Cut:
+    """A cut, and how much moves in it and in the frames beside it."""
+
+    time: float
+    moved: float
+    before: list[float]
+    after: list[float] = field(default_factory=list)
+
+    @property
+    def is_whip(self) -> bool:
+        """Whether as much moves beside it: the camera was turned too fast."""
+        beside = max(np.median(moves) if len(moves) == _NEAR else 0.0 for moves in (self.before, self.after))
+        return bool(self.moved < _PEAK * beside)
+
+
+_Mixed = tuple[float, np.ndarray, np.ndarray]
+"""When a picture is a mixture, and the pictures shortly before and after."""
 
 
 class ShotFinder:
@@ -42,9 +66,10 @@ class ShotFinder:
 
     def __init__(self) -> None:
         self._cuts = CutDetector()
-        self._begins: list[float] = []
+        self._found: list[_Cut] = []
+        self._moves: deque[float] = deque(maxlen=_NEAR)
         self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _SPANS[-1] + 1)
-        self._mixed: list[float] = []
+        self._mixed: list[_Mixed] = []
         self._last: tuple[float, np.ndarray] | None = None
         self.mixtures: list[tuple[float, float]] = []
 
@@ -57,66 +82,68 @@ class ShotFinder:
         """
         cut, before, self._last = self._cuts.is_cut(luma), self._last, (time, luma)
         if cut:
-            self._begins.append(time)
-            self._end_mixture()
+            self._end_shot()
         if not self._recent or time - self._recent[-1][0] >= STEP - 1e-3:
             small = cv2.resize(luma, _SIZE, interpolation=cv2.INTER_AREA)
-            self._recent.append((time, small))
-            self._look()
-        if cut or before is None or before[1].shape != luma.shape:
+            # Without its mean: light that changes is no dissolve.
+            self._recent.append((time, small - small.mean()))
+            self._look(len(self._recent) - 1 - _SPANS[-1])
+        moved = self._moved(before, time, luma)
+        moves = before is not None and time - before[0] < _STILL
+        if self._found and len(self._found[-1].after) < _NEAR:
+            self._found[-1].after.append(moved if moves else 0.0)
+        if cut:
+            self._found.append(_Cut(time, moved if moves else math.inf, list(self._moves)))
+        self._moves.append(moved if moves else 0.0)
+        return 0.0 if cut else moved
+
+    @staticmethod
+    def _moved(before: tuple[float, np.ndarray] | None, time: float, luma: np.ndarray) -> float:
+        if before is None or before[1].shape != luma.shape:
             return 0.0
         change = float(np.abs(luma - before[1]).mean()) / max(float(luma.std()), 0.02)
         return change * FRAME / max(time - before[0], 1e-3)
 
     def shots(self) -> list[float]:
         """When each shot begins, in seconds; a dissolve or fade ends one in its middle."""
-        self._end_mixture()
+        self._end_shot()
         middles = ((first + last) / 2 for first, last in self.mixtures)
-        alone = [each for each in middles if all(abs(each - cut) > _PAUSE for cut in self._begins)]
-        return sorted([*self._begins, *alone])
+        cuts = [cut.time for number, cut in enumerate(self._found) if number == 0 or not cut.is_whip]
+        alone = [each for each in middles if all(abs(each - cut) > _PAUSE for cut in cuts[1:])]
+        return sorted([*cuts, *alone])
 
     def is_mixed(self, time: float) -> bool:
         """Whether the picture at a time shows two shots, or one that fades."""
         return any(first <= time <= last for first, last in self.mixtures)
 
-    def _look(self) -> None:
-        """Whether the picture in the middle of the recent ones is a mixture."""
-        middle = len(self._recent) - 1 - _SPANS[-1]
+    def _look(self, middle: int) -> None:
+        """Whether the picture of this number among the recent ones is a mixture."""
         if middle < 0:
             return
         time, picture = self._recent[middle]
         for span in _SPANS:
-            if middle >= span and self._is_mixture(
+            if span <= middle < len(self._recent) - span and is_mixture(
                 self._recent[middle - span][1], picture, self._recent[middle + span][1]
             ):
-                self._mixed.append(time)
+                near = self._recent[middle - _SPANS[0]][1], self._recent[middle + _SPANS[0]][1]
+                self._mixed.append((time, *near))
                 return
-        if self._mixed and time - self._mixed[-1] > 3 * STEP:
+        if self._mixed and time - self._mixed[-1][0] > 3 * STEP:
             self._end_mixture()
 
-    @staticmethod
-    def _is_mixture(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:
-        change = after - before
-        strength = float(np.sqrt(np.mean(change**2)))
-        if strength < _UNLIKE or _likeness(before, after) > _ALIKE:
-            return False
-        share = float(np.mean((picture - before) * change)) / strength**2
-        if not _SHARE[0] < share < _SHARE[1]:
-            return False
-        rest = picture - before - share * change
-        return float(np.sqrt(np.mean(rest**2))) < _MIXED * strength
+    def _end_shot(self) -> None:
+        """Look at those that still wait for later ones: across a cut nothing dissolves."""
+        for middle in range(max(0, len(self._recent) - _SPANS[-1]), len(self._recent)):
+            self._look(middle)
+        self._end_mixture()
+        self._recent.clear()
 
     def _end_mixture(self) -> None:
         if len(self._mixed) >= _LEAST:
-            self.mixtures.append((self._mixed[0] - STEP, self._mixed[-1] + STEP))
+            (first, before, _), (last, _, after) = self._mixed[0], self._mixed[-1]
+            if last - first < _LONGEST and not is_moved(before, after):
+                self.mixtures.append((first - STEP, last + STEP))
         self._mixed = []
-
-
-def _likeness(one: np.ndarray, other: np.ndarray) -> float:
-    """The correlation of two pictures; 0 where one is blank."""
-    one, other = one - one.mean(), other - other.mean()
-    energy = float(np.sqrt(np.mean(one**2) * np.mean(other**2)))
-    return float(np.mean(one * other)) / energy if energy > 1e-4 else 0.0
 
 
 class KeyShots:

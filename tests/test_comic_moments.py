@@ -1,0 +1,274 @@
+"""The moments chosen from a film: sharp, unlike one another, as wished, and in order."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from media import make_picture, photograph
+from stories import PLACES, RATE, dissolved, shot, story, view, write_film
+
+from vidstyle.comic import film as film_file
+from vidstyle.comic.faces import FaceFinder
+from vidstyle.comic.film import open_film
+from vidstyle.comic.judge import Candidate, judge, look_alike
+from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.moments import Wishes, find_moments
+from vidstyle.errors import InputError, UsageError
+
+CASCADE = "lbpcascade_frontalface_opencv.xml"
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Six shots of 1.2 seconds."""
+    return write_film(tmp_path_factory.mktemp("story") / "told.mp4", story(6, 30))
+
+
+def moments_of(path: Path, **wishes: object) -> list[Moment]:
+    return find_moments(open_film(path), Wishes(**wishes))  # type: ignore[arg-type]
+
+
+def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
+    """What the moments show, judged again from the whole pictures."""
+    faces = FaceFinder()
+    frames = open_film(path).frames_at([each.time for each in moments])
+    return [judge(frame, each.time, each.shape, faces) for each, frame in zip(moments, frames, strict=True)]
+
+
+def doubles(candidates: Sequence[Candidate]) -> int:
+    return int(np.triu(look_alike(candidates), 1).sum())
+
+
+def test_moments_tell_each_shot_in_order(told: Path) -> None:
+    moments = moments_of(told, panels=6)
+    assert [each.scene for each in moments] == [0, 1, 2, 3, 4, 5]
+    assert [int(each.time / 1.2) for each in moments] == [0, 1, 2, 3, 4, 5]
+    assert all(each.shape == (144, 256) for each in moments)
+    assert max(each.importance for each in moments) == 1
+    assert min(each.importance for each in moments) > 0
+    assert doubles(seen_at(told, moments)) == 0
+
+
+def test_the_same_film_gives_the_same_moments(told: Path) -> None:
+    assert moments_of(told) == moments_of(told)
+
+
+@pytest.mark.parametrize("panels", [1, 3, 12])
+def test_as_many_as_wanted_are_chosen(told: Path, panels: int) -> None:
+    moments = moments_of(told, panels=panels)
+    assert len(moments) == panels
+    assert all(one.time < other.time for one, other in itertools.pairwise(moments))
+
+
+def test_wishes_are_kept(told: Path) -> None:
+    moments = moments_of(told, panels=4, at=(0.5, 3.02), skip=((1.0, 2.4), (4.8, 7.2)))
+    times = [each.time for each in moments]
+    assert pytest.approx(0.48) in times  # the frame that is shown at 0.5
+    assert pytest.approx(3.0) in times
+    assert len(times) == 4
+    assert not any(1.0 <= time < 2.4 or 4.8 <= time for time in times)
+
+
+def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(told: Path) -> None:
+    assert [each.time for each in moments_of(told, panels=1, at=(6, 0.2, 0.4))] == pytest.approx(
+        [0.2, 0.4, 6]
+    )
+
+
+@pytest.mark.parametrize(
+    ("wishes", "message"),
+    [
+        ({"at": (9,)}, "at: 9 s lies after the end; the film has 7.2 s"),
+        ({"at": (1,), "skip": ((0, 2),)}, "at: 1 s lies in a part that is to be skipped"),
+        ({"at": (-1,)}, "at: -1 s lies before the film"),
+        ({"skip": ((2, 1),)}, "skip: 2-1 s is not a part of a film"),
+        ({"skip": ((0, 100),)}, "skip: leaves nothing of the film"),
+        ({"panels": 0}, "panels: 0 are none to lay out; give 1 to 300, or auto"),
+    ],
+)
+def test_what_cannot_be_wished_is_said(told: Path, wishes: dict[str, object], message: str) -> None:
+    with pytest.raises(UsageError) as error:
+        moments_of(told, **wishes)
+    assert str(error.value) == message
+
+
+def test_blurred_black_and_mixed_pictures_are_left_out(tmp_path: Path) -> None:
+    """Of each shot a third is blurred; between them lies black, and a dissolve."""
+
+    def partly_blurred(number: int) -> list[np.ndarray]:
+        frames = shot(PLACES[number], 60)
+        blurred = [cv2.GaussianBlur(frame, (0, 0), 3) for frame in frames[:20]]
+        return [*blurred, *frames[20:]] if number % 2 else [*frames[20:], *blurred]
+
+    black = [np.zeros_like(view(PLACES[0]))] * 20
+    frames = [*partly_blurred(0), *black, *dissolved(partly_blurred(1), partly_blurred(2), 16)]
+    path = write_film(tmp_path / "film.mp4", frames)
+    moments = moments_of(path, panels=3)
+    times = [each.time * RATE for each in moments]
+    assert [time < 40 or 100 <= time < 124 or 140 <= time < 164 for time in times] == [True] * 3, times
+
+
+def test_the_sharpest_frame_close_by_is_taken(tmp_path: Path) -> None:
+    frames = shot(PLACES[0], 10, 0.2)
+    film = [cv2.GaussianBlur(frame, (0, 0), 2.5) for frame in frames]
+    film[6] = frames[6]
+    path = write_film(tmp_path / "film.mp4", film)
+    assert moments_of(path, panels=1)[0].time == pytest.approx(6 / RATE)
+
+
+def test_equal_pictures_are_shown_once(tmp_path: Path) -> None:
+    """Two places in turn, seen three times each."""
+    frames = [frame for number in range(6) for frame in shot(PLACES[number % 2], 25, 0.1)]
+    path = write_film(tmp_path / "film.mp4", frames)
+    assert len(moments_of(path)) == 2
+    assert len(moments_of(path, panels=5)) == 5
+
+
+@pytest.mark.parametrize(
+    ("frames", "most"),
+    [
+        (lambda: [view(PLACES[0])], 1),
+        (lambda: [view(PLACES[0])] * 60, 1),
+        (lambda: shot(PLACES[0], 50, 2), 3),
+        (lambda: [np.ascontiguousarray(np.rot90(frame)) for frame in shot(PLACES[1], 50)], 2),
+    ],
+    ids=["one frame", "still", "two seconds", "upright"],
+)
+def test_short_films_give_few_moments(
+    tmp_path: Path, frames: Callable[[], list[np.ndarray]], most: int
+) -> None:
+    pictures = frames()
+    path = write_film(tmp_path / "film.mp4", pictures)
+    moments = moments_of(path)
+    assert 1 <= len(moments) <= most
+    assert {each.shape for each in moments} == {pictures[0].shape[:2]}
+    whole = Box(0, 0, *reversed(moments[0].shape))
+    assert all(whole.contains(each.salience) and each.salience.area > 0 for each in moments)
+
+
+def test_a_black_film_has_nothing_to_show(tmp_path: Path) -> None:
+    path = write_film(tmp_path / "film.mp4", [np.zeros_like(view(PLACES[0]))] * 30)
+    with pytest.raises(InputError, match="nothing is to be seen in it: all its pictures are blank$"):
+        moments_of(path)
+    assert len(moments_of(path, at=(0.5,))) == 1
+
+
+def test_a_pipe_is_refused() -> None:
+    with pytest.raises(UsageError, match="a pipe can be read only once; save the film to a file"):
+        open_film("-")
+
+
+def test_a_folder_of_pictures_is_a_film(tmp_path: Path) -> None:
+    for number, name in enumerate(["picture 2.png", "picture 10.png", "again.png", "notes.txt"]):
+        if name.endswith("png"):
+            picture = view(PLACES[number if number < 2 else 0], size=(320, 180))
+            cv2.imwrite(str(tmp_path / name), picture[..., ::-1])
+        else:
+            (tmp_path / name).write_text("no picture")
+    film = open_film(tmp_path)
+    moments = find_moments(film)
+    assert [each.time for each in moments] in ([0, 2], [1, 2])  # "again" is "picture 2"
+    frames = list(film.frames_at([2]))
+    assert np.array_equal(frames[0], view(PLACES[1], size=(320, 180)))
+
+
+def test_a_folder_without_pictures_is_said(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="a folder without pictures$"):
+        open_film(tmp_path)
+    (tmp_path / "bad.png").write_bytes(b"no picture")
+    with pytest.raises(InputError, match="none of its pictures can be read$"):
+        find_moments(open_film(tmp_path))
+
+
+def test_one_picture_is_a_film(tmp_path: Path) -> None:
+    path = make_picture(tmp_path / "picture.png")
+    (moment,) = moments_of(path)
+    assert (moment.time, moment.shape) == (0, (180, 320))
+
+
+def test_numbered_pictures_and_animations_are_films(tmp_path: Path) -> None:
+    from PIL import Image
+
+    pictures = [Image.fromarray(view(PLACES[number // 5])) for number in range(15)]
+    for number, picture in enumerate(pictures):
+        picture.save(tmp_path / f"{number:03d}.png")
+    pictures[0].save(tmp_path / "film.gif", save_all=True, append_images=pictures[1:], duration=200)
+    assert [each.scene for each in moments_of(tmp_path / "%03d.png")] == [0, 1, 2]
+    assert [each.scene for each in moments_of(tmp_path / "film.gif")] == [0, 1, 2]
+
+
+def test_of_a_long_film_only_key_frames_are_looked_at(told: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A limit that this film is beyond; a key frame comes each second."""
+    monkeypatch.setattr(film_file, "WHOLE", 0)
+    monkeypatch.setattr(film_file, "MOST", 8)
+    film = open_film(told)
+    times = [each.time for each in film.survey().candidates]
+    assert times == pytest.approx(range(8))
+    moments = find_moments(film)
+    assert len(moments) >= 4
+    assert all(abs(each.time - round(each.time)) <= 0.8 for each in moments)
+    assert doubles(seen_at(told, moments)) == 0
+
+
+def test_exact_frames_are_fetched(told: Path) -> None:
+    frames = list(story(6, 30))
+    times = [3 / RATE, 100.5 / RATE, 179 / RATE]
+    for number, fetched in zip((3, 100, 179), open_film(told).frames_at(times), strict=True):
+        distances = [
+            np.abs(frames[other].astype(int) - fetched).mean() for other in range(number - 2, number + 1)
+        ]
+        assert int(np.argmin(distances)) == 2
+
+
+def test_memory_does_not_grow_with_the_film(told: Path) -> None:
+    """What is kept of a candidate is small, however large the picture."""
+    candidate = open_film(told).survey().candidates[0]
+    kept = [getattr(candidate, name) for name in candidate.__dataclass_fields__]
+    assert sum(array.nbytes for array in kept if isinstance(array, np.ndarray)) < 4096
+    assert all(
+        array.base is None or array.base.nbytes < 4096 for array in kept if isinstance(array, np.ndarray)
+    )
+
+
+def cascade(folder: Path) -> Path:
+    """The model of faces that scikit-image ships, with a slip in two of its tags put right."""
+    import skimage
+
+    text = (Path(skimage.__file__).parent / "data" / CASCADE).read_text(encoding="utf-8")
+    path = folder / "faces.xml"
+    path.write_text(text.replace("featuhre", "feature"), encoding="utf-8")
+    return path
+
+
+def test_faces_are_found_with_a_model(tmp_path: Path) -> None:
+    finder = FaceFinder(cascade(tmp_path))
+    (face,) = finder.find(photograph("astronaut"))
+    assert Box(150, 40, 300, 230).contains(face)
+    assert finder.find(photograph("coffee")) == []
+    assert FaceFinder(cascade(tmp_path)).find(np.zeros((90, 160, 3), np.uint8)) == []
+
+
+def test_what_is_no_model_of_faces_is_said(tmp_path: Path) -> None:
+    (tmp_path / "no.xml").write_text("no model")
+    with pytest.raises(
+        InputError, match="no.xml: is not a model of faces; give a cascade in OpenCV's format"
+    ):
+        FaceFinder(tmp_path / "no.xml")
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        FaceFinder(tmp_path / "none.xml")
+
+
+def test_a_face_is_worth_a_panel(tmp_path: Path) -> None:
+    """Of two shots that are equally long, the one with a face is chosen where one panel is wanted."""
+    crop = cv2.resize(photograph("astronaut")[:288], (256, 144), interpolation=cv2.INTER_AREA)
+    frames = [view(PLACES[2])] * 25 + [crop] * 25
+    path = write_film(tmp_path / "film.mp4", frames)
+    (moment,) = find_moments(open_film(path, FaceFinder(cascade(tmp_path))), Wishes(panels=1))
+    assert moment.scene == 1
+    assert len(moment.faces) == 1
+    assert moment.salience.intersection(moment.faces[0]).area > 0.9 * moment.faces[0].area

@@ -1,0 +1,106 @@
+"""The shots of films: cuts and dissolves are found, flashes and turns of the camera are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from stories import PLACES, RATE, Place, dissolved, flashed, shot, small_luma, view, whipped
+
+from vidstyle.comic.judge import tones
+from vidstyle.comic.shots import KeyShots, ShotFinder
+
+SLACK, MIXED_SLACK = 0.06, 0.25
+"""Seconds by which a cut may be missed, and the middle of a dissolve beside half its length."""
+
+
+def finder_of(frames: list[np.ndarray]) -> ShotFinder:
+    finder = ShotFinder()
+    for number, frame in enumerate(frames):
+        finder.push(number / RATE, small_luma(frame))
+    return finder
+
+
+def joined(seed: int) -> tuple[list[np.ndarray], list[tuple[float, float]]]:
+    """Noisy frames of eight shots, and when each but the first begins, and half of how long it dissolves."""
+    random = np.random.default_rng(seed)
+    frames: list[np.ndarray] = []
+    begins = []
+    for number in random.permutation(len(PLACES))[:8]:
+        new = eventful(PLACES[number], random)
+        mixed = int(random.integers(8, 26)) if frames and random.random() < 0.5 else 0
+        if frames:
+            begins.append(((len(frames) - mixed / 2) / RATE, mixed / 2 / RATE))
+        frames = dissolved(frames, new, mixed) if mixed else frames + new
+    return [noisy(frame, random) for frame in frames], begins
+
+
+def eventful(place: Place, random: np.random.Generator) -> list[np.ndarray]:
+    """A shot with a flash, with a whip pan, or with neither."""
+    length = int(random.integers(56, 90))
+    event = random.integers(4)
+    if event == 0:
+        return whipped(place, length, float(random.choice([-220, 220])))
+    frames = shot(place, length, float(random.uniform(-1.5, 1.5)))
+    return flashed(frames, length // 2) if event == 1 else frames
+
+
+def noisy(frame: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    return np.clip(frame + random.normal(0, 2, frame.shape), 0, 255).astype(np.uint8)
+
+
+def test_joined_shots_are_told_apart() -> None:
+    found = missed = wrong = 0
+    for seed in range(8):
+        frames, begins = joined(seed)
+        shots = finder_of(frames).shots()[1:]
+        for time, half in begins:
+            hits = [each for each in shots if abs(each - time) <= (half + MIXED_SLACK if half else SLACK)]
+            found, missed = found + bool(hits), missed + (not hits)
+            shots = [each for each in shots if each not in hits[:1]]
+        wrong += len(shots)
+    assert found + missed == 56
+    assert found / (found + missed) >= 0.95
+    assert found / (found + wrong) >= 0.95
+
+
+@pytest.mark.parametrize("frames", [10, 16, 24])
+def test_pictures_in_a_dissolve_are_mixed_and_others_are_not(frames: int) -> None:
+    finder = finder_of(dissolved(shot(PLACES[0], 60), shot(PLACES[1], 60), frames))
+    begin, middle, end = (60 - frames) / RATE, (60 - frames / 2) / RATE, 60 / RATE
+    assert finder.shots() == pytest.approx([0, middle], abs=frames / 2 / RATE)
+    assert finder.is_mixed(middle)
+    assert not any(finder.is_mixed(time) for time in (0, begin - 0.4, end + 0.4))
+
+
+def test_a_fade_to_black_is_mixed() -> None:
+    frames = [*shot(PLACES[0], 50), *([view(PLACES[0])] * 25), *[np.zeros_like(view(PLACES[0]))] * 50]
+    faded = [
+        np.rint(frame * np.clip((75 - number) / 25, 0, 1)).astype(np.uint8)
+        for number, frame in enumerate(frames)
+    ]
+    finder = finder_of(faded)
+    assert finder.is_mixed(62 / RATE)
+    assert not finder.is_mixed(40 / RATE)
+
+
+def test_movement_is_measured_in_the_time_of_a_frame() -> None:
+    """The same turn filmed at twice the rate moves as much."""
+    quick, slow = (
+        [small_luma(view(PLACES[2], 4 * number / step)) for number in range(8 * step)] for step in (1, 2)
+    )
+    one, other = ShotFinder(), ShotFinder()
+    first = [one.push(number / 24, frame) for number, frame in enumerate(quick)]
+    second = [other.push(number / 48, frame) for number, frame in enumerate(slow)]
+    assert first[0] == second[0] == 0
+    assert np.mean(first[1:]) == pytest.approx(np.mean(second[1:]), rel=0.15)
+    still = ShotFinder()
+    assert [still.push(number / 24, quick[0]) for number in range(3)] == [0, 0, 0]
+
+
+def test_key_frames_of_one_place_are_one_scene() -> None:
+    keys = KeyShots()
+    for number in range(6):
+        place = PLACES[0] if number < 3 else PLACES[6]
+        frame = view(place, 30 * number)
+        keys.push(5.0 * number, small_luma(frame), tones(frame))
+    assert keys.begins == [0, 15]
