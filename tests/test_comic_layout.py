@@ -162,7 +162,8 @@ def test_other_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -
     others = Counter()
     for case in cases[40:]:
         best = lay_out(case.moments, case.paper)
-        assert 0 <= case.layout.cost - best.cost + 1e-9 <= GOOD * len(case.moments) + 1e-6
+        most = GOOD_AT_ALL + GOOD * len(case.moments)
+        assert -1e-9 <= case.layout.cost - best.cost <= most + 1e-9
         if len(case.moments) >= 5 and case.seed:
             mirrored = lay_out(case.moments, case.paper, right_to_left=case.backwards)
             others[case.layout.panels != mirrored.panels] += 1
