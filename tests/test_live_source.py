@@ -164,7 +164,7 @@ def first_open(source: Network) -> Network:
                         raise
                     time.sleep(0.1)
 
-    return Patient(source.name)
+    return Patient(source.url)
 
 
 def test_a_stream_whose_server_is_killed_and_restarted(caplog: pytest.LogCaptureFixture):
@@ -270,6 +270,14 @@ def test_the_slowest_rate_that_is_enough():
     assert mode_rate(MODES[3], Fraction(30)) == Fraction(30000, 1001)
     assert mode_rate(MODES[1], Fraction(30)) == 10
     assert choose_mode([], None, Fraction(30)) is None
+
+
+def test_secrets_in_an_address_are_kept():
+    source = live_source("rtsp://me:secret@127.0.0.1:1/camera?token=1", SourceOptions())
+    assert source.name == "rtsp://127.0.0.1:1/camera"
+    with pytest.raises(InputError, match="rtsp://127.0.0.1:1/camera: cannot be opened") as raised:
+        source.open(threading.Event())
+    assert "secret" not in str(raised.value) and "token" not in str(raised.value)
 
 
 def test_errors_name_the_source():

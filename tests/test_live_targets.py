@@ -312,7 +312,7 @@ def test_statistics(capfd: pytest.CaptureFixture[str]):
     assert cli.main([*arguments, "--stats", "--json", "--device", "cpu"]) == 0
     said = capfd.readouterr()
     lines = said.err.splitlines()
-    assert lines[0].startswith("vidstyle: 10 frames in ") and "median" in lines[1] and "null: " in lines[2]
+    assert lines[0].startswith("vidstyle: 10 frames in ") and "median" in lines[1] and "null: " in lines[3]
     told = json.loads(said.out)
     assert told["frames"] == 10 and told["targets"][0]["delivered"] == 10
     assert 0 < told["latency_ms"]["median"] <= told["latency_ms"]["p99"]

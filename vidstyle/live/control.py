@@ -25,7 +25,7 @@ class Status:
         dropped: frames that came and were never restyled, a newer one being there.
         repeated: frames that targets showed again for want of a newer one.
         rate: restyled frames per second, over the last seconds.
-        latency_ms: median and 99th percentile from capture to delivery, over the last seconds.
+        latency_ms: median and 99th percentile from capture to the targets, over the last seconds.
         given_up: what was given up to hold the rate, or "".
         targets: name and state of each.
         recording: whether a recording is being written.

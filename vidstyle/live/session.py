@@ -50,7 +50,7 @@ class Session:
         self._options = options or LiveOptions()
         self._styler = Styler(controls.style, self._options.device)
         self._capture = Capture(source)
-        self._meter, self._pace = Meter(), Rate()
+        self._meter, self._restyled, self._pace = Meter(), Meter(), Rate()
         self._targets: list[Target] = []
         self._keepsakes = Keepsakes()
         self._pictures = Pictures(self._options.size)
@@ -99,7 +99,7 @@ class Session:
             dropped=self._dropped,
             repeated=sum(getattr(target, "repeated", 0) for target in self._targets),
             rate=self._pace.now,
-            latency_ms=self._meter.recent_latency(),
+            latency_ms=self._restyled.recent_latency(),
             given_up=self._given_up,
             targets=tuple((target.name, target.state) for target in self._targets),
             recording=self._keepsakes.recording,
@@ -151,6 +151,7 @@ class Session:
         if self._began is None:
             frame = self._begin(frame)
             begin = time.monotonic()
+        self._restyled.delivered(frame.captured)
         for target in self._targets:
             target.offer(frame)
         self._keepsakes.offer(frame, self._controls, self._rate)
@@ -222,6 +223,7 @@ class Session:
             frames=self._frames,
             dropped=self._dropped,
             elapsed=0.0 if self._began is None else time.monotonic() - self._began,
+            restyled_ms=self._restyled.latency(),
             latency_ms=self._meter.latency(),
             size=self._pictures.size,
             rate=float(self._rate),

@@ -29,7 +29,8 @@ class LiveSummary:
         frames: restyled.
         dropped: came and were never restyled, a newer one being there.
         elapsed: seconds from the first picture to the end.
-        latency_ms: median and 99th percentile from capture to delivery.
+        restyled_ms: median and 99th percentile from capture until a picture is restyled, and
+        latency_ms: until a target has written it; 0 where none tells.
         size: width and height of what went out.
         rate: frames per second that the targets were promised.
         given_up: what was given up at the end to hold the rate, or "".
@@ -40,6 +41,7 @@ class LiveSummary:
     frames: int
     dropped: int
     elapsed: float
+    restyled_ms: tuple[float, float]
     latency_ms: tuple[float, float]
     size: tuple[int, int]
     rate: float
@@ -61,7 +63,8 @@ class LiveSummary:
             "elapsed": round(self.elapsed, 3),
             "fps": round(self.frames / self.elapsed, 2) if self.elapsed > 0 else 0.0,
             "rate": round(self.rate, 3),
-            "latency_ms": {"median": round(self.latency_ms[0], 2), "p99": round(self.latency_ms[1], 2)},
+            "restyled_ms": _as_dict(self.restyled_ms),
+            "latency_ms": _as_dict(self.latency_ms),
             "size": list(self.size),
             "given_up": self.given_up,
             "targets": [vars(delivery) for delivery in self.deliveries],
@@ -71,6 +74,14 @@ class LiveSummary:
         """The same for people."""
         lost = f"{self.dropped} dropped, {self.repeated} shown again"
         first = f"{self.frames} frames in {self.elapsed:.1f} s, {lost}"
-        median, worst = self.latency_ms
-        second = f"capture to delivery: median {median:.1f} ms, 99 % within {worst:.1f} ms"
-        return [first, second, *map(str, self.deliveries)]
+        restyled = "capture to restyled: " + _text(self.restyled_ms)
+        delivered = "capture to delivered: " + _text(self.latency_ms)
+        return [first, restyled, *([delivered] if any(self.latency_ms) else []), *map(str, self.deliveries)]
+
+
+def _as_dict(latency: tuple[float, float]) -> dict[str, float]:
+    return {"median": round(latency[0], 2), "p99": round(latency[1], 2)}
+
+
+def _text(latency: tuple[float, float]) -> str:
+    return f"median {latency[0]:.1f} ms, 99 % within {latency[1]:.1f} ms"

@@ -17,7 +17,7 @@ from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media import live_output, virtual_camera
 from vidstyle.media.containers import kind_of
 from vidstyle.media.live_output import Stream, StreamOptions
-from vidstyle.media.open import is_url
+from vidstyle.media.open import is_url, public_name
 from vidstyle.media.partial import is_plain_file
 from vidstyle.media.picture_files import is_pattern
 from vidstyle.media.writer import WriteOptions
@@ -72,7 +72,8 @@ def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Targe
         return _stream_maker(text, options, partial(virtual_camera.open_virtual_camera, text))
     if is_url(text) or text.endswith(".m3u8"):
         live_output.check_url(text)
-        return _stream_maker(text, options, partial(live_output.open_stream, text))
+        name = public_name(text) if is_url(text) else text
+        return _stream_maker(name, options, partial(live_output.open_stream, text))
     return _file_maker(text, options)
 
 

@@ -14,6 +14,7 @@ from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.media.codecs import find_encoder
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame
+from vidstyle.media.open import public_name
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
@@ -167,7 +168,7 @@ def open_stream(url: str, options: StreamOptions, first: av.VideoFrame) -> Strea
     muxer = check_url(url)
     if options.codec:
         options = replace(options, codec=find_encoder(options.codec)[0])
-    return Stream(url, url, muxer, options, first, "yuv420p")
+    return Stream(public_name(url), url, muxer, options, first, "yuv420p")
 
 
 def check_url(url: str) -> str:
@@ -179,7 +180,9 @@ def check_url(url: str) -> str:
     scheme = url.partition(":")[0].lower()
     muxer = "hls" if url.endswith(".m3u8") else STREAM_FORMATS.get(scheme)
     if muxer is None:
-        raise UsageError(url, "is no kind of stream that we write", "use " + ", ".join(STREAM_FORMATS))
+        raise UsageError(
+            public_name(url), "is no kind of stream that we write", "use " + ", ".join(STREAM_FORMATS)
+        )
     return muxer
 
 

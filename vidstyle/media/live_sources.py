@@ -16,7 +16,7 @@ import av
 from vidstyle.errors import DeviceError, InputError, UsageError
 from vidstyle.media.camera import Camera, Screen
 from vidstyle.media.live_input import LiveInput, LiveSource
-from vidstyle.media.open import is_url, open_media
+from vidstyle.media.open import is_url, open_media, public_name
 from vidstyle.media.pipes import NamedPipe, Pipe
 
 NETWORK_SECONDS = 5.0
@@ -108,20 +108,25 @@ class File:
 class Network:
     """A stream by its URL; one that says how long it is, is a film, and played at its own pace."""
 
-    name: str
+    url: str
     lasting: bool = True
+
+    @property
+    def name(self) -> str:
+        """The URL without what is secret in it."""
+        return public_name(self.url)
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource."""
-        options = QUICK | ({"rtsp_transport": "tcp"} if self.name.startswith("rtsp") else {})
+        options = QUICK | ({"rtsp_transport": "tcp"} if self.url.startswith("rtsp") else {})
         try:
-            container = open_media(self.name, allow_url=True, options=options, seconds=NETWORK_SECONDS)
+            container = open_media(self.url, allow_url=True, options=options, seconds=NETWORK_SECONDS)
         except InputError as error:
             if isinstance(error.__cause__, av.ProtocolNotFoundError):
-                scheme = self.name.partition(":")[0]
+                scheme = self.url.partition(":")[0]
                 reason = f"the FFmpeg in this build does not speak {scheme}"
                 raise InputError(self.name, reason, "use RTSP, RTMP or HTTP") from error
-            raise
+            raise InputError(self.name, error.reason, error.remedy) from error
         return _live(container, self.name, stopping, paced=bool(container.duration))
 
 

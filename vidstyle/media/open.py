@@ -97,6 +97,22 @@ def is_url(source: object) -> bool:
     return bool(URL.match(text)) and not os.path.lexists(text)
 
 
+def public_name(url: str) -> str:
+    """The URL without what opens doors: passwords, queries, and the key of an RTMP stream.
+
+    >>> public_name("rtsp://me:secret@camera/1?token=5"), public_name("rtmp://host:1935/live/key-123")
+    ('rtsp://camera/1', 'rtmp://host:1935/live/...')
+    """
+    scheme, colon, rest = url.partition("?")[0].partition("://")
+    if not colon:
+        return url
+    host, slash, path = rest.partition("/")
+    application, key, _ = path.partition("/")
+    if scheme.lower().startswith("rtmp") and key:
+        path = f"{application}/..."
+    return f"{scheme}://{host.rpartition('@')[2]}{slash}{path}"
+
+
 def _target(source: Any, allow_url: bool) -> Any:
     """What FFmpeg is given: it would take many a file name for a URL or for a pattern of names."""
     if hasattr(source, "read"):
