@@ -10,14 +10,14 @@ import numpy as np
 from vidstyle.comic.faces import is_colorful, skin_map
 from vidstyle.comic.moment import Box
 
-MOST = 0.75
+MOST = 0.85
 """The share of all salience that the box of a picture holds."""
 
 HEAD_ROOM = 0.25
 """So much higher a box is than what it holds: where a body stands out, its head is above."""
 
 _SIDE = 64
-_SKIN = 0.4
+_SKIN = 0.6
 """Where so much of a picture has the colour of skin, that says nothing."""
 _CELLS = 24
 """A box's edges lie on a grid of so many cells along the longer side."""
