@@ -36,6 +36,7 @@ STRANGERS = {"media", "cpu", "gpu"}
 """These do not know one another."""
 
 HOMES = {
+    "PIL": "comic",
     "av": "media",
     "click": "cli",
     "moderngl": "gpu",

@@ -1,0 +1,22 @@
+"""A page as JPEG, with its size on paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from io import BytesIO
+
+from vidstyle.comic.raster import page_image
+from vidstyle.comic.sheet import Sheet
+
+SEVERAL = False
+QUALITY = 92
+
+
+def content(sheets: Iterable[Sheet], title: str) -> bytes:
+    """The file of one sheet."""
+    (sheet,) = sheets
+    file = BytesIO()
+    # Reduced chroma would wash out coloured dots and strokes.
+    image, dpi = page_image(sheet), round(sheet.dpi)
+    image.save(file, "JPEG", quality=QUALITY, subsampling=0, optimize=True, dpi=(dpi, dpi))
+    return file.getvalue()
