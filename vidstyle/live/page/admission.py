@@ -9,7 +9,7 @@ from __future__ import annotations
 import hmac
 import secrets
 from http import HTTPStatus
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs
 
 from websockets.datastructures import Headers
 
@@ -56,9 +56,8 @@ class Admission:
 
     def brings_token(self, path: str) -> bool:
         """Whether the address is the one that was printed, secret included."""
-        parts = urlsplit(path)
-        tokens = parse_qs(parts.query).get("token", [])
-        return parts.path == "/" and len(tokens) == 1 and self._is_token(tokens[0])
+        tokens = parse_qs(path.partition("?")[2]).get("token", [])
+        return path.startswith("/?") and len(tokens) == 1 and self._is_token(tokens[0])
 
     def check_cookie(self, headers: Headers) -> None:
         """Refuse those who were not given the address.
@@ -72,13 +71,13 @@ class Admission:
             raise RefusedError(HTTPStatus.FORBIDDEN, "open the address that vidstyle has printed")
 
     def _is_token(self, text: str) -> bool:
-        return hmac.compare_digest(text.encode(), self.token.encode())
+        return hmac.compare_digest(text.encode("utf-8", "surrogatepass"), self.token.encode())
 
 
 def _is_visit(path: str, headers: Headers) -> bool:
     """Whether somebody follows a link to the page itself, in a window of its own."""
     return (
-        urlsplit(path).path == "/"
+        path.partition("?")[0] == "/"
         and headers.get_all("Sec-Fetch-Mode") == ["navigate"]
         and headers.get_all("Sec-Fetch-Dest") == ["document"]
     )

@@ -75,8 +75,9 @@ class Page:
 
     def close(self) -> None:
         """See Target."""
-        asyncio.run_coroutine_threadsafe(self._end(), self._loop)
-        self._thread.join(2 * CLOSE_SECONDS)
+        if self._thread.is_alive():
+            asyncio.run_coroutine_threadsafe(self._end(), self._loop)
+            self._thread.join(2 * CLOSE_SECONDS)
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)

@@ -8,7 +8,6 @@ import logging
 from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
 from typing import Any
-from urllib.parse import urlsplit
 
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.frames import CloseCode
@@ -128,16 +127,13 @@ class Server:
             return await self._respond(request)
         except RefusedError as error:
             return answers.refusal(error.status, str(error))
-        except Exception as error:  # raised again in the session's own thread
-            self.error = error
-            raise
 
     async def _respond(self, request: Request) -> Response | None:
         self._admission.check_sender(request.path, request.headers)
         if self._admission.brings_token(request.path):
             return answers.to_page(self._admission.cookie)
         self._admission.check_cookie(request.headers)
-        path = urlsplit(request.path).path
+        path = request.path.partition("?")[0]
         if path == answers.SOCKET:
             if self.viewers >= MOST_VIEWERS:
                 raise RefusedError(

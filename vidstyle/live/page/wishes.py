@@ -6,7 +6,9 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+from vidstyle.errors import UsageError
 from vidstyle.live.control import Controls
+from vidstyle.style.values import nearest
 
 MOST_ASSIGNMENTS, LONGEST_TEXT = 200, 200
 
@@ -100,6 +102,7 @@ def carry_out(message: dict[str, Any], controls: Controls) -> None:
 
 def _vary(style: str, variant: str, controls: Controls) -> None:
     controls.choose(style)
-    values = controls.style.variants.get(variant, {})
-    if values:
-        controls.set([f"{path}={value}" for path, value in values.items()])
+    variants = controls.style.variants
+    if variant not in variants:
+        raise UsageError(f"{style}:{variant}", "there is no variant of this name", nearest(variant, variants))
+    controls.set([f"{path}={value}" for path, value in variants[variant].items()])

@@ -1,0 +1,141 @@
+"""What the tests of the live page share: a page with frames to show, and somebody who asks it for things."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+import av
+import numpy as np
+from websockets.sync.client import ClientConnection, connect
+
+from vidstyle.live.control import Controls
+from vidstyle.live.page import Page
+from vidstyle.live.target import LiveFrame
+from vidstyle.style import load_style
+
+LONG = 20.0
+"""Seconds after which a test gives up: far more than anything takes, for the machine may be busy."""
+
+
+def live_frame(number: int = 0, size: tuple[int, int] = (64, 48)) -> LiveFrame:
+    """A frame with a ramp in it, brighter from one frame to the next."""
+    width, height = size
+    ramp = np.linspace(0, 150, width)[None, :, None] * np.ones((height, 1, 3)) + number % 100
+    picture = av.VideoFrame.from_ndarray(ramp.astype(np.uint8), format="rgb24").reformat(format="yuv420p")
+    return LiveFrame(picture, time.monotonic(), number)
+
+
+class Visitor:
+    """Asks a page's server for things, as a browser or as somebody who is up to something."""
+
+    def __init__(self, page: Page) -> None:
+        parts = urlsplit(page.url)
+        self.port = int(parts.port or 0)
+        self.host = f"127.0.0.1:{self.port}"
+        self.token = parts.query.partition("=")[2]
+        self.cookie = f"vidstyle-{self.port}={self.token}"
+
+    def ask(
+        self, path: str, headers: list[tuple[str, str]] | None = None, method: str = "GET", body: bytes = b""
+    ) -> tuple[int, dict[str, str], bytes]:
+        """Status, headers with small names, and body; status 0 where the line is cut without a word."""
+        headers = self.headers() if headers is None else headers
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=LONG)
+        try:
+            connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+            for name, value in headers:
+                connection.putheader(name, value)
+            connection.endheaders(body)
+            answer = connection.getresponse()
+            return answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
+        except (http.client.HTTPException, ConnectionError):
+            return 0, {}, b""
+        finally:
+            connection.close()
+
+    def headers(
+        self, host: str | None = None, cookie: str | None = None, **more: str
+    ) -> list[tuple[str, str]]:
+        """Those of a browser that was let in; `more` with _ for -."""
+        pairs = [("Host", host or self.host), ("Cookie", cookie or self.cookie)]
+        return pairs + [(name.replace("_", "-"), value) for name, value in more.items()]
+
+    @contextmanager
+    def look(self, origin: str | None = "", cookie: str | None = None) -> Iterator[Window]:
+        """A browser that shows the page; `origin`: None for none, "" for its own."""
+        own = f"http://{self.host}" if origin == "" else origin
+        with connect(
+            f"ws://{self.host}/socket",
+            origin=own,  # type: ignore[arg-type]
+            additional_headers={"Cookie": self.cookie if cookie is None else cookie},
+            open_timeout=LONG,
+            close_timeout=LONG,
+            compression=None,
+            proxy=None,
+        ) as socket:
+            yield Window(socket)
+
+
+class Window:
+    """What a browser gets and sends."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self._unread: list[str | bytes] = []
+
+    def say(self, **message: Any) -> None:
+        self.socket.send(json.dumps(message))
+
+    def picture(self, seconds: float = LONG) -> tuple[int, bytes]:
+        """Number and JPEG of the next picture; TimeoutError if none comes in this time."""
+        data = self._next(lambda data: isinstance(data, bytes), seconds)
+        assert isinstance(data, bytes)
+        return int.from_bytes(data[:8], "big"), data[8:]
+
+    def news(self, name: str) -> Any:
+        """The next news of this name; with "done" comes "error", if there is one."""
+        news = json.loads(self._next(lambda data: isinstance(data, str) and name in json.loads(data), LONG))
+        return news if name == "done" else news[name]
+
+    def _next(self, is_wanted: Callable[[str | bytes], bool], seconds: float) -> str | bytes:
+        """The first that is wanted; what else comes is there for later."""
+        until = time.monotonic() + seconds
+        for place, data in enumerate(self._unread):
+            if is_wanted(data):
+                return self._unread.pop(place)
+        while not is_wanted(data := self.socket.recv(max(0.0, until - time.monotonic()))):
+            self._unread.append(data)
+        return data
+
+    def ask(self, **message: Any) -> str:
+        """Ask for something; what went wrong, or ""."""
+        self.say(**message)
+        return str(self.news("done").get("error", ""))
+
+
+@contextmanager
+def showing(
+    style: object = "ink", names: list[str] | None = None
+) -> Iterator[tuple[Page, Controls, Visitor]]:
+    """A page with one frame, what it steers, and somebody to ask it."""
+    controls = Controls(load_style(style), names)  # type: ignore[arg-type]
+    page = Page(controls)
+    try:
+        page.offer(live_frame())
+        yield page, controls, Visitor(page)
+    finally:
+        page.close()
+
+
+def eventually(is_so: Any) -> bool:
+    """Whether it comes true in time."""
+    until = time.monotonic() + LONG
+    while not is_so() and time.monotonic() < until:
+        time.sleep(0.01)
+    return bool(is_so())

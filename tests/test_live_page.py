@@ -1,0 +1,250 @@
+"""The live page: frames one at a time, the newest first, and every wish checked before it is carried out."""
+
+from __future__ import annotations
+
+import json
+import logging
+import re
+import threading
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from live import generated
+from live_page import LONG, Visitor, eventually, live_frame, showing
+from websockets.exceptions import ConnectionClosed
+
+from vidstyle.live.control import Controls, Status
+from vidstyle.live.page import Page, wishes
+from vidstyle.live.page.pictures import LARGEST, Quality, jpeg
+from vidstyle.live.session import Session
+from vidstyle.live.setting import LiveOptions
+from vidstyle.style import load_style
+
+FOLDER = Path(wishes.__file__).parent
+
+
+def test_a_picture_arrives_as_it_was_offered() -> None:
+    frame = live_frame(7, (320, 180))
+    with showing() as (page, _, visitor), visitor.look() as window:
+        page.offer(frame)
+        number, data = window.picture()
+        while number != 7:
+            window.say(do="shown", number=number)
+            number, data = window.picture()
+    shown = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert np.abs(shown.astype(float) - frame.picture.to_ndarray(format="bgr24")).mean() < 2
+
+
+def test_one_picture_is_under_way_and_then_the_newest_follows() -> None:
+    with showing() as (page, _, visitor), visitor.look() as window:
+        assert window.picture()[0] == 0
+        for number in range(1, 6):
+            page.offer(live_frame(number))
+        with pytest.raises(TimeoutError):
+            window.picture(0.3)
+        window.say(do="shown", number=0)
+        assert window.picture()[0] == 5
+        window.say(do="shown", number=5)
+        assert eventually(lambda: (page.delivered, page.dropped) == (2, 4))
+
+
+def test_a_browser_that_does_not_look_holds_up_no_other() -> None:
+    with showing() as (page, _, visitor), visitor.look() as slow, visitor.look() as quick:
+        slow.picture()
+        for number in range(1, 20):
+            window_number, _ = quick.picture()
+            quick.say(do="shown", number=window_number)
+            page.offer(live_frame(number))
+        assert quick.picture()[0] >= 18
+
+
+def test_offering_never_waits() -> None:
+    with showing() as (page, _, visitor), visitor.look():
+        frame = live_frame(1, (1920, 1080))
+        begin = time.monotonic()
+        for _ in range(200):
+            page.offer(frame)
+        assert time.monotonic() - begin < 0.5
+    page.offer(frame)  # after the end it is left out
+    assert page.state == "no browser"
+
+
+def test_its_end_is_told_to_browsers_and_leaves_no_thread() -> None:
+    with showing() as (page, _, visitor), visitor.look() as window:
+        window.picture()
+        page.close()
+        with pytest.raises(ConnectionClosed) as caught:
+            window.news("never")
+        assert caught.value.rcvd is not None and caught.value.rcvd.code == 1001
+    assert eventually(lambda: not [t for t in threading.enumerate() if t.name.startswith("vidstyle page")])
+
+
+def test_a_slider_changes_the_style_and_all_browsers_are_told() -> None:
+    with showing() as (_, controls, visitor), visitor.look() as mover, visitor.look() as other:
+        assert other.news("panel")["text"] == "--style ink"
+        assert mover.ask(do="set", assignments=["flow_dog.p=31.5", "ink=#102030"]) == ""
+        assert controls.style.ink == "#102030"
+        told = other.news("panel")
+        assert told["text"] == "--style ink --set 'ink=#102030' --set flow_dog.p=31.5"
+        assert {entry["path"]: entry["value"] for entry in told["entries"]}["flow_dog.p"] == 31.5
+
+
+def test_what_keys_in_the_terminal_change_is_told_too() -> None:
+    with showing() as (_, controls, visitor), visitor.look() as window:
+        window.news("panel")
+        controls.steady(0.9)
+        assert window.news("panel")["text"] == "--style ink --set steady=0.9"
+
+
+@pytest.mark.parametrize(
+    "assignment", ["flow_dog.p=999", "nothing.p=1", "ink=red", "steady=nan", "x", "a=b=c"]
+)
+def test_a_value_that_cannot_be_is_answered_and_changes_nothing(assignment: str) -> None:
+    with showing() as (_, controls, visitor), visitor.look() as window:
+        before = controls.style
+        assert "\n" not in window.ask(do="set", assignments=[assignment]) != ""
+        assert controls.style is before
+        assert window.ask(do="set", assignments=["steady=0.25"]) == ""
+
+
+def test_styles_and_variants_are_chosen_and_put_back() -> None:
+    with showing() as (_, controls, visitor), visitor.look() as window:
+        assert window.news("names") == controls.names
+        assert window.news("panel")["variant"] == ""
+        assert window.ask(do="vary", style="ink", variant="green") == ""
+        assert window.news("panel")["text"] == "--style ink:green"
+        assert controls.style.ink == load_style("ink:green").ink
+        assert window.ask(do="choose", style="ink") == ""
+        assert controls.style.ink == load_style("ink").ink
+        assert window.ask(do="next") == ""
+        assert controls.style_name == controls.names[controls.names.index("ink") + 1]
+        assert "is not a style" in window.ask(do="choose", style="inc")
+        assert "no variant" in window.ask(do="vary", style="ink", variant="purple")
+
+
+def test_switches_reach_the_session() -> None:
+    with showing() as (_, controls, visitor), visitor.look() as window:
+        for on in (True, False):
+            assert window.ask(do="bypass", on=on) == window.ask(do="record", on=on) == ""
+            assert (controls.bypassed, controls.recording) == (on, on)
+        assert window.ask(do="quit") == ""
+        assert controls.quitting.is_set()
+
+
+def test_the_status_is_told_as_it_changes() -> None:
+    with showing() as (_, controls, visitor), visitor.look() as window:
+        controls.attach(
+            lambda: Status("ink", source="camera", source_state="waiting", given_up="works at 8x8")
+        )
+        while (told := window.news("status"))["source_state"] != "waiting" or not told["given_up"]:
+            pass
+        assert (told["source"], told["shown_ms"]) == ("camera", 0)
+        window.say(do="shown", number=window.picture()[0])
+        while not window.news("status")["shown_ms"]:
+            pass
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "x", "[]", "1", "null", "[" * 5000, '{"do": "shout"}', '{"do": ["set"]}',
+     '{"do": "next", "more": 1}', b"\0", '{"do": "choose", "style": ""}',
+     '{"do": "set"}', '{"do": "set", "assignments": []}', '{"do": "set", "assignments": ["a", 1]}',
+     '{"do": "set", "assignments": "a=1"}', '{"do": "bypass", "on": "yes"}', '{"do": "shown", "number": -1}',
+     '{"do": "shown", "number": true}', '{"do": "shown", "number": 12345}'],
+)  # fmt: skip
+def test_a_message_that_the_page_does_not_send_ends_the_socket_with_one_line(
+    text: str | bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    with showing() as (page, controls, visitor), visitor.look() as window:
+        before = controls.style
+        window.picture()
+        with caplog.at_level(logging.WARNING, "vidstyle"):
+            caplog.clear()
+            window.socket.send(text)
+            with pytest.raises(ConnectionClosed) as caught:
+                window.news("never")
+        assert caught.value.rcvd is not None and caught.value.rcvd.code == 1008
+        assert ["sent away" in record.getMessage() for record in caplog.records] == [True]
+        assert (controls.style is before, page.error) == (True, None)
+
+
+def test_a_kept_picture_is_the_frame_without_loss() -> None:
+    frame = live_frame(3, (321, 181))
+    with showing() as (page, _, visitor):
+        page.offer(frame)
+        assert eventually(lambda: "-3.png" in visitor.ask("/picture.png")[1]["content-disposition"])
+        kept = cv2.imdecode(np.frombuffer(visitor.ask("/picture.png")[2], np.uint8), cv2.IMREAD_COLOR)
+    assert np.array_equal(kept, frame.picture.to_ndarray(format="bgr24"))
+
+
+def test_pictures_are_no_larger_than_windows() -> None:
+    for size, sent in (((3840, 2160), LARGEST), ((1080, 3840), (304, 1080)), ((63, 31), (63, 31))):
+        data = np.frombuffer(jpeg(live_frame(size=size), 80), np.uint8)
+        height, width = cv2.imdecode(data, cv2.IMREAD_COLOR).shape[:2]
+        assert (width, height) == sent
+
+
+def test_the_quality_follows_what_a_browser_manages() -> None:
+    quality = Quality()
+    best = quality.value
+    for _ in range(40):
+        quality.shown(0.5)
+    assert quality.value < best
+    for _ in range(400):
+        quality.shown(0.01)
+    assert quality.value == best
+
+
+def test_a_session_shows_itself_on_the_page() -> None:
+    """From the source through the style to a browser, and back from a slider to the picture."""
+    controls = Controls(load_style("plain"), ["plain", "noir"])
+    pages: list[Page] = []
+    stop = threading.Event()
+    session = Session(
+        generated(),
+        controls,
+        [lambda setting: pages.append(Page(setting.controls)) or pages[0]],  # type: ignore[func-returns-value]
+        LiveOptions(rate=Fraction(30), device="cpu"),
+    )
+    thread = threading.Thread(target=session.run, args=(stop,), daemon=True)
+    thread.start()
+    try:
+        assert eventually(lambda: pages)
+        with Visitor(pages[0]).look() as window:
+            number, _ = window.picture()
+            window.say(do="shown", number=number)
+            assert window.ask(do="set", assignments=["paper=#ff0000"]) == ""
+            until, red = time.monotonic() + LONG, False
+            while not red and time.monotonic() < until:
+                number, data = window.picture()
+                window.say(do="shown", number=number)
+                pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+                red = pixels[..., 0].max() < 60
+            assert red
+            assert window.ask(do="quit") == ""
+    finally:
+        stop.set()
+        thread.join(LONG)
+    assert not thread.is_alive()
+
+
+def test_the_page_sends_what_the_server_knows() -> None:
+    scripts = "".join(path.read_text(encoding="utf-8") for path in FOLDER.glob("*.js"))
+    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == wishes.FIELDS.keys()
+
+
+def test_every_part_that_the_scripts_name_is_there() -> None:
+    scripts = "".join(path.read_text(encoding="utf-8") for path in FOLDER.glob("*.js"))
+    page = (FOLDER / "page.html").read_text(encoding="utf-8")
+    ids = re.findall(r'\bid="([\w-]+)"', page)
+    assert len(ids) == len(set(ids))
+    assert set(re.findall(r'\$\("([\w-]+)"\)', scripts)) <= set(ids)
+
+
+def test_messages_are_read_as_they_are_written() -> None:
+    message = {"do": "vary", "style": "ink", "variant": "green"}
+    assert wishes.read_message(json.dumps(message)) == message
