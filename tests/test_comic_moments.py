@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,6 +14,7 @@ from media import make_picture, photograph
 from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
 from vidstyle.comic import film as film_file
+from vidstyle.comic.choose import choose
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.film import open_film
 from vidstyle.comic.judge import Candidate, judge, look_alike
@@ -111,6 +113,14 @@ def test_blurred_black_and_mixed_pictures_are_left_out(tmp_path: Path) -> None:
     moments = moments_of(path, panels=3)
     times = [each.time * RATE for each in moments]
     assert [time < 40 or 100 <= time < 124 or 140 <= time < 164 for time in times] == [True] * 3, times
+
+
+def test_a_mixture_is_taken_only_where_there_is_nothing_else(told: Path) -> None:
+    survey = open_film(told).survey()
+    some = [replace(each, mixed=number % 3 > 0) for number, each in enumerate(survey.candidates)]
+    assert not any(each.mixed for each in choose(replace(survey, candidates=some), [], 4))
+    mixed = [replace(each, mixed=True) for each in survey.candidates]
+    assert len(choose(replace(survey, candidates=mixed), [], 4)) == 4
 
 
 def test_the_sharpest_frame_close_by_is_taken(tmp_path: Path) -> None:
