@@ -92,6 +92,21 @@ def test_there_is_room_above_a_head() -> None:
             assert holds(crop(moment_with(face, salience=face), aspect), with_room(moment_with(face), face))
 
 
+def test_there_is_room_above_a_large_head_in_a_low_panel() -> None:
+    face = Box(800, 450, 1100, 800)
+    moment = moment_with(face, salience=face)
+    assert holds(crop(moment, 3.2), with_room(moment, face))
+
+
+def test_a_nearer_window_is_taken_if_every_large_one_cuts_a_face() -> None:
+    main, below, right = Box(600, 60, 1000, 400), Box(160, 650, 650, 910), Box(1050, 150, 1500, 400)
+    moment = moment_with(main, below, right, salience=main)
+    assert all(any(cut(other, face) for face in moment.faces) for other in large_windows(moment, 1.0))
+    window = crop(moment, 1.0)
+    assert holds(window, main)
+    assert not any(cut(window, face) for face in moment.faces)
+
+
 @pytest.mark.parametrize("middle", [500, 1300])
 def test_a_face_stands_by_a_third_with_its_eyes_high(middle: int) -> None:
     face = Box(middle - 100, 350, middle + 100, 600)

@@ -27,6 +27,8 @@ _EYES = 0.4
 _MAIN, _CUT, _LOST, _OUT, _ROOM, _THIRD, _SHIFT = 1000.0, 100.0, 30.0, 8.0, 6.0, 1.0, 0.3
 """Prices: a part of the main face that is not shown, a face cut, a part of the salience lost, a face left
 out, head room missing, distance to a third, and to the picture's middle. Each outweighs those after it."""
+_NEARER = 4.0
+"""The price of a window that is nearer than wanted by the largest one's side."""
 _EXACT = 1e-6
 
 
@@ -45,8 +47,8 @@ def crop(moment: Moment, aspect: float) -> Box:
         A window within the picture, of just that aspect, in pixels.
     """
     width, height = largest(moment, aspect)
-    near = _nearness(moment, width, height)
-    windows = [_best(moment, width * scale, height * scale, scale - near) for scale in _scales(near)]
+    scales = _scales(moment, width, height)
+    windows = [_best(moment, width * scale, height * scale, scales[0] - scale) for scale in scales]
     return min(windows, key=lambda window: window[0])[1]
 
 
@@ -83,8 +85,11 @@ def what_counts(moment: Moment) -> Box:
     return kept
 
 
-def _nearness(moment: Moment, width: float, height: float) -> float:
-    """The part of the largest window's sides that is wanted, 0..1."""
+def _scales(moment: Moment, width: float, height: float) -> list[float]:
+    """What parts of the largest window's sides are tried: first what is wanted, then less.
+
+    From nearer, a face may be left out that would else be cut.
+    """
     face = main_face(moment)
     if face is None:
         least = NEAREST_FACELESS
@@ -92,22 +97,18 @@ def _nearness(moment: Moment, width: float, height: float) -> float:
         least = NEAREST_TINY if face.height < TINY * moment.shape[0] else NEAREST
     kept = what_counts(moment)
     wanted = AROUND * max(kept.width / width, kept.height / height)
-    return min(1.0, max(least, wanted))
+    near = min(1.0, max(least, wanted))
+    return [near, (near + least) / 2, least]
 
 
-def _scales(near: float) -> list[float]:
-    """What is tried: as near as is wanted, and further off, where a face might else be cut."""
-    return sorted({near, (1 + near) / 2, 1.0})
-
-
-def _best(moment: Moment, width: float, height: float, off: float) -> tuple[float, Box]:
+def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[float, Box]:
     """The window of a size with the lowest price."""
     subject = main_face(moment) or moment.salience
     boxes = [moment.salience, *moment.faces, with_room(moment, subject)]
     tall, wide = moment.shape
     lefts = _places([(box.left, box.right) for box in boxes], (subject.left + subject.right) / 2, width, wide)
     tops = _places([(box.top, box.bottom) for box in boxes], (subject.top + subject.bottom) / 2, height, tall)
-    prices = _price(moment, lefts[:, None], tops[None, :], width, height) + abs(off)
+    prices = _price(moment, lefts[:, None], tops[None, :], width, height) + _NEARER * nearer
     across, down = divmod(int(prices.argmin()), len(tops))
     left, top = float(lefts[across]), float(tops[down])
     right, bottom = min(float(wide), left + width), min(float(tall), top + height)
