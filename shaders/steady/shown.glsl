@@ -27,5 +27,5 @@ void main() {
         value += share * weight * (old - value);
     }
     kept = value / white;
-    codes = (most > 1.0 ? floor(value / gain + 0.5) : value) / most;
+    codes = (most > 1.0 ? floor(value / gain + 0.503) : value) / most;
 }
