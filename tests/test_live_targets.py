@@ -25,6 +25,7 @@ from vidstyle.live.outlets import Nowhere, Steadily
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.targets import TargetOptions, target_maker
 from vidstyle.live.ticks import Ticks
+from vidstyle.media.live_sound import Heard
 from vidstyle.media.writer import WriteOptions
 
 
@@ -203,6 +204,8 @@ def test_nothing_new_is_shown_again():
 
         def write(self, frame: LiveFrame, number: int) -> None:
             self.numbers.append(number)
+
+        def hear(self, heard: Heard) -> None: ...
 
         def close(self) -> None: ...
 

@@ -46,6 +46,10 @@ if TYPE_CHECKING:
 @click.option(
     "--bitrate", type=click.IntRange(min=1000), metavar="BITS", help="Of network streams, a second."
 )
+@click.option(
+    "--audio", type=click.Choice(["auto", "none"]), default="auto", show_default=True,
+    help="Whether the sound of a stream or file goes along, to files and streams.",
+)  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Replace a file that exists.")
 @click.option("--input-format", metavar="NAME", help="Of a camera (mjpeg), or of what comes on '-' (raw).")
 @click.option("--input-size", type=Size(), help="Size of raw video that comes in on '-'.")
@@ -170,6 +174,7 @@ def _live_options(options: dict[str, Any]) -> LiveOptions:
         rate=options["fps"],
         device=options["device"],
         budget=options["budget"] == "auto",
+        sound=options["audio"] == "auto",
         frames=options["frames"],
         seconds=None if options["duration"] is None else float(options["duration"]),
     )

@@ -5,11 +5,13 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Callable
 from fractions import Fraction
 
 from vidstyle.errors import VidstyleError
 from vidstyle.live.newest import Newest
 from vidstyle.media.live_input import Captured, LiveInput, LiveSource
+from vidstyle.media.live_sound import Heard
 
 FIRST_WAIT, LONGEST_WAIT = 0.25, 2.0
 """Seconds before a lost source is tried again: at first, and at most."""
@@ -24,12 +26,13 @@ class Capture:
 
     Attributes:
         pictures: where it lies.
-        codec, rate, sample_aspect: of the source, once the first picture is there.
+        codec, rate, sample_aspect, has_sound: of the source, once the first picture is there.
         error: why there never was a picture, or None.
     """
 
-    def __init__(self, source: LiveSource) -> None:
-        self._source = source
+    def __init__(self, source: LiveSource, hear: Callable[[Heard], None]) -> None:
+        """`hear`: is given every piece of sound, in the capturing thread."""
+        self._source, self._hear = source, hear
         self._stopping = threading.Event()
         self._last: float | None = None
         self._lost: float | None = None
@@ -37,6 +40,7 @@ class Capture:
         self._ended = False
         self.pictures: Newest[Captured] = Newest()
         self.codec = ""
+        self.has_sound = False
         self.rate: Fraction | None = None
         self.sample_aspect: Fraction | None = None
         self.error: BaseException | None = None
@@ -96,9 +100,13 @@ class Capture:
             self._opened = time.monotonic()
             self.codec, self.sample_aspect = opened.codec, opened.sample_aspect
             self.rate = self.rate or opened.rate
-            for captured in opened:
-                self._note(captured.time)
-                self.pictures.put(captured)
+            self.has_sound = opened.has_sound
+            for item in opened:
+                if isinstance(item, Heard):
+                    self._hear(item)
+                else:
+                    self._note(item.time)
+                    self.pictures.put(item)
         finally:
             opened.close()
 

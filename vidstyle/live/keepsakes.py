@@ -12,6 +12,7 @@ from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
 from vidstyle.live.outlets import FileSink, Filing
 from vidstyle.live.target import LiveFrame
+from vidstyle.media.live_sound import Heard
 from vidstyle.media.writer import WriteOptions
 
 log = logging.getLogger("vidstyle")
@@ -21,11 +22,13 @@ class Keepsakes:
     """Snapshots and recordings, in the present folder, named by the time.
 
     Attributes:
+        sound: whether recordings get sound.
         message: the last of them, or why it could not be kept.
     """
 
     def __init__(self) -> None:
         self.message = ""
+        self.sound = False
         self._film: Filing | None = None
 
     @property
@@ -44,6 +47,12 @@ class Keepsakes:
             if self._film.error is not None:
                 controls.record(False)
 
+    def hear(self, heard: Heard) -> None:
+        """Sound for the recording, if there is one; from any thread."""
+        film = self._film
+        if film is not None:
+            film.hear(heard)
+
     def close(self) -> None:
         """End the recording."""
         if self._film is not None:
@@ -55,7 +64,7 @@ class Keepsakes:
         if not on:
             self.close()
             return True
-        film = Filing(_free_name(".mp4"), Meter(), rate, WriteOptions())
+        film = Filing(_free_name(".mp4"), Meter(), rate, WriteOptions(new_sound=self.sound))
         try:
             film.start(frame)
         except VidstyleError as error:

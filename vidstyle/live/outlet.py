@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
@@ -13,12 +14,15 @@ from vidstyle.errors import VidstyleError
 from vidstyle.live.meter import Meter
 from vidstyle.live.newest import Newest
 from vidstyle.live.target import LiveFrame
+from vidstyle.media.live_sound import Heard
 
 FIRST_WAIT, LONGEST_WAIT = 0.25, 2.0
 """Seconds before a lost target is tried again: at first, and at most."""
 STALL_SECONDS = 2.0
 CLOSE_SECONDS = 2.0
 """How long the end of a target may take; a reader that does not read is not waited for."""
+MOST_HEARD = 200
+"""Pieces of sound that may wait: a few seconds."""
 
 log = logging.getLogger("vidstyle")
 
@@ -28,6 +32,9 @@ class Sink(Protocol):
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """Write a picture; raises VidstyleError when the target is lost."""
+
+    def hear(self, heard: Heard) -> None:
+        """Write sound, or leave it."""
 
     def close(self) -> None:
         """End it well."""
@@ -52,6 +59,7 @@ class Outlet(ABC):
         self.error: VidstyleError | None = None
         self._open_sink, self._meter, self._lasting = open_sink, meter, lasting
         self._frames: Newest[LiveFrame] = Newest(self.room)
+        self._heard: deque[Heard] = deque(maxlen=MOST_HEARD)
         self._sink: Sink | None = None
         self._latest: LiveFrame | None = None
         self._writing: float | None = None
@@ -85,6 +93,10 @@ class Outlet(ABC):
     def offer(self, frame: LiveFrame) -> None:
         """See Target."""
         self._frames.put(frame)
+
+    def hear(self, heard: Heard) -> None:
+        """Take sound, to be written before the next picture; without a place for it it is thrown away."""
+        self._heard.append(heard)
 
     def close(self) -> None:
         """See Target."""
@@ -124,6 +136,8 @@ class Outlet(ABC):
     def _write(self, sink: Sink, frame: LiveFrame, number: int) -> None:
         self._writing = time.monotonic()
         sink.write(frame, number)
+        while self._heard:
+            sink.hear(self._heard.popleft())
         self._writing = None
 
     def _count(self, frame: LiveFrame) -> None:

@@ -13,7 +13,9 @@ from vidstyle.live.outlet import Outlet, Sink
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.ticks import Ticks
 from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.film_writer import FilmWriter
 from vidstyle.media.frame import Frame, picture_from_frame
+from vidstyle.media.live_sound import Heard
 from vidstyle.media.options import VideoInfo
 from vidstyle.media.writer import WriteOptions, open_writer
 from vidstyle.picture import Picture
@@ -79,11 +81,16 @@ class StreamSink:
 
     def __init__(self, stream: Stream) -> None:
         self._stream = stream
+        self._shift = 0.0
         self.needs_every = stream.needs_every
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink."""
-        self._stream.write(frame.picture, number)
+        self._shift = self._stream.write(frame.picture, number) - frame.captured
+
+    def hear(self, heard: Heard) -> None:
+        """See Sink; sound goes beside the picture that was taken with it."""
+        self._stream.hear(heard, heard.time + self._shift)
 
     def close(self) -> None:
         """See Sink."""
@@ -151,6 +158,11 @@ class FileSink:
         time_passed = frame.captured - self._zero
         picture = self._encoded(picture_from_frame(frame.picture))
         self._writer.write(Frame(picture, round(time_passed / TIME_BASE), TIME_BASE, self._step))
+
+    def hear(self, heard: Heard) -> None:
+        """See Sink; what was heard before the first picture is left out."""
+        if self._zero is not None and isinstance(self._writer, FilmWriter):
+            self._writer.hear(heard, heard.time - self._zero)
 
     def close(self) -> None:
         """See Sink."""

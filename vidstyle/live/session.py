@@ -15,12 +15,14 @@ from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, Status
 from vidstyle.live.keepsakes import Keepsakes
 from vidstyle.live.meter import Meter, Rate
+from vidstyle.live.outlet import Outlet
 from vidstyle.live.pictures import Pictures
 from vidstyle.live.setting import LiveOptions, Setting
 from vidstyle.live.styler import Styler
 from vidstyle.live.summary import Delivery, LiveSummary
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.live_input import Captured, LiveSource
+from vidstyle.media.live_sound import Heard
 
 log = logging.getLogger("vidstyle")
 
@@ -49,7 +51,7 @@ class Session:
         self._source, self._controls, self._makers = source, controls, makers
         self._options = options or LiveOptions()
         self._styler = Styler(controls.style, self._options.device)
-        self._capture = Capture(source)
+        self._capture = Capture(source, self._hear)
         self._meter, self._restyled, self._pace = Meter(), Meter(), Rate()
         self._targets: list[Target] = []
         self._keepsakes = Keepsakes()
@@ -178,11 +180,21 @@ class Session:
         self._rate = self._options.rate or self._capture.rate or USUAL_RATE
         if self._options.budget:
             self._budget = Budget(float(1 / self._rate))
+        sound = self._capture.has_sound and self._options.sound
+        setting = Setting(frame, self._rate, self._meter, self._controls, sound)
+        self._keepsakes.sound = sound
         for make in self._makers:
-            self._targets.append(make(Setting(frame, self._rate, self._meter, self._controls)))
+            self._targets.append(make(setting))
         self._capture.pictures.take(0)
         self._began, self._unready = time.monotonic(), self._capture.pictures.dropped
         return replace(frame, captured=self._began)
+
+    def _hear(self, heard: Heard) -> None:
+        """Pass sound on to the targets that take any; called from the capturing thread."""
+        for target in self._targets.copy():
+            if isinstance(target, Outlet):
+                target.hear(heard)
+        self._keepsakes.hear(heard)
 
     def _watch_budget(self, seconds: float) -> None:
         if self._budget is None or self._controls.bypassed or not self._budget.spent(seconds):

@@ -19,6 +19,7 @@ class LiveOptions:
         rate: frames per second that targets show; None: the source's own.
         device: as for `open_renderer`.
         budget: whether to work on smaller pictures when the rate cannot be held otherwise.
+        sound: whether to pass on the source's sound where a target takes any.
         frames, seconds: after which to end; None: at the end of the source.
     """
 
@@ -26,15 +27,17 @@ class LiveOptions:
     rate: Fraction | None = None
     device: str = "auto"
     budget: bool = True
+    sound: bool = True
     frames: int | None = None
     seconds: float | None = None
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What a target is made for: pictures like the first, so many a second."""
+    """What a target is made for: pictures like the first, so many a second, with or without sound."""
 
     first: LiveFrame
     rate: Fraction
     meter: Meter
     controls: Controls
+    sound: bool = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -45,9 +45,9 @@ class TargetOptions:
     file: WriteOptions = field(default_factory=WriteOptions)
     port: int = 0
 
-    def stream(self, rate: Fraction) -> StreamOptions:
-        """The same for a stream of this rate."""
-        return StreamOptions(rate, self.format, self.pix_fmt, self.codec, self.bitrate)
+    def stream(self, rate: Fraction, sound: bool) -> StreamOptions:
+        """The same for a stream of this rate, with or without sound."""
+        return StreamOptions(rate, self.format, self.pix_fmt, self.codec, self.bitrate, sound)
 
 
 def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Target]:
@@ -65,7 +65,7 @@ def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Targe
     if text == "page":
         return _page_maker(options.port)
     if text == "-":
-        live_output.check_pipe(options.stream(Fraction(1)))
+        live_output.check_pipe(options.stream(Fraction(1), sound=False))
         return _stream_maker("standard output", options, live_output.open_pipe, lasting=False)
     if text.startswith("/dev/video"):
         virtual_camera.check_virtual_camera(text)
@@ -85,7 +85,7 @@ def _stream_maker(
 ) -> Callable[[Setting], Target]:
     def make(setting: Setting) -> Target:
         def open_sink(first: LiveFrame) -> StreamSink:
-            return StreamSink(open_stream(options.stream(setting.rate), first.picture))
+            return StreamSink(open_stream(options.stream(setting.rate, setting.sound), first.picture))
 
         outlet = Steadily(name, open_sink, setting.meter, setting.rate, lasting)
         outlet.start(setting.first)
@@ -100,7 +100,8 @@ def _file_maker(text: str, options: TargetOptions) -> Callable[[Setting], Target
         raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
 
     def make(setting: Setting) -> Target:
-        outlet = Filing(text, setting.meter, setting.rate, options.file)
+        written = replace(options.file, new_sound=setting.sound)
+        outlet = Filing(text, setting.meter, setting.rate, written)
         outlet.start(setting.first)
         return outlet
 
@@ -113,4 +114,4 @@ def _page_maker(port: int) -> Callable[[Setting], Target]:
     except ImportError as error:
         raise UsageError("page", f"cannot be shown: {error}", "give another target with --to") from error
 
-    return lambda setting: Page(setting.controls, port)
+    return lambda setting: Page(setting.controls, port, setting.meter)

@@ -18,6 +18,7 @@ from vidstyle.media.copied import CopiedStreams, copy_chapters, copy_tags
 from vidstyle.media.faststart import move_index_first
 from vidstyle.media.frame import Frame
 from vidstyle.media.interleaver import Interleaver
+from vidstyle.media.live_sound import Heard, Voice
 from vidstyle.media.output import WriteOptions, Writer
 from vidstyle.media.partial import PartialFile, is_plain_file, output_error
 from vidstyle.media.video_encoder import VideoEncoder
@@ -83,6 +84,7 @@ class FilmWriter(Writer):
         inputs = self._source.container if self._source else None
         streams = self._source.copied_streams if self._source and inputs else []
         self._copied = CopiedStreams(self._container, self._kind, streams, options.audio, self.name)
+        self._voice = self._new_voice(options)
         if inputs is not None:
             copy_tags(inputs, self._container)
             copy_chapters(inputs, self._container, self._kind)
@@ -92,6 +94,11 @@ class FilmWriter(Writer):
             self._container.start_encoding()
         except (av.FFmpegError, OSError) as error:
             raise OutputError(self.name, f"{self._kind.muxer} cannot be set up so: {error}") from error
+
+    def _new_voice(self, options: WriteOptions) -> Voice | None:
+        encoder = self._kind.new_audio if options.audio in ("copy", "none") else options.audio
+        wanted = options.new_sound and options.audio != "none" and encoder
+        return Voice(self._container, encoder) if wanted else None
 
     def write(self, item: Frame | av.Packet) -> None:
         """See Writer."""
@@ -105,6 +112,20 @@ class FilmWriter(Writer):
                     self._interleaver.copied(packet)
             if self._file:
                 self._file.check_space()
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure(error) from error
+
+    def hear(self, heard: Heard, seconds: float) -> None:
+        """Take sound that begins so many seconds after the first picture; only with `options.new_sound`.
+
+        Raises:
+            OutputError: it cannot be written; what was written so far is kept, and named.
+        """
+        if self._voice is None:
+            return
+        try:
+            for packet in self._voice.packets(heard.samples, seconds):
+                self._interleaver.copied(packet)
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
 
@@ -137,7 +158,7 @@ class FilmWriter(Writer):
     def _drain(self, seconds: float | None, end: Fraction | None) -> None:
         for packet in self._video.flush(seconds):
             self._interleaver.picture(packet)
-        for packet in self._copied.flush():
+        for packet in [*self._copied.flush(), *(self._voice.flush() if self._voice else [])]:
             self._interleaver.copied(packet)
         self._interleaver.finish(end)
 

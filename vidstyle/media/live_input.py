@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import av
 
 from vidstyle.errors import InputError
+from vidstyle.media.live_sound import Ear, Heard
 from vidstyle.media.pace import Pace
 from vidstyle.media.streams import choose_stream, frame_rate
 
@@ -65,6 +66,7 @@ class LiveInput:
         codec: what it is decoded with.
         rate: frames a second, if the source says so.
         sample_aspect: width of a pixel for each unit of height, or None.
+        has_sound: whether sound will come among the pictures.
     """
 
     def __init__(
@@ -76,6 +78,7 @@ class LiveInput:
         paced: bool = False,
         loop: bool = False,
         stamped: bool = False,
+        sound: bool = False,
     ) -> None:
         """Begin with an open container, which `close` closes.
 
@@ -84,6 +87,7 @@ class LiveInput:
             paced: give frames out no faster than their stamps say.
             loop: begin again at the end.
             stamped: the driver stamps pictures by the monotonic clock when it takes them.
+            sound: listen, too.
 
         Raises:
             InputError: there is no video in it.
@@ -96,6 +100,8 @@ class LiveInput:
             context.thread_type = "SLICE"
             context.flags |= av.codec.context.Flags.low_delay
         self._context = context
+        self._ear = Ear(container) if sound else None
+        self.has_sound = self._ear is not None and self._ear.stream is not None
         self._loop, self._stamped = loop, stamped
         self._pace = Pace() if paced else None
         self._stopping = stopping
@@ -103,8 +109,8 @@ class LiveInput:
         self.rate = frame_rate(self._stream)
         self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
 
-    def __iter__(self) -> Iterator[Captured]:
-        """Frames until the source ends.
+    def __iter__(self) -> Iterator[Captured | Heard]:
+        """Pictures and sound until the source ends.
 
         Raises:
             InputError: the source was lost.
@@ -121,16 +127,29 @@ class LiveInput:
             self._context.flush_buffers()
             if self._pace:
                 self._pace.restart()
+            if self._ear:
+                self._ear.restart()
 
     def close(self) -> None:
         """Let go of the source; call it when the iteration has ended."""
         self._container.close()
 
-    def _once(self) -> Iterator[Captured]:
-        for packet in self._container.demux(self._stream):
-            yield from self._decoded(packet)
+    def _once(self) -> Iterator[Captured | Heard]:
+        sound = self._ear.stream if self._ear else None
+        for packet in self._container.demux([self._stream, *([sound] if sound else [])]):
+            if self._ear is not None and packet.stream_index != self._stream.index:
+                yield from self._ear.hear(packet)
+                continue
+            for captured in self._decoded(packet):
+                self._anchor(captured)
+                yield captured
             if self._stopping.is_set():
                 return
+
+    def _anchor(self, captured: Captured) -> None:
+        stamp = _seconds(captured.native)
+        if self._ear is not None and stamp is not None:
+            self._ear.anchor(stamp, captured.time)
 
     def _decoded(self, packet: av.Packet) -> Iterator[Captured]:
         arrived = time.monotonic()

@@ -14,6 +14,7 @@ from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.media.codecs import find_encoder
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame
+from vidstyle.media.live_sound import Heard, Voice
 from vidstyle.media.open import public_name
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
@@ -45,6 +46,7 @@ class StreamOptions:
         pix_fmt: of a virtual camera or a raw pipe, or None for the usual one.
         codec: the encoder of a network stream, or None for H.264.
         bitrate: of a network stream, in bits a second, or None for what the quality takes.
+        sound: whether a network stream gets sound.
     """
 
     rate: Fraction
@@ -52,6 +54,7 @@ class StreamOptions:
     pix_fmt: str | None = None
     codec: str | None = None
     bitrate: int | None = None
+    sound: bool = False
 
 
 class Stream:
@@ -81,9 +84,13 @@ class Stream:
         self._size = (first.width, first.height) if any_size else _even(first)
         raw = muxer in (*RAW_FORMATS.values(), "v4l2")
         try:
-            settings = {"flush_packets": "1"} | (HLS if muxer == "hls" else {})
+            # Pictures do not wait long for sound that has stopped.
+            settings = {"flush_packets": "1", "max_interleave_delta": "200000"} | (
+                HLS if muxer == "hls" else {}
+            )
             self._container = av.open(target, "w", muxer, container_options=settings)
             self._stream = self._add_stream("rawvideo" if raw else options.codec or "libx264", options, first)
+            self._voice = Voice(self._container, "aac") if options.sound and not raw else None
             self._container.start_encoding()
         except (av.FFmpegError, OSError, ValueError) as error:
             raise self._failure("cannot be opened", error) from error
@@ -105,8 +112,8 @@ class Stream:
         ColorTags.of(first).put_on(context)
         return stream
 
-    def write(self, frame: av.VideoFrame, number: int) -> None:
-        """Write a picture as that of one number; numbers grow.
+    def write(self, frame: av.VideoFrame, number: int) -> float:
+        """Write a picture as that of one number; numbers grow. Returns when it is shown, in seconds.
 
         Raises:
             OutputError: the stream is lost.
@@ -122,11 +129,27 @@ class Stream:
             self._container.mux(self._stream.encode(own))
         except (av.FFmpegError, OSError) as error:
             raise self._failure("was lost", error) from error
+        return float(own.pts * self._stream.codec_context.time_base)
+
+    def hear(self, heard: Heard, seconds: float) -> None:
+        """Write sound that begins so many seconds after the first picture, if the stream has any.
+
+        Raises:
+            OutputError: the stream is lost.
+        """
+        if self._voice is None:
+            return
+        try:
+            self._container.mux(self._voice.packets(heard.samples, seconds))
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure("was lost", error) from error
 
     def close(self) -> None:
         """End the stream well if that can be done."""
         try:
             self._container.mux(self._stream.encode(None))
+            if self._voice is not None:
+                self._container.mux(self._voice.flush())
             self._container.close()
         except (av.FFmpegError, OSError):
             pass  # what is lost already cannot be ended

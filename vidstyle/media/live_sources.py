@@ -176,7 +176,7 @@ def _live(
     loop: bool = False,
 ) -> LiveInput:
     try:
-        return LiveInput(container, name, stopping, paced=paced, loop=loop)
+        return LiveInput(container, name, stopping, paced=paced, loop=loop, sound=True)
     except BaseException:
         container.close()
         raise

@@ -26,6 +26,7 @@ class WriteOptions:
         preset: the speed, by the encoder's own name.
         pix_fmt: the pixel format, or None for one that plays everywhere.
         audio: "copy" (encoded anew only where the kind of file asks for it), "none", or an encoder's name.
+        new_sound: whether sound will come as samples, as that of live pictures does.
         overwrite: whether the output may exist.
         format: the kind of file if its name does not say: "y4m", "nut", "raw", "mkv", or FFmpeg's name.
     """
@@ -37,6 +38,7 @@ class WriteOptions:
     audio: str = "copy"
     overwrite: bool = False
     format: str | None = None
+    new_sound: bool = False
 
 
 class Writer(ABC):
