@@ -207,7 +207,7 @@ def test_a_session_shows_itself_on_the_page() -> None:
     session = Session(
         generated(),
         controls,
-        [lambda setting: pages.append(Page(setting.controls)) or pages[0]],  # type: ignore[func-returns-value]
+        [lambda setting: pages.append(Page(setting.controls, 0, setting.meter)) or pages[0]],  # type: ignore[func-returns-value]
         LiveOptions(rate=Fraction(30), device="cpu"),
     )
     thread = threading.Thread(target=session.run, args=(stop,), daemon=True)
@@ -225,6 +225,7 @@ def test_a_session_shows_itself_on_the_page() -> None:
                 pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
                 red = pixels[..., 0].max() < 60
             assert red
+            assert controls.status().latency_ms[0] > 0
             assert window.ask(do="quit") == ""
     finally:
         stop.set()

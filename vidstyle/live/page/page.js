@@ -15,14 +15,20 @@ const panel = new Panel(say);
 function connect() {
   socket = new WebSocket(`ws://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
-  socket.onopen = () => { link = ""; panel.restart(); note(); };
+  socket.onopen = () => { link = ""; panel.restart(); note(); able(true); };
   socket.onmessage = ({data}) => typeof data === "string" ? hear(JSON.parse(data)) : show(data);
   socket.onclose = ({code, reason}) => {
-    link = code === GOING_AWAY ? "The session has ended" : "vidstyle does not answer; trying again";
-    if (reason && code !== GOING_AWAY) link = `${reason}; trying again`;
+    const ended = code === GOING_AWAY;
+    link = ended ? "The session has ended" : `${reason || "vidstyle does not answer"}; trying again`;
     note();
-    if (code !== GOING_AWAY) setTimeout(connect, AGAIN_MS);
+    able(false);
+    if (!ended) setTimeout(connect, AGAIN_MS);
   };
+}
+
+// Without a session nothing here does anything.
+function able(on) {
+  $("panel").inert = $("buttons").inert = !on;
 }
 
 function hear(news) {

@@ -8,6 +8,7 @@ import threading
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
+from vidstyle.live.meter import Meter
 from vidstyle.live.page.server import CLOSE_SECONDS, Server
 from vidstyle.live.target import LiveFrame
 
@@ -24,17 +25,18 @@ class Page:
     name = "page"
     repeated = 0
 
-    def __init__(self, controls: Controls, port: int = 0) -> None:
+    def __init__(self, controls: Controls, port: int = 0, meter: Meter | None = None) -> None:
         """Open it, and say where it is.
 
         Args:
             controls: of the session.
             port: of this machine; 0 is any that is free.
+            meter: is told when a browser has shown a frame.
 
         Raises:
             OutputError: the port is taken, or not ours to take.
         """
-        self._server = Server(controls)
+        self._server = Server(controls, meter or Meter())
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="vidstyle page", daemon=True)
         try:

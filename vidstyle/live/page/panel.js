@@ -12,6 +12,8 @@ const words = name => name.replaceAll("_", " ");
 const stepName = path => words(path.split(".").at(-1).replace("#", " "));
 const short = (number, whole) => whole ? Math.round(number) : Number(number.toPrecision(3));
 
+const isShort = unit => Boolean(unit) && unit.length < 8;
+
 // Where the high end is many times what is usual, most of a slider's way belongs to the low values.
 const isSteep = entry => !entry.whole && (entry.unit === "px" || (entry.low > 0 && entry.high / entry.low >= 20));
 const NOTCHES = 400;
@@ -79,7 +81,7 @@ function slider(entry, id, change) {
     range.value = scale.place(value);
     change(value);
   };
-  const unit = entry.unit ? [make("span", {textContent: entry.unit})] : [];
+  const unit = isShort(entry.unit) || !entry.main ? [make("span", {textContent: entry.unit})] : [];
   return {beside: [exact, ...unit], below: [range], show};
 }
 
@@ -175,7 +177,7 @@ export class Panel {
     }));
     const main = panel.entries.filter(entry => entry.main);
     main.sort((one, other) => (other.path === "steady") - (one.path === "steady"));
-    $("main").replaceChildren(...main.map(entry => this.#row(entry, true)));
+    $("main").replaceChildren(...main.map(entry => this.#row(entry)));
     const layers = Map.groupBy(panel.entries.filter(entry => !entry.main), entry => entry.layer);
     $("steps").replaceChildren(...[...layers].flatMap(([layer, entries]) => this.#layer(layer, entries)));
     $("all").hidden = !layers.size;
@@ -189,19 +191,20 @@ export class Panel {
   #step(step, entries) {
     const mark = make("span", {className: "mark", textContent: " changed", hidden: true});
     const about = entries[0].about ? [make("p", {className: "about", textContent: entries[0].about})] : [];
-    const inside = make("div", {}, ...about, ...entries.map(entry => this.#row(entry, false)));
+    const inside = make("div", {}, ...about, ...entries.map(entry => this.#row(entry)));
     return make("details", {}, make("summary", {}, step ? stepName(step) : "page", mark), inside);
   }
 
-  #row(entry, main) {
+  #row(entry) {
     const id = `value-${entry.path}`;
     const shown = {value: entry.value, start: entry.start};
     shown.control = control(entry, id, value => this.#want(shown, value, entry.path));
-    const of = main && entry.step ? `${stepName(entry.step)} ` : "";
+    const of = entry.main && entry.step ? `${stepName(entry.step)} ` : "";
     const label = make("label", {htmlFor: id, title: `${entry.help}\n${entry.path}`}, of + words(entry.name));
     label.ondblclick = () => { shown.control.show(shown.start); this.#want(shown, shown.start, entry.path); };
     const top = make("div", {className: "top"}, label, make("div", {className: "value"}, ...shown.control.beside));
-    const help = main ? [make("p", {className: "help", textContent: entry.help})] : [];
+    const unit = entry.unit && !isShort(entry.unit) ? ` (${entry.unit})` : "";
+    const help = entry.main ? [make("p", {className: "help", textContent: entry.help + unit})] : [];
     shown.box = make("div", {className: "entry", title: entry.help}, top, ...(shown.control.below ?? []), ...help);
     shown.box.onpointerdown = () => { this.#held = entry.path; };
     shown.path = entry.path;

@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from vidstyle.block import Asset, Choice, Color, Control, Saved, Slider, Switch
+from vidstyle.block import Asset, Block, Choice, Color, Control, Saved, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.style import SOURCE, Style, override, table_from_style
 from vidstyle.style.graph import FIELDS, LAYERS
@@ -47,9 +47,8 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
             place = {"path": path, "name": path, "layer": "", "step": "", "main": path != "height"}
             held = {"value": _held(table, path), "start": _held(before, path)}
             yield place | held | _described(control, False, [])
-    named, saved = _named(style, table), _saved(style)
-    steps = [(layer, all_blocks()[name]) for layer, name in _blocks(style)]
-    for step, (layer, block) in zip(step_paths(table), steps, strict=True):
+    named = _named(style, table)
+    for step, (layer, block, saved) in zip(step_paths(table), _blocks(style), strict=True):
         for parameter in block.parameters.values():
             path = f"{step}.{parameter.name}"
             place = {"path": path, "name": parameter.name, "layer": layer, "step": step}
@@ -58,10 +57,15 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
             yield place | held | about | _described(parameter.control, parameter.whole, saved)
 
 
-def _blocks(style: Style) -> Iterator[tuple[str, str]]:
-    """The layer and the block of each step that has one."""
+def _blocks(style: Style) -> Iterator[tuple[str, Block, list[str]]]:
+    """Of each step that has a block: its layer, the block, and the pictures that are there by then."""
+    saved = {SOURCE: None}
     for layer in LAYERS:
-        yield from ((layer, step.block) for step in getattr(style, layer) if step.block)
+        for step in getattr(style, layer):
+            block = all_blocks().get(step.block)
+            if block is not None:
+                yield layer, block, list(saved)
+            saved |= dict.fromkeys(filter(None, [block.saves if block else "", step.save]))
 
 
 def _described(control: Control, whole: bool, names: list[str]) -> dict[str, Any]:
@@ -81,13 +85,6 @@ def _described(control: Control, whole: bool, names: list[str]) -> dict[str, Any
         case Asset():
             kind = {"kind": "choice", "options": ["", *sorted(control.shipped())]}
     return kind | {"help": control.help}
-
-
-def _saved(style: Style) -> list[str]:
-    """The names of the source and of all pictures that the style saves."""
-    blocks = all_blocks()
-    saves = [step.save or (blocks[step.block].saves if step.block else "") for step in style.steps]
-    return list(dict.fromkeys([SOURCE, *filter(None, saves)]))
 
 
 def _named(style: Style, table: dict[str, Any]) -> set[str]:

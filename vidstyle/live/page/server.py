@@ -14,6 +14,7 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from vidstyle.live.control import Controls
+from vidstyle.live.meter import Meter
 from vidstyle.live.page import answers
 from vidstyle.live.page.admission import NAMES, Admission, RefusedError
 from vidstyle.live.page.news import News
@@ -45,8 +46,8 @@ class Server:
         error: why one could not be served, which is a fault of ours, or None.
     """
 
-    def __init__(self, controls: Controls) -> None:
-        self.controls = controls
+    def __init__(self, controls: Controls, meter: Meter) -> None:
+        self.controls, self._meter = controls, meter
         self.changed, self._fresh = News(), News()
         self.delivered = self.dropped = 0
         self.address = ""
@@ -93,6 +94,7 @@ class Server:
         if frame.number > self._counted:
             self._counted = frame.number
             self.delivered += 1
+            self._meter.delivered(frame.captured)
 
     async def newer(self, frame: LiveFrame | None) -> LiveFrame:
         """The newest frame, as soon as it is another than this."""
