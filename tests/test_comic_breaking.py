@@ -66,20 +66,45 @@ def least_of_all(panels: np.ndarray, taste: Taste, turns: list[float], pages: in
 
 
 @pytest.mark.parametrize(
-    ("count", "pages", "seed"), [(1, 1, 0), (2, 1, 1), (3, 1, 2), (3, 2, 3), (4, 1, 4), (4, 2, 5)]
+    ("count", "pages", "seed"),
+    [(1, 1, 0), (2, 1, 1), (3, 1, 2), (3, 2, 3), (4, 2, 4), *((4, 1, seed) for seed in range(5, 15))],
 )
 def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     panels = random.random((count, WIDE + 1, HIGH + 1)) * 3
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
     whims = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
-    taste, turns = Taste(whims=whims), [0.0, *random.random(count - 1), 0.0]
+    taste, turns = (
+        Taste(whims=whims, monotony=3.0, cross=2.0, ragged=2.0),
+        [0.0, *random.random(count - 1), 0.0],
+    )
     grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
     breaking = Breaking(panels, grid, taste, turns, count, COLUMNS)
     found = breaking.pages(pages)
     places = [place for row in found for place in breaking.places(row)]
     assert [place.moment for place in places] == list(range(count))
     assert breaking.cost(found, places) == pytest.approx(least_of_all(panels, taste, turns, pages))
+
+
+def test_rows_cost_more_the_more_they_are_like_the_one_before() -> None:
+    kinds = Kinds(4, 12, 34)
+    costs = kinds.costs(Taste())
+    full, low = kinds.of(1, 0, 10), kinds.of(1, 0, 16)
+    middle, next_to_it, apart = (kinds.of(2, cut, 0) for cut in (6, 7, 9))
+    crossing, three = kinds.of(3, 6, 0), kinds.of(3, 4, 0)
+    assert costs[middle, middle] > costs[middle, next_to_it] > costs[middle, apart] > costs[middle, three]
+    assert costs[middle, kinds.of(2, 8, 0)] < costs[middle, next_to_it] - Taste().ragged / 2
+    assert costs[middle, crossing] == Taste().cross
+    assert costs[full, full] > costs[full, low] > costs[full, middle] == costs[middle, three] == 0
+
+
+def test_each_kind_of_row_has_its_number() -> None:
+    kinds = Kinds(4, 12, 34)
+    numbers = [kinds.of(columns, cut, 0) for columns in (2, 3, 4) for cut in range(1, 12)]
+    assert sorted({kinds.of(1, 0, high) for high in range(1, 35)} | set(numbers)) == list(range(len(kinds)))
+    assert [kinds.cut_of(number) for number in numbers] == [
+        (columns, cut) for columns in (2, 3, 4) for cut in range(1, 12)
+    ]
 
 
 def stacks_beside(tree: Tree) -> list[bool]:

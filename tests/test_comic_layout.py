@@ -199,6 +199,12 @@ def test_one_that_stands_out_is_a_splash() -> None:
         assert areas[index] > 1.8 * max(areas[:index] + areas[index + 1 :])
 
 
+def test_a_splash_has_its_part_of_a_crowded_page() -> None:
+    film = [replace(m, importance=1.0 if n == 6 else 0.3) for n, m in enumerate(even_film(14))]
+    areas = [p.rectangle.width * p.rectangle.height for p in lay_out(film, PAPERS[0], pages=1).panels]
+    assert areas[6] > 0.25 * sum(areas)
+
+
 def test_moments_that_are_all_alike_make_no_chequered_page() -> None:
     for count in (6, 8, 9, 12):
         panels = lay_out(even_film(count), PAPERS[0], pages=1).panels
