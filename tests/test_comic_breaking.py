@@ -86,6 +86,21 @@ def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     assert breaking.cost(found, places) == pytest.approx(least_of_all(panels, taste, turns, pages))
 
 
+def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have_it_elsewhere() -> None:
+    panels = np.zeros((4, WIDE + 1, HIGH + 1))
+    panels[:, [1, 3]] = 0.2
+    panels[:, 0], panels[:, :, 0] = np.inf, np.inf
+    pair = rows(2)[0]
+    whims = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in rows(size)}
+    grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
+    breaking = Breaking(panels, grid, Taste(whims=whims, monotony=3.0), [0.0] * 5, 4, COLUMNS)
+    found = breaking.pages(1)
+    assert [row.tree for row in found] == [pair, pair]
+    first, second = (next(breaking.places(row)).wide for row in found)
+    assert (first, second) == (found[0].cut, found[1].cut)
+    assert first != second
+
+
 def test_rows_cost_more_the_more_they_are_like_the_one_before() -> None:
     kinds = Kinds(4, 12, 34)
     costs = kinds.costs(Taste())
