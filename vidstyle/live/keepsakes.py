@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import logging
+from collections.abc import Callable
 from datetime import datetime
 from fractions import Fraction
 from pathlib import Path
@@ -15,19 +15,17 @@ from vidstyle.live.target import LiveFrame
 from vidstyle.media.live_sound import Heard
 from vidstyle.media.writer import WriteOptions
 
-log = logging.getLogger("vidstyle")
-
 
 class Keepsakes:
     """Snapshots and recordings, in the present folder, named by the time.
 
     Attributes:
         sound: whether recordings get sound.
-        message: the last of them, or why it could not be kept.
     """
 
-    def __init__(self) -> None:
-        self.message = ""
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        """`tell`: is told where they are, or why they could not be kept."""
+        self._tell = tell
         self.sound = False
         self._film: Filing | None = None
 
@@ -83,10 +81,6 @@ class Keepsakes:
             self._tell(f"{path}: kept")
         except VidstyleError as error:
             self._tell(str(error))
-
-    def _tell(self, message: str) -> None:
-        self.message = message
-        log.info(message)
 
 
 def _free_name(ending: str) -> Path:

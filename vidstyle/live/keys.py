@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import select
 import sys
@@ -9,10 +10,13 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from vidstyle.errors import VidstyleError
 from vidstyle.live.control import Controls
 
 WAKE_SECONDS = 0.2
 STEADY_STEP = 0.1
+
+log = logging.getLogger("vidstyle")
 
 HELP = "n next style, s/S steadier or less, b bypass, p picture, r record, q quit"
 
@@ -84,7 +88,10 @@ def _listen(descriptor: int, controls: Controls, over: threading.Event) -> None:
             if not pressed:
                 return
             for key in pressed.decode("utf-8", "ignore"):
-                press(controls, key)
+                try:
+                    press(controls, key)
+                except VidstyleError as error:  # a style file that was spoilt since
+                    log.warning("%s", error)
 
 
 def _standard_input() -> int | None:

@@ -49,12 +49,13 @@ class Session:
             makers: each makes a target once the first picture tells what it is to take.
         """
         self._source, self._controls, self._makers = source, controls, makers
+        self._message = ""
         self._options = options or LiveOptions()
-        self._styler = Styler(controls.style, self._options.device)
+        self._styler = Styler(controls.style, self._options.device, self._tell)
         self._capture = Capture(source, self._hear)
         self._meter, self._restyled, self._pace = Meter(), Meter(), Rate()
         self._targets: list[Target] = []
-        self._keepsakes = Keepsakes()
+        self._keepsakes = Keepsakes(self._tell)
         self._pictures = Pictures(self._options.size)
         self._rate = self._options.rate or USUAL_RATE
         self._budget: Budget | None = None
@@ -62,7 +63,6 @@ class Session:
         self._frames = self._unready = 0
         self._over = threading.Event()
         self._error: BaseException | None = None
-        self._message = ""
         controls.attach(self.status)
 
     def run(self, stop: threading.Event, watch: Callable[[], None] | None = None) -> LiveSummary:
@@ -105,7 +105,7 @@ class Session:
             given_up=self._given_up,
             targets=tuple((target.name, target.state) for target in self._targets),
             recording=self._keepsakes.recording,
-            message=self._styler.failure or self._keepsakes.message or self._message,
+            message=self._message,
         )
 
     @property
@@ -207,6 +207,7 @@ class Session:
             self._tell(f"{self._styler.style.name} holds {rate} at its full size again")
 
     def _tell(self, message: str) -> None:
+        """Say something, here and in the status; from any thread."""
         self._message = message
         log.info(message)
 

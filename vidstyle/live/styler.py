@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 import threading
+from collections.abc import Callable
 
 from vidstyle.errors import VidstyleError
 from vidstyle.live.newest import Newest
@@ -11,8 +11,6 @@ from vidstyle.media.fit import resized
 from vidstyle.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import PLAIN, Style
-
-log = logging.getLogger("vidstyle")
 
 LEAST_SIDE = 16
 """Pixels that a working size keeps at least."""
@@ -24,15 +22,17 @@ class Styler:
     Attributes:
         style: the one that runs.
         scale: share of the width and the height to work at.
-        failure: why the style last asked for does not run, or "".
     """
 
-    def __init__(self, style: Style, device: str) -> None:
-        """Nothing is opened before the first picture: a source that is not there is told first."""
+    def __init__(self, style: Style, device: str, tell: Callable[[str], None]) -> None:
+        """Nothing is opened before the first picture: a source that is not there is told first.
+
+        Args:
+            tell: is told why a style that was asked for does not run; from another thread.
+        """
         self.style = self._asked = style
         self.scale = 1.0
-        self.failure = ""
-        self._device = device
+        self._device, self._tell = device, tell
         self._renderer: Backend | None = None
         self._plain = open_renderer(PLAIN, "cpu")
         self._ready: tuple[Style, Backend] | None = None
@@ -108,10 +108,8 @@ class Styler:
             renderer = open_renderer(style, self._device, announce=False)
             renderer.run(picture, time, target)
         except VidstyleError as error:
-            self.failure = str(error)
-            log.warning("%s; %s goes on", error, self.style.name)
+            self._tell(f"{error}; {self.style.name} goes on")
             return
-        self.failure = ""
         with self._lock:
             before, self._ready = self._ready, (style, renderer)
         if before is not None:
