@@ -208,7 +208,7 @@ def test_rgb_planes_are_scaled_by_their_own_range() -> None:
 
 @pytest.mark.parametrize(("depth", "top"), [(8, 255), (10, 1023), (16, 65535)])
 def test_store_rounds_and_cuts_off_at_the_numbers_ends(depth: int, top: int) -> None:
-    values = np.array([[-1, -0.4 / top, 0.5 / top, 1.4999 / top, 1, 1 + 0.4 / top, 2]], np.float32)
+    values = np.array([[-1, -0.4 / top, 0.5 / top, 1.49 / top, 1, 1 + 0.4 / top, 2]], np.float32)
     out = np.empty(values.shape, Encoding(depth=depth).dtype)
     store(values, 0, top, depth, out)
     assert out.tolist() == [[0, 0, 1, 1, top, top, top]]

@@ -76,8 +76,12 @@ def sharing_of(each: Pass) -> Sharing | None:
 
 
 def _reads_neighbours(node: Node) -> bool:
-    """Whether it is a filter: pictures of another size are resampled, which no reach describes."""
-    return node.is_heavy and node.around is not None and node.around.shape == node.shape
+    """Whether it is a filter: pictures of another size are resampled, which no reach describes.
+
+    So is chroma that is brought to its own grid, even where one pixel is a page of both.
+    """
+    resamples = node.function is not None and node.function.name in ("resampled", "shrunk_chroma")
+    return node.is_heavy and not resamples and node.around is not None and node.around.shape == node.shape
 
 
 def _in_steps(needed: int) -> int:
