@@ -63,6 +63,15 @@ def test_what_goes_out_is_plain_video():
     assert np.ptp(rgb_from_frame(kept.newest)) > 100
 
 
+def test_another_shape_gets_bars_and_is_not_stretched():
+    kept = Kept()
+    with session(generated(), kept, frames=3, size=(160, 160)) as running:
+        assert running.wait().size == (160, 160)
+    assert kept.newest is not None
+    luma = kept.newest.to_ndarray(format="gray").astype(int)
+    assert luma[:30].max() < 20 and luma[-30:].max() < 20 and np.ptp(luma[40:120]) > 100
+
+
 def test_the_newest_wins_when_the_style_is_slow(monkeypatch: pytest.MonkeyPatch):
     slow_down(monkeypatch, lambda picture: 0.12)
     kept = Kept()

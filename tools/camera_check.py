@@ -80,6 +80,7 @@ class Check:
     def lists(self) -> str:
         """Devices and modes."""
         run = finished("--list", "--json")
+        assert run.returncode == 0, run.stderr
         found = {each["path"]: each for each in json.loads(run.stdout)}
         camera, virtual = found[self.camera], found[self.virtual]
         assert camera["gives"] and virtual["takes"], found
@@ -110,6 +111,7 @@ class Check:
     def latency(self) -> str:
         """A light style; what it counts."""
         run = finished(self.camera, "--style", "plain", "--to", "null", "--frames", "40", "--json", *sized())
+        assert run.returncode == 0, run.stderr
         told = json.loads(run.stdout)
         assert told["frames"] == 40 and 0 < told["latency_ms"]["median"] < 1000, told
         return f"{told['fps']} fps, {told['dropped']} dropped, latency {told['latency_ms']}"

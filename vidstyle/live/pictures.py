@@ -9,6 +9,7 @@ import numpy as np
 
 from vidstyle.live.capture import Capture
 from vidstyle.media.color_tags import HD_LINES, usual_tags
+from vidstyle.media.fit import letterboxed, resized, wanted_size
 from vidstyle.media.frame import frame_from_picture
 from vidstyle.media.live_input import Captured
 from vidstyle.media.pictures import PictureMaker
@@ -27,8 +28,9 @@ class Pictures:
     """
 
     def __init__(self, size: tuple[int, int] | None) -> None:
-        """`size`: wanted, one side perhaps -1 or -2; None: that of the first frame."""
+        """`size`: wanted, one side perhaps -1 or -2; None: that of the first frame, with square pixels."""
         self._wanted = size
+        self._square = (0, 0)
         self._maker: PictureMaker | None = None
         self.size = (0, 0)
         self.encoding = Encoding()
@@ -38,7 +40,8 @@ class Pictures:
         if self._maker is None:
             self._begin(captured, capture, name)
         assert self._maker is not None
-        return replace(self._maker.make(captured.native)[0], alpha=None)
+        picture = replace(self._maker.make(captured.native)[0], alpha=None)
+        return self._fitted(picture)
 
     def frame(self, picture: Picture) -> av.VideoFrame:
         """A picture in `encoding` as a frame that is tagged so."""
@@ -46,9 +49,17 @@ class Pictures:
 
     def _begin(self, first: Captured, capture: Capture, name: str) -> None:
         aspect = capture.sample_aspect
-        self._maker = PictureMaker(first.native, capture.codec, name, size=self._wanted, sample_aspect=aspect)
-        self.size = self._maker.width, self._maker.height
-        self.encoding = outgoing(self._maker.make(first.native)[0])
+        maker = PictureMaker(first.native, capture.codec, name, sample_aspect=aspect)
+        # Neither a camera nor a page can say that its pixels are not square.
+        self._square = max(1, round(maker.width * (maker.sample_aspect or 1))), maker.height
+        self.size = wanted_size(self._wanted, *self._square) if self._wanted else self._square
+        self.encoding = outgoing(maker.make(first.native)[0])
+        self._maker = maker
+
+    def _fitted(self, picture: Picture) -> Picture:
+        """The whole picture at the session's size, with bars where that has another shape."""
+        square = resized(picture, *self._square)
+        return square if self.size == self._square else letterboxed(square, *self.size)
 
 
 def outgoing(picture: Picture) -> Encoding:
