@@ -86,7 +86,7 @@ def test_raw_pictures_in_another_format():
 
 
 def test_a_reader_that_goes_ends_it_with_one_line():
-    program = live("--style", "plain", "--to", "-", "--format", "y4m")
+    program = live("--style", "plain", "--to", "-")
     assert program.stdout is not None and program.stderr is not None
     program.stdout.read(50_000)
     program.stdout.close()
@@ -257,8 +257,7 @@ def test_the_meter_counts_by_tenths_of_a_millisecond(monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize(
     ("error", "words", "text", "options"),
     [
-        (UsageError, "add --format", "-", TargetOptions()),
-        (UsageError, "add --format", "-", TargetOptions(format="mp4")),
+        (UsageError, "use y4m, nut, raw", "-", TargetOptions(format="mp4")),
         (UsageError, "no kind of stream", "gopher://127.0.0.1", TargetOptions()),
         (UsageError, "unknown kind of file", "film.xyz", TargetOptions()),
         (DeviceError, "sudo modprobe v4l2loopback video_nr=77", "/dev/video77", TargetOptions()),

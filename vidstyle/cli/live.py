@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("--loop", is_flag=True, help="Begin a file again at its end.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="End after N pictures.")
 @click.option("--duration", type=Seconds(), help="End after this time.")
-@click.option("--format", "file_format", metavar="y4m|nut|raw", help="What to write to '-'.")
+@click.option("--format", "file_format", metavar="y4m|nut|raw", help="What to write to '-'.  [default: y4m]")
 @click.option("--pix-fmt", metavar="NAME", help="Of a virtual camera (yuyv422, nv12, i420), a file or '-'.")
 @click.option("--codec", metavar="NAME", help="Encoder of files and network streams.")
 @click.option("--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality of files.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from datetime import datetime
 from fractions import Fraction
@@ -10,6 +11,7 @@ from pathlib import Path
 from vidstyle.errors import VidstyleError
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
+from vidstyle.live.outlet import CLOSE_SECONDS
 from vidstyle.live.outlets import FileSink, Filing
 from vidstyle.live.target import LiveFrame
 from vidstyle.media.live_sound import Heard
@@ -28,6 +30,7 @@ class Keepsakes:
         self._tell = tell
         self.sound = False
         self._film: Filing | None = None
+        self._writing: threading.Thread | None = None
 
     @property
     def recording(self) -> bool:
@@ -37,7 +40,10 @@ class Keepsakes:
     def offer(self, frame: LiveFrame, controls: Controls, rate: Fraction) -> None:
         """Look at what is wished for, and keep the frame if it is to be kept."""
         if controls.take_snapshot():
-            self._keep(frame, rate)
+            # A large PNG takes longer than a frame may.
+            name = "vidstyle snapshot"
+            self._writing = threading.Thread(target=self._keep, args=(frame, rate), name=name, daemon=True)
+            self._writing.start()
         if controls.recording != self.recording and not self._set(controls.recording, frame, rate):
             controls.record(False)
         if self._film is not None:
@@ -52,7 +58,12 @@ class Keepsakes:
             film.hear(heard)
 
     def close(self) -> None:
-        """End the recording."""
+        """End the recording, and see the last snapshot written."""
+        if self._writing is not None:
+            self._writing.join(CLOSE_SECONDS)
+        self._stop_recording()
+
+    def _stop_recording(self) -> None:
         if self._film is not None:
             film, self._film = self._film, None
             film.close()
@@ -60,7 +71,7 @@ class Keepsakes:
 
     def _set(self, on: bool, frame: LiveFrame, rate: Fraction) -> bool:
         if not on:
-            self.close()
+            self._stop_recording()
             return True
         film = Filing(_free_name(".mp4"), Meter(), rate, WriteOptions(new_sound=self.sound))
         try:

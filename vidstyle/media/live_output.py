@@ -19,6 +19,7 @@ from vidstyle.media.open import public_name
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
+USUAL_FORMAT = "y4m"
 STREAM_FORMATS = {
     "rtmp": "flv",
     "rtmps": "flv",
@@ -42,7 +43,7 @@ class StreamOptions:
 
     Attributes:
         rate: frames per second; frames are numbered by it.
-        format: of a pipe: "y4m", "nut" or "raw".
+        format: of a pipe: "y4m", "nut" or "raw"; None: the first, which all players know.
         pix_fmt: of a virtual camera or a raw pipe, or None for the usual one.
         codec: the encoder of a network stream, or None for H.264.
         bitrate: of a network stream, in bits a second, or None for what the quality takes.
@@ -173,12 +174,13 @@ def check_pipe(options: StreamOptions) -> str:
     """The muxer for standard output.
 
     Raises:
-        UsageError: no format, or one that is not for pipes.
+        UsageError: a format that is not for live pipes.
     """
-    muxer = RAW_FORMATS.get(options.format or "", options.format)
+    name = options.format or USUAL_FORMAT
+    muxer = RAW_FORMATS.get(name, name)
     if muxer not in RAW_FORMATS.values():
-        raise UsageError("standard output", "does not say what to write", "add --format y4m, nut or raw")
-    return str(muxer)
+        raise UsageError("--format", f"{name} is not for live pipes", f"use {', '.join(RAW_FORMATS)}")
+    return muxer
 
 
 def open_stream(url: str, options: StreamOptions, first: av.VideoFrame) -> Stream:
