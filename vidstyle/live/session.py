@@ -9,17 +9,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from vidstyle.errors import DeviceError, VidstyleError
+from vidstyle.errors import DeviceError
 from vidstyle.live.budget import Budget
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, Status
+from vidstyle.live.destinations import Destinations
 from vidstyle.live.keepsakes import Keepsakes
 from vidstyle.live.meter import Meter, Rate
-from vidstyle.live.outlet import Outlet
 from vidstyle.live.pictures import Pictures
 from vidstyle.live.setting import LiveOptions, Setting
 from vidstyle.live.styler import Styler
-from vidstyle.live.summary import Delivery, LiveSummary
+from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.live_input import Captured, LiveSource
 from vidstyle.media.live_sound import Heard
@@ -48,13 +48,13 @@ class Session:
         Args:
             makers: each makes a target once the first picture tells what it is to take.
         """
-        self._source, self._controls, self._makers = source, controls, makers
+        self._source, self._controls = source, controls
+        self._destinations = Destinations(makers)
         self._message = ""
         self._options = options or LiveOptions()
         self._styler = Styler(controls.style, self._options.device, self._tell)
         self._capture = Capture(source, self._hear)
         self._meter, self._restyled, self._pace = Meter(), Meter(), Rate()
-        self._targets: list[Target] = []
         self._keepsakes = Keepsakes(self._tell)
         self._pictures = Pictures(self._options.size)
         self._rate = self._options.rate or USUAL_RATE
@@ -99,11 +99,11 @@ class Session:
             size=self._pictures.size,
             frames=self._frames,
             dropped=self._dropped,
-            repeated=sum(getattr(target, "repeated", 0) for target in self._targets),
+            repeated=self._destinations.repeated,
             rate=self._pace.now,
             latency_ms=self._restyled.recent_latency(),
             given_up=self._given_up,
-            targets=tuple((target.name, target.state) for target in self._targets),
+            targets=self._destinations.states,
             recording=self._keepsakes.recording,
             message=self._message,
         )
@@ -154,13 +154,11 @@ class Session:
             frame = self._begin(frame)
             begin = time.monotonic()
         self._restyled.delivered(frame.captured)
-        for target in self._targets:
-            target.offer(frame)
+        self._destinations.offer(frame)
         self._keepsakes.offer(frame, self._controls, self._rate)
         self._frames += 1
         self._pace.count()
         self._watch_budget(time.monotonic() - begin)
-        self._check_targets()
 
     def _frame(self, captured: Captured) -> LiveFrame:
         picture = self._pictures.picture(captured, self._capture, self._source.name)
@@ -183,17 +181,14 @@ class Session:
         sound = self._capture.has_sound and self._options.sound
         setting = Setting(frame, self._rate, self._meter, self._controls, sound)
         self._keepsakes.sound = sound
-        for make in self._makers:
-            self._targets.append(make(setting))
+        self._destinations.open(setting)
         self._capture.pictures.take(0)
         self._began, self._unready = time.monotonic(), self._capture.pictures.dropped
         return replace(frame, captured=self._began)
 
     def _hear(self, heard: Heard) -> None:
         """Pass sound on to the targets that take any; called from the capturing thread."""
-        for target in self._targets.copy():
-            if isinstance(target, Outlet):
-                target.hear(heard)
+        self._destinations.hear(heard)
         self._keepsakes.hear(heard)
 
     def _watch_budget(self, seconds: float) -> None:
@@ -211,24 +206,14 @@ class Session:
         self._message = message
         log.info(message)
 
-    def _check_targets(self) -> None:
-        """Go on while one target is left."""
-        failed = [error for target in self._targets if (error := getattr(target, "error", None)) is not None]
-        if failed and len(failed) == len(self._targets):
-            raise failed[0]
-
     def _close(self, idle: bool) -> None:
         """Let go of everything; of what restyles only when it is `idle`, for else it still works there."""
         self._capture.close(END_SECONDS)
-        for target in self._targets:
-            target.close()
+        failure = self._destinations.close()
         self._keepsakes.close()
         if idle:
             self._styler.close(END_SECONDS)
-        for target in self._targets:
-            error = getattr(target, "error", None)
-            if isinstance(error, VidstyleError) and self._error is None:
-                self._error = error
+        self._error = self._error or failure
 
     def _summary(self) -> LiveSummary:
         return LiveSummary(
@@ -241,10 +226,5 @@ class Session:
             size=self._pictures.size,
             rate=float(self._rate),
             given_up=self._given_up,
-            deliveries=tuple(_delivery(target) for target in self._targets),
+            deliveries=self._destinations.deliveries,
         )
-
-
-def _delivery(target: Target) -> Delivery:
-    counts = (getattr(target, name, 0) for name in ("delivered", "repeated", "dropped"))
-    return Delivery(target.name, target.state, *counts)
