@@ -67,11 +67,13 @@ class Visitor:
         return pairs + [(name.replace("_", "-"), value) for name, value in more.items()]
 
     @contextmanager
-    def look(self, origin: str | None = "", cookie: str | None = None) -> Iterator[Window]:
+    def look(
+        self, origin: str | None = "", cookie: str | None = None, path: str = "/socket"
+    ) -> Iterator[Window]:
         """A browser that shows the page; `origin`: None for none, "" for its own."""
         own = f"http://{self.host}" if origin == "" else origin
         with connect(
-            f"ws://{self.host}/socket",
+            f"ws://{self.host}{path}",
             origin=own,  # type: ignore[arg-type]
             additional_headers={"Cookie": self.cookie if cookie is None else cookie},
             open_timeout=LONG,

@@ -174,6 +174,13 @@ def test_no_other_file_is_to_be_had(visitor: Visitor, path: str) -> None:
     assert (status, b"import" in body, b"root:" in body) == (404, False, False)
 
 
+def test_a_socket_is_at_its_own_address_and_nothing_else_is_there(visitor: Visitor) -> None:
+    assert visitor.ask("/socket")[0] == 426
+    for path in ("/", "/page.js", "/picture.png", "/socket/", "/nothing"):
+        with pytest.raises(InvalidStatus), visitor.look(path=path):
+            pass
+
+
 def test_a_picture_is_for_keeping_under_a_name_that_is_ours(visitor: Visitor) -> None:
     status, headers, body = visitor.ask("/picture.png?name=../../x.svg")
     assert (status, headers["content-type"], body[:4]) == (200, "image/png", b"\x89PNG")

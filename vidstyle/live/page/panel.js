@@ -160,10 +160,19 @@ export class Panel {
 
   #press() {
     const {name, variant} = this.#last;
-    for (const button of $("styles").children)
-      button.setAttribute("aria-pressed", button.textContent === name);
+    for (const button of $("styles").children) {
+      const chosen = button.textContent === name;
+      if (chosen && button.getAttribute("aria-pressed") !== "true") this.#bringIn(button);
+      button.setAttribute("aria-pressed", chosen);
+    }
     for (const button of $("variants").children)
       button.setAttribute("aria-pressed", button.textContent === variant);
+  }
+
+  // On a narrow window the styles are one long row; scrollIntoView would move the page too.
+  #bringIn(button) {
+    const row = $("styles");
+    row.scrollTo({left: button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, behavior: "smooth"});
   }
 
   #build(panel) {
@@ -192,7 +201,7 @@ export class Panel {
     const mark = make("span", {className: "mark", textContent: " changed", hidden: true});
     const about = entries[0].about ? [make("p", {className: "about", textContent: entries[0].about})] : [];
     const inside = make("div", {}, ...about, ...entries.map(entry => this.#row(entry)));
-    return make("details", {}, make("summary", {}, step ? stepName(step) : "page", mark), inside);
+    return make("details", {}, make("summary", {}, step ? stepName(step) : "size", mark), inside);
   }
 
   #row(entry) {

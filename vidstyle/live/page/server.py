@@ -142,8 +142,6 @@ class Server:
                     HTTPStatus.TOO_MANY_REQUESTS, f"{MOST_VIEWERS} browsers look at it already"
                 )
             return None
-        if "Upgrade" in request.headers:
-            raise RefusedError(HTTPStatus.NOT_FOUND, "there is no socket of that name")
         if path == answers.PICTURE and self._latest is not None:
             name = f"vidstyle-{self.controls.style_name.replace(':', '-')}-{self._latest.number}.png"
             return answers.download(await self._work(png, self._latest), name)

@@ -13,7 +13,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
-from vidstyle.errors import VidstyleError, printable
+from vidstyle.errors import VidstyleError
 from vidstyle.live.page.pictures import Quality
 from vidstyle.live.page.wishes import MessageError, carry_out, read_message
 
@@ -66,7 +66,7 @@ class Viewer:
             async for text in self._socket:
                 await self._hear(text)
         except MessageError as error:
-            log.warning("page: a browser was sent away: %s", printable(error))
+            log.warning("page: a browser was sent away: %s", error)
             await self._socket.close(CloseCode.POLICY_VIOLATION, "not a message of this page")
 
     async def _send_pictures(self) -> None:
