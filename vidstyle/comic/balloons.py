@@ -27,6 +27,8 @@ _FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
 _SALIENCE, _LOW, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.5, 0.7, 0.15, 0.7, 0.25, 0.5, 0.6
 """Prices: covered salience, being low, a caption away from the side where reading begins, distance to the
 speaker, another shape than the best, standing below the speaker's mouth, size."""
+_SALIENCE_ALONE, _HAIR = 3.0, 0.15
+"""Where no face is known: the price of covered salience, and how much higher it may go on."""
 
 
 @dataclass(frozen=True)
@@ -148,13 +150,13 @@ def _covered(boxes: np.ndarray, box: Box) -> np.ndarray:
 
 
 def _prices(boxes: np.ndarray, wording: Wording, room: Room) -> np.ndarray:
-    area = room.area
+    area, salience = room.area, room.salience
     width, height = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
-    price = (
-        _SALIENCE
-        * _covered(boxes, room.salience)
-        / np.maximum(np.minimum(width * height, room.salience.area), 1)
-    )
+    if not room.faces:
+        # Somebody may be there all the same, whose head is then at the top of it.
+        salience = Box(salience.left, salience.top - _HAIR * salience.height, salience.right, salience.bottom)
+    smaller = np.maximum(np.minimum(width * height, salience.area), 1)
+    price = (_SALIENCE if room.faces else _SALIENCE_ALONE) * _covered(boxes, salience) / smaller
     price = price + _LOW * (boxes[:, 1] - area.top) / area.height + _BIG * width * height / area.area
     flat = _FLAT_BALLOON if wording.kind == "balloon" else _FLAT_CAPTION
     price += _FLAT * np.log(width / height / flat) ** 2

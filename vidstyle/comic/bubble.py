@@ -54,7 +54,7 @@ class Bubble:
 
     @cached_property
     def outline(self) -> list[Point]:
-        """The corners of the shape, a polygon, with its tail."""
+        """The corners of the shape, a polygon; of a tail root, tip and root come first."""
         box = self.box
         if self.kind != "balloon":
             return [

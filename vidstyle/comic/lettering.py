@@ -99,10 +99,12 @@ def _written(
     panel: Panel, moment: Moment, lines: Sequence[Line], hand: Hand, band: float = _BAND
 ) -> Lettered | None:
     inside = _inside(panel.rectangle, hand.border)
+    # The border takes a little of the panel, and of its shape.
+    best = crop(moment, inside.aspect)
     if not lines:
-        return Lettered(panel, inside, panel.crop)
+        return Lettered(panel, inside, best)
     for size in (hand.size, round(hand.size * _SMALLER)):
-        for window in (panel.crop, *_elsewhere(panel.crop, moment)):
+        for window in (best, *_elsewhere(best, moment)):
             bubbles = _balloons(panel, inside, window, moment, lines, replace(hand, size=size))
             if bubbles is not None:
                 return Lettered(panel, inside, window, tuple(bubbles))
@@ -111,11 +113,11 @@ def _written(
 
 def _written_at_last(panel: Panel, moment: Moment, lines: Sequence[Line], hand: Hand) -> tuple[Lettered, int]:
     """The panel with as many of its first lines as find room, and how many these are."""
-    for count in range(len(lines), 0, -1):
-        written = _written(panel, moment, lines[:count], hand, _WIDEST_BAND)
-        if written is not None:
-            return written, count
-    return Lettered(panel, _inside(panel.rectangle, hand.border), panel.crop), 0
+    tried = (
+        (_written(panel, moment, lines[:count], hand, _WIDEST_BAND), count)
+        for count in range(len(lines), -1, -1)
+    )
+    return next((written, count) for written, count in tried if written is not None)
 
 
 def _inside(rectangle: Rectangle, border: int) -> Rectangle:

@@ -77,7 +77,7 @@ def parse(text: str) -> list[SubtitleEvent]:
     rows = text.lstrip("\ufeff").splitlines()
     is_web = rows[:1] != [] and rows[0].startswith("WEBVTT")
     marks = [(number, found) for number, row in enumerate(rows) if (found := _TIMES.match(row))]
-    ends = [number for number, _ in marks[1:]] + [len(rows)]
+    ends = [number for number, _ in marks[1:]] + [len(rows)] * bool(marks)
     return [
         _event(found, _web_text(rows[number + 1 : end]) if is_web else _rip_text(rows[number + 1 : end]))
         for (number, found), end in zip(marks, ends, strict=True)

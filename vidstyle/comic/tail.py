@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +13,9 @@ from vidstyle.comic.moment import Box
 
 FACE_ROOM = 0.06
 """Around faces, in sides of them: nothing is written there."""
+
+_SHORTEST, _AIR = 0.4, 0.1
+"""How far a tail stands out at least, and ends before what it points at, in sizes of the letters."""
 
 
 def with_face_room(face: Box) -> Box:
@@ -30,23 +33,30 @@ def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
     if bubble.kind != "balloon" or face is None:
         return bubble
     mouth = (face.left + face.right) / 2, face.top + 0.75 * face.height
-    start, size, tip = bubble.middle, bubble.block.size, None
-    length = math.dist(start, mouth)
-    for part in np.linspace(0, 1, max(2, math.ceil(length / 2)))[:-1]:
-        point = start[0] + part * (mouth[0] - start[0]), start[1] + part * (mouth[1] - start[1])
-        if _is_in(point, bubble.box, 0):
+    tips = list(_tips(bubble, mouth, kept))
+    tails = (replace(bubble, tip=tip) for tip in reversed(tips))
+    return next((tail for tail in tails if not _crosses(tail, kept)), bubble)
+
+
+def _tips(bubble: Bubble, mouth: Point, kept: Sequence[Box]) -> Iterator[Point]:
+    """Where the tail may end: outside the balloon, on the way to the mouth, as far as that is free."""
+    start, size = bubble.middle, bubble.block.size
+    for part in np.linspace(0, 1, max(2, math.ceil(math.dist(start, mouth) / 2)))[:-1]:
+        tip = start[0] + float(part) * (mouth[0] - start[0]), start[1] + float(part) * (mouth[1] - start[1])
+        if _is_in(tip, bubble.box, _SHORTEST * size):
             continue
-        if any(_is_in(point, box, 0.1 * size) for box in kept):
-            break
-        tip = point
-    if tip is None or not _stands_out(tip, bubble, 0.4 * size):
-        return bubble
-    return replace(bubble, tip=tip)
+        if any(_is_in(tip, box, _AIR * size) for box in kept):
+            return
+        yield tip
+
+
+def _crosses(bubble: Bubble, kept: Sequence[Box]) -> bool:
+    """Whether an edge of the tail runs through what is to be kept free."""
+    root, tip, other = (np.array(point) for point in bubble.outline[:3])
+    steps = np.linspace(0, 1, 40)[:, np.newaxis]
+    points = np.concatenate([root + steps * (tip - root), other + steps * (tip - other)])
+    return any(_is_in((x, y), box, 0) for x, y in points for box in kept)
 
 
 def _is_in(point: Point, box: Box, room: float) -> bool:
     return box.left - room <= point[0] <= box.right + room and box.top - room <= point[1] <= box.bottom + room
-
-
-def _stands_out(tip: Point, bubble: Bubble, least: float) -> bool:
-    return not _is_in(tip, bubble.box, least)

@@ -1,0 +1,283 @@
+"""Comics from end to end: what is written opens again, is the same each time, and harms no file."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+from xml.etree import ElementTree
+from zipfile import ZipFile
+
+import cv2
+import numpy as np
+import pytest
+from media import photograph
+from PIL import Image
+from stories import PLACES, shot, story, view, write_film
+
+from vidstyle.cli import main
+from vidstyle.comic.bubble import Bubble, size_of
+from vidstyle.comic.draw import on_paper
+from vidstyle.comic.font import Letters
+from vidstyle.comic.moment import Box
+from vidstyle.comic.paper import Rectangle
+from vidstyle.comic.raster import page_image
+from vidstyle.comic.sheet import Label, Sheet, Shown
+from vidstyle.comic.wrap import shapes
+from vidstyle.comic.write import Output
+from vidstyle.errors import OutputError, UsageError
+from vidstyle.prepared import prepare
+from vidstyle.style import load_style
+
+WORDS = (
+    "1\n00:00:00,000 --> 00:00:00,900\nHello <b>you</b> & me.\n\n2\n00:00:01,100 --> 00:00:01,900\n[knocks]\n"
+)
+ENDINGS = "png jpg jpeg svg pdf cbz html".split()
+
+
+def sheet(number: int) -> Sheet:
+    """A page with a panel, a balloon with a tail, a caption and a label."""
+    letters = Letters()
+    block = shapes(letters, f"Is this page {number}?", 14, 90)[-1]
+    width, height = size_of("balloon", block)
+    panel = Rectangle(10, 10, 190, 130)
+    bubbles = (
+        Bubble("balloon", Box(20, 20, 20 + width, 20 + height), block, (150.0, 110.0)),
+        Bubble("caption", Box(20, 100, 110, 122), shapes(letters, "Yes & <no>", 12, 90)[0]),
+    )
+    picture = Rectangle(12, 12, 188, 128)
+    color = cv2.resize(photograph("coffee"), (picture.width, picture.height))
+    return Sheet(
+        *(200, 160, 100.0, letters),
+        [Shown(panel, picture, color, bubbles, "0:01.0: <b>")],
+        [Label(f"{number}", 100, 150, 10, is_bold=True)],
+    )
+
+
+def written(target: Path, count: int, title: str = 'A & "B"', overwrite: bool = False) -> list[Path]:
+    return Output(target, "film.mp4", overwrite).write(
+        (sheet(number) for number in range(count)), count, title
+    )
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("count", [1, 3])
+def test_every_kind_of_file_opens_again(ending: str, count: int, tmp_path: Path) -> None:
+    files = written(tmp_path / f"page.{ending}", count)
+    assert sorted(files) == sorted(tmp_path.iterdir())
+    if ending in ("png", "jpg", "jpeg", "svg") and count == 3:
+        assert [file.name for file in files] == [f"page-{number}.{ending}" for number in (1, 2, 3)]
+    else:
+        assert [file.name for file in files] == [f"page.{ending}"]
+    assert pages_in(files) == [(200, 160)] * count
+
+
+def pages_in(files: Sequence[Path]) -> list[tuple[int, int]]:
+    """Width and height of all pages, in pixels."""
+    found: list[tuple[int, int]] = []
+    for file in files:
+        content = file.read_bytes()
+        if file.suffix in (".png", ".jpg", ".jpeg"):
+            with Image.open(file) as image:
+                image.load()
+                assert image.info["dpi"] == pytest.approx((100, 100), abs=0.1)
+                found.append(image.size)
+        elif file.suffix == ".pdf":
+            assert b"Date" not in content
+            assert content.startswith(b"%PDF") and content.rstrip().endswith(b"%%EOF")
+            # 200 x 160 pixels, 100 to the inch, in points.
+            found += [(200, 160)] * content.count(b"/MediaBox [ 0 0 144.0 115.2 ]")
+        elif file.suffix == ".cbz":
+            with ZipFile(file) as archive:
+                assert archive.testzip() is None
+                found += [Image.open(BytesIO(archive.read(name))).size for name in sorted(archive.namelist())]
+        else:
+            found += [tuple(map(int, each.attrib["viewBox"].split()[2:])) for each in drawings(content)]  # type: ignore[misc]
+    return found
+
+
+def drawings(content: bytes) -> list[ElementTree.Element]:
+    text = content.decode()
+    if text.startswith("<?xml"):
+        return [ElementTree.fromstring(text)]
+    return [
+        ElementTree.fromstring(f"<svg{part.partition('</svg>')[0]}</svg>") for part in text.split("<svg")[1:]
+    ]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_same_pages_are_the_same_bytes(ending: str, tmp_path: Path) -> None:
+    one, other = (written(tmp_path / f"{name}.{ending}", 1)[0].read_bytes() for name in "ab")
+    assert one == other
+
+
+def test_balloons_of_a_drawing_are_shapes_and_text(tmp_path: Path) -> None:
+    (root,) = drawings(written(tmp_path / "page.svg", 1)[0].read_bytes())
+    name = "{http://www.w3.org/2000/svg}"
+    assert len(root.findall(f".//{name}image")) == 1
+    assert len(root.findall(f".//{name}polygon")) == 2
+    texts = ["".join(each.itertext()) for each in root.findall(f".//{name}text")]
+    assert [" ".join(text.split()) for text in texts] == ["Is this page 0?", "Yes & <no>", "0"]
+    assert (root.findtext(f"{name}title")) == 'A & "B"'
+
+
+def test_a_balloon_is_white_with_ink_and_the_picture_is_around_it() -> None:
+    drawn, plain = np.asarray(page_image(sheet(1))), sheet(1)
+    balloon = plain.panels[0].bubbles[0].box
+    inside = drawn[
+        int(balloon.top) + 2 : int(balloon.bottom) - 2, int(balloon.left) + 8 : int(balloon.right) - 8
+    ]
+    assert np.median(inside) == 255 and inside.min() < 60
+    assert (drawn[125, 170] == plain.panels[0].color[113, 158]).all()
+    assert drawn[10, 100].max() == 0 and drawn[5, 100].min() == 255
+
+
+def test_names_with_a_pattern_are_numbered(tmp_path: Path) -> None:
+    files = written(tmp_path / "page%03d.png", 2)
+    assert [file.name for file in files] == ["page001.png", "page002.png"]
+
+
+def test_existing_files_are_kept(tmp_path: Path) -> None:
+    kept = tmp_path / "page-2.png"
+    kept.write_bytes(b"mine")
+    with pytest.raises(UsageError, match="exists already"):
+        written(tmp_path / "page.png", 3)
+    assert list(tmp_path.iterdir()) == [kept] and kept.read_bytes() == b"mine"
+    written(tmp_path / "page.png", 3, overwrite=True)
+    assert kept.read_bytes() != b"mine"
+
+
+def test_a_missing_folder_is_said_at_once(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="its folder does not exist"):
+        Output(tmp_path / "none" / "page.pdf", "film.mp4", False)
+
+
+@pytest.mark.parametrize(("height", "width"), [(200, 300), (600, 300), (1200, 1800)])
+def test_dots_are_as_large_on_paper_in_every_panel(height: int, width: int) -> None:
+    cells = []
+    for dpi in (300, 600):
+        style = on_paper(load_style("comic"), height, width, dpi)
+        steps = prepare(style, height, width)["background"]
+        cells.append(
+            next(step.values["cell"] for step in steps if step.block and step.block.name == "halftone")
+        )
+    assert cells == pytest.approx([5 / 720 * 90 * dpi / 25.4 for dpi in (300, 600)])
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four shots of half a second each."""
+    return write_film(tmp_path_factory.mktemp("film") / "film.mp4", story(4, 13))
+
+
+def run(*arguments: object) -> int:
+    return main(["comic", *map(str, arguments)])
+
+
+def test_a_film_of_two_seconds_becomes_a_comic(film: Path, tmp_path: Path) -> None:
+    (tmp_path / "words.srt").write_text(WORDS, encoding="utf-8")
+    for name in ("one", "two"):
+        assert 0 == run(
+            *(film, tmp_path / f"{name}.svg", "--subtitles", tmp_path / "words.srt", "--size", "400x560"),
+            *("--panels", 4, "--title", "Été", "--style", "comic,plain", "--pages", 1, "--device", "cpu"),
+            *("--frames", tmp_path / name),
+        )
+    one, two = ((tmp_path / f"{name}.svg").read_bytes() for name in ("one", "two"))
+    assert one == two
+    (root,) = drawings(one)
+    name = "{http://www.w3.org/2000/svg}"
+    assert len(root.findall(f".//{name}image")) == 4
+    shown = " ".join("".join(each.itertext()) for each in root.findall(f".//{name}text"))
+    assert " ".join(shown.split()) == "Hello you & me. [knocks] Ete"
+    with (tmp_path / "one" / "frames.csv").open() as table:
+        rows = list(csv.DictReader(table))
+    times = [float(row["seconds"]) for row in rows]
+    assert len(times) == 4 and times == sorted(set(times))
+    for row in rows:
+        with Image.open(tmp_path / "one" / row["file"]) as frame:
+            assert frame.size == (256, 144)
+
+
+def test_another_seed_is_another_page(film: Path, tmp_path: Path) -> None:
+    for seed in (0, 1):
+        assert 0 == run(
+            film, tmp_path / f"{seed}.png", "--seed", seed, "--size", "300x420", "--style", "plain"
+        )
+    assert (tmp_path / "0.png").read_bytes() != (tmp_path / "1.png").read_bytes()
+
+
+def test_a_storyboard_shows_whole_pictures_with_times(film: Path, tmp_path: Path) -> None:
+    assert 0 == run(film, tmp_path / "board.svg", "--storyboard", "--panels", 4, "--size", "600x400")
+    (root,) = drawings((tmp_path / "board.svg").read_bytes())
+    name = "{http://www.w3.org/2000/svg}"
+    texts = [each.text or "" for each in root.findall(f".//{name}text")]
+    assert len(texts) == 4 and texts == sorted(texts) and texts[0].startswith("0:00.")
+    for image in root.findall(f".//{name}image"):
+        width, height = (int(image.attrib[side]) for side in ("width", "height"))
+        assert width / height == pytest.approx(256 / 144, rel=0.03)
+
+
+def test_one_frame_and_folders_make_pages(tmp_path: Path) -> None:
+    one = write_film(tmp_path / "one.mp4", shot(PLACES[0], 1))
+    assert 0 == run(one, tmp_path / "one.pdf", "--size", "300x300", "--style", "plain")
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    for number in range(3):
+        cv2.imwrite(str(folder / f"{number}.png"), view(PLACES[number]))
+    assert 0 == run(folder, tmp_path / "strip.html", "--style", "plain")
+    (root,) = drawings((tmp_path / "strip.html").read_bytes())
+    assert len(root.findall(".//{http://www.w3.org/2000/svg}image")) == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "line"),
+    [
+        (["none.mp4", "a.png"], 3, "none.mp4: no such file"),
+        (["empty", "a.png"], 3, "empty: a folder without pictures"),
+        (["-", "a.png"], 2, "-: a pipe can be read only once; save the film to a file"),
+        (["words.srt", "a.bmp"], 2, "a.bmp: is no kind of comic; end its name in .png, .jpg, .jpeg, .pdf, "
+         ".cbz, .svg or .html"),
+        (["words.srt", "kept.png"], 2, "kept.png: exists already; add -y to overwrite it, or choose another "
+         "name"),
+        (["none.mp4", "a.png", "--subtitles", "none.srt"], 3, "none.srt: cannot be read: No such file"),
+        (["none.mp4", "a.png", "--subtitles", "empty.srt"], 3, "empty.srt: holds no subtitles"),
+        (["none.mp4", "a.png", "--font", "words.srt"], 3, "words.srt: no font that can be read; give a .ttf "
+         "or .otf file"),
+        (["none.mp4", "a.png", "--size", "b7"], 2, "b7: no size of paper; give a3, a4, a5, letter, square, "
+         "strip, 1200x1800 or 210x297mm"),
+        (["none.mp4", "a.png", "--style", "nope"], 3, "nope"),
+        (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is neither a number of panels nor auto"),
+        (["none.mp4", "a.png", "--skip", "12"], 2, "'12' is not a part of a film such as 0:10-0:25"),
+        (["none.mp4", "a.png", "--at", "1,x"], 2, "'x' is not a time such as 12.5 or 1:02:03.5"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_one_line(
+    arguments: list[str],
+    code: int,
+    line: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    for name, text in (("words.srt", WORDS), ("empty.srt", ""), ("kept.png", "mine")):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    assert run(*arguments) == code
+    (said,) = capsys.readouterr().err.splitlines()
+    assert line in said
+    assert sorted(tmp_path.rglob("*")) == before and (tmp_path / "kept.png").read_text() == "mine"
+
+
+def test_without_pillow_it_says_what_to_install(tmp_path: Path) -> None:
+    program = (
+        "import sys\nsys.modules['PIL'] = None\nfrom vidstyle.cli import main\n"
+        f"sys.exit(main(['comic', 'film.mp4', {str(tmp_path / 'a.png')!r}]))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr == "vidstyle: comic: Pillow is not installed; pip install vidstyle[comic]\n"

@@ -1,0 +1,167 @@
+"""Subtitles: what is read of them, whatever people write, and which panel says what."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.subtitles import Line, lines_of_file
+from vidstyle.comic.words import LETTERS, MOST, REACH, match
+from vidstyle.errors import InputError
+
+
+def moment(time: float, scene: int = 0, faces: tuple[Box, ...] = (Box(10, 10, 30, 30),)) -> Moment:
+    return Moment(time, (90, 160), 0.5, Box(0, 0, 160, 90), faces, scene)
+
+
+def read(tmp_path: Path, text: str | bytes, name: str = "words.srt") -> list[Line]:
+    path = tmp_path / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return lines_of_file(path)
+
+
+def texts(lines: list[Line]) -> list[str]:
+    return [line.text for line in lines]
+
+
+SRT = "1\n00:00:01,000 --> 00:00:02,000\nOne.\n\n2\n00:00:03,000 --> 00:00:04,000\nTwo\nrows.\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SRT.encode(),
+        SRT.replace("\n", "\r\n").encode(),
+        SRT.replace("\n", "\r").encode(),
+        ("\ufeff" + SRT).encode(),
+        SRT.encode("utf-16"),
+        SRT.replace(",", ".").encode(),
+        SRT.replace("00:00:0", "0:0:").encode(),
+        SRT.replace("1\n00", "00", 1).replace("2\n00", "00").encode(),
+        SRT.replace(" --> ", "-->").encode(),
+        SRT.replace("Two\n", "Two\n\n").encode(),
+        SRT.replace("\n\n2", "\n2").replace("2\n00", "\n2\n00").encode(),
+        SRT.replace("4,000", "4,000  X1:100 X2:600 Y1:50 Y2:60").encode(),
+    ],
+)
+def test_subrip_is_read_however_it_is_written(text: bytes, tmp_path: Path) -> None:
+    lines = read(tmp_path, text)
+    assert [(line.start, line.text) for line in lines] == [(1.0, "One."), (3.0, "Two rows.")]
+    assert [line.end for line in lines] == [2.0, 4.0]
+
+
+def test_what_is_not_utf_8_is_western(tmp_path: Path) -> None:
+    assert texts(read(tmp_path, SRT.replace("One", "Ça va, café").encode("cp1252"))) == [
+        "Ça va, café.",
+        "Two rows.",
+    ]
+
+
+def test_web_subtitles_have_blocks_that_are_not_said(tmp_path: Path) -> None:
+    lines = read(
+        tmp_path,
+        "WEBVTT - with a title\nKind: captions\n\nSTYLE\n::cue { color: red }\n\nNOTE\nnot said\n\n"
+        "intro\n00:01.500 --> 00:02.500 line:0 align:start\n<v.loud Anna>Hello <c.red>there</c> &amp; "
+        "<b>you</b>\n\nNOTE not said\neither\n\n01:00:00.000 --> 01:00:01.000\n<00:00:01.000>3 &lt; 4 <3\n",
+        "words.vtt",
+    )
+    assert [(line.start, line.text, line.speaker) for line in lines] == [
+        (1.5, "Hello there & you", "Anna"),
+        (3600.0, "3 < 4 <3", ""),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "plain", "narrated"),
+    [
+        ("<i>Long ago.</i>", "Long ago.", True),
+        ("<i>Long</i>\n<i>ago.</i>", "Long ago.", True),
+        (r"{\an8}{\i1}Long ago.{\i0}", "Long ago.", True),
+        ("She <i>is</i> here.", "She is here.", False),
+        ("[thunder]", "[thunder]", True),
+        ("(thunder)", "(thunder)", True),
+        ("[John] Hello (yes)", "[John] Hello (yes)", False),
+        ("♪ La la ♪", "♪ La la ♪", True),
+        (r"One\Ntwo\hthree", "One two three", False),
+        ('<font color="#ff0000">Red</font>', "Red", False),
+        ("- Alone.", "Alone.", False),
+        ("a\u200b\x07b\tc", "a b c", False),
+    ],
+)
+def test_marks_go_and_tell_narrators(text: str, plain: str, narrated: bool, tmp_path: Path) -> None:
+    (line,) = read(tmp_path, SRT.partition("\n\n2")[0].replace("One.", text))
+    assert (line.text, line.narrated) == (plain, narrated)
+
+
+def test_two_voices_are_two_lines(tmp_path: Path) -> None:
+    lines = read(tmp_path, SRT.replace("Two\nrows.", "- Who\nis it?\n– Me."))
+    assert [(line.text, line.speaker) for line in lines[1:]] == [("Who is it?", "1"), ("Me.", "2")]
+
+
+@pytest.mark.parametrize("said", ["", "<i></i>", "♪", r"{\p1}m 0 0 l 100 0{\p0}", "   "])
+def test_what_says_nothing_is_no_line(said: str, tmp_path: Path) -> None:
+    assert texts(read(tmp_path, SRT.replace("One.", said))) == ["Two rows."]
+
+
+def test_events_come_in_the_order_of_time_and_once(tmp_path: Path) -> None:
+    shuffled = "\n".join(
+        f"00:00:{second:02},000 --> 00:00:{end:02},000\n{text}\n"
+        for second, end, text in [(5, 6, "b"), (1, 2, "a"), (5, 6, "b"), (9, 3, "backwards")]
+    )
+    lines = read(tmp_path, shuffled)
+    assert [(line.start, line.end, line.text) for line in lines] == [
+        *[(1, 2, "a"), (5, 6, "b")],
+        (9, 9, "backwards"),
+    ]
+
+
+@pytest.mark.parametrize("content", [b"", b"\x00\x01\x02\xff" * 50, b"only words", b"1\n2\n3\n"])
+def test_a_file_without_subtitles_is_refused(content: bytes, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds no subtitles"):
+        read(tmp_path, content)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        lines_of_file(tmp_path / "none.srt")
+
+
+def test_a_panel_gets_what_is_said_from_its_moment_on() -> None:
+    lines = [Line(start, start + 1, f"At {start}.") for start in (0, 2, 3.5, 5, 6, 7)]
+    words = match(lines, [moment(2.5), moment(5.5), moment(7.1)])
+    assert [texts(panel) for panel in words.panels] == [
+        ["At 0.", "At 2.", "At 3.5."],
+        ["At 5.", "At 6."],
+        ["At 7."],
+    ]
+    assert words.left_out == 0
+
+
+def test_what_is_far_or_too_much_is_left_out_and_counted() -> None:
+    lines = [Line(100 + number, 100.5 + number, f"Line {number}.") for number in range(2 * MOST)]
+    far = Line(100 - 2 * REACH, 100 - 1.1 * REACH, "Too soon.")
+    words = match([far, *lines], [moment(100)])
+    assert texts(words.panels[0]) == [f"Line {number}." for number in range(MOST)]
+    assert (words.lines, words.left_out) == (2 * MOST + 1, MOST + 1)
+    assert match([far], [moment(100)]).panels == [[]]
+
+
+def test_letters_of_a_panel_are_few_but_one_line_is_whole() -> None:
+    long = "x" * (LETTERS + 50)
+    words = match([Line(1, 2, long), Line(3, 4, "y")], [moment(1)])
+    assert texts(words.panels[0]) == [long]
+
+
+def test_halves_of_a_sentence_are_joined() -> None:
+    lines = [Line(1, 2, "We have to follow,"), Line(2.1, 3, "all of us."), Line(3.1, 4, "Now.")]
+    assert texts(match(lines, [moment(1)]).panels[0]) == ["We have to follow, all of us.", "Now."]
+    of_two = [lines[0], Line(2.1, 3, "all of us.", speaker="2")]
+    assert len(match(of_two, [moment(1)]).panels[0]) == 2
+
+
+def test_a_voice_over_an_empty_first_picture_is_a_narrators() -> None:
+    lines = [Line(1, 2, "Here."), Line(10, 11, "There.")]
+    words = match(lines, [moment(1, faces=()), moment(10, scene=1, faces=())])
+    assert [panel[0].narrated for panel in words.panels] == [True, False]
