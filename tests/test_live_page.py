@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import re
+import subprocess
+import sys
 import threading
 import time
 from fractions import Fraction
@@ -249,3 +251,14 @@ def test_every_part_that_the_scripts_name_is_there() -> None:
 def test_messages_are_read_as_they_are_written() -> None:
     message = {"do": "vary", "style": "ink", "variant": "green"}
     assert wishes.read_message(json.dumps(message)) == message
+
+
+def test_without_its_library_the_page_says_what_to_install() -> None:
+    program = (
+        "import sys; sys.modules['websockets'] = None\n"
+        "from vidstyle.live.targets import TargetOptions, target_maker\n"
+        "target_maker('page', TargetOptions())"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    line = run.stderr.splitlines()[-1]
+    assert "page: cannot be shown: it needs websockets: pip install 'vidstyle[live]'" in line
