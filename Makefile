@@ -24,7 +24,7 @@ clean:  ## remove all that was made here
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/program.stamp: pyproject.toml | .venv/bin/python
-	$(PIP) --editable .
+	$(PIP) --editable '.[comic]'
 	touch $@
 
 .venv/dev.stamp: pyproject.toml | .venv/bin/python

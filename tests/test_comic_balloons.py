@@ -7,15 +7,17 @@ import math
 import numpy as np
 import pytest
 
+from vidstyle.comic.attention import attention_in_box, attention_of, mean_under, within
 from vidstyle.comic.balloons import Room, Wording, is_in_order, place
 from vidstyle.comic.bubble import Bubble, size_of
 from vidstyle.comic.font import Letters, letter_size
 from vidstyle.comic.heading import lowered
 from vidstyle.comic.layout import Layout, lay_out
-from vidstyle.comic.lettering import Hand, letter, on_page
+from vidstyle.comic.lettering import Hand, Speech, letter
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.paper import paper
 from vidstyle.comic.subtitles import Line
+from vidstyle.comic.windows import on_page
 from vidstyle.comic.wrap import shapes
 
 LETTERS = Letters()
@@ -59,10 +61,15 @@ def check(bubbles: list[Bubble], area: Box, faces: list[Box], right_to_left: boo
             assert not is_in_order(bubble.box, earlier.box, right_to_left)
 
 
+def room_of(width: float, height: float, faces: tuple[Box, ...], seen: Box) -> Room:
+    whole, shape = Box(0, 0, width, height), (round(height), round(width))
+    return Room(whole, whole, faces, attention_in_box(Moment(0, shape, 1, seen, faces, 0)))
+
+
 def random_room(random: np.random.Generator) -> Room:
     width, height = random.uniform(120, 900, 2)
     faces = tuple(box_in(random, width, height, 0.1, 0.5) for _ in range(random.integers(0, 4)))
-    return Room(Box(0, 0, width, height), faces, box_in(random, width, height, 0.2, 0.9))
+    return room_of(width, height, faces, box_in(random, width, height, 0.2, 0.9))
 
 
 @pytest.mark.parametrize("seed", range(150))
@@ -98,7 +105,7 @@ def test_most_random_panels_have_room() -> None:
 
 def test_a_tail_points_to_the_speaker() -> None:
     face = Box(300, 150, 380, 250)
-    room = Room(Box(0, 0, 500, 300), (face,), face)
+    room = room_of(500, 300, (face,), face)
     (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300), face)], room) or []
     assert bubble.tip is not None
     mouth = 340, 225
@@ -107,7 +114,7 @@ def test_a_tail_points_to_the_speaker() -> None:
 
 
 def test_where_faces_fill_the_panel_there_is_no_room() -> None:
-    room = Room(Box(0, 0, 200, 200), (Box(5, 5, 195, 195),), Box(0, 0, 200, 200))
+    room = room_of(200, 200, (Box(5, 5, 195, 195),), Box(0, 0, 200, 200))
     assert place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 180))], room) is None
 
 
@@ -145,6 +152,10 @@ def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
     ]
 
 
+def speeches(moments: list[Moment], words: list[list[Line]]) -> list[Speech]:
+    return [Speech(each, lines, attention_in_box(each)) for each, lines in zip(moments, words, strict=True)]
+
+
 @pytest.mark.parametrize("seed", range(24))
 def test_pages_have_their_words_off_faces(seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -161,7 +172,7 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
         return lowered(laid, moments, sheet, 30)
 
     hand = Hand(LETTERS, letter_size(sheet), sheet.border, right_to_left)
-    layout, panels, lost = letter(pages, moments, words, hand)
+    layout, panels, lost = letter(pages, speeches(moments, words), hand)
     assert lost + sum(len(each.bubbles) for each in panels) == sum(map(len, words))
     assert lost <= sum(map(len, words)) / 3
     for each in panels:
@@ -185,7 +196,7 @@ def test_a_panel_grows_for_its_words() -> None:
         return lay_out(moments, paper("500x700", 90), growth=growth)
 
     words = [[] if number != 2 else [Line(0, 1, " ".join(WORDS * 2))] for number in range(6)]
-    letter(pages, moments, words, Hand(LETTERS, 16, 2))
+    letter(pages, speeches(moments, words), Hand(LETTERS, 16, 2))
     assert asked[0] == [1.0] * 6
     assert len(asked) > 1 and asked[1][2] > 1 and asked[1].count(1.0) == 5
 
@@ -206,3 +217,24 @@ def test_letters_that_a_font_lacks_are_named_and_replaced() -> None:
     letters = Letters()
     assert letters.writable("Été — ♪ „so“") == 'Ete - "so“'
     assert list(letters.lacking) == ["É", "é"]
+
+
+def test_a_balloon_lies_where_nothing_is_to_be_seen() -> None:
+    """Not over what catches the eye, although no face is known; however the panel is cropped."""
+    color = np.full((240, 400, 3), (90, 140, 200), np.uint8)
+    color[20:220, 20:200] = np.random.default_rng(5).integers(0, 255, (200, 180, 3))
+    seen = attention_of(color)
+    moment = Moment(0, (240, 400), 1, Box(0, 0, 400, 240), (), 0)
+    for left in (0, 100):
+        window = Box(left, 0, 400, 240)
+        whole = Box(0, 0, 400 - left, 240)
+        room = Room(whole, whole, (), within(seen, moment, window))
+        (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300))], room) or []
+        assert bubble.box.left + left > 195
+
+
+def test_means_under_boxes_are_those_of_the_cells() -> None:
+    cells = np.arange(12, dtype=np.float32).reshape(3, 4)
+    boxes = np.array([[0, 0, 40, 30], [10, 10, 20, 20], [30, 20, 40, 30], [5, 5, 15, 15]])
+    found = mean_under(cells, Box(0, 0, 40, 30), boxes)
+    assert found.tolist() == [5.5, 5.0, 11.0, 2.5]

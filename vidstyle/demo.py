@@ -1,27 +1,44 @@
-"""Makes the demo: a film of our own and what styles make of it."""
+"""Makes the demo: a film of our own and what styles make of it, and a comic page."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
+from vidstyle.comic.font import check_pillow
+from vidstyle.comic.moments import Wishes
+from vidstyle.comic.options import ComicOptions
+from vidstyle.comic.page import make_comic
 from vidstyle.cpu import CpuRenderer
 from vidstyle.demo_film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
-from vidstyle.errors import OutputError
+from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.film import write_film
+from vidstyle.media.whole_file import whole_file
 from vidstyle.media.writer import WriteOptions
 from vidstyle.picture import Encoding, Picture
 from vidstyle.pipeline import render
 from vidstyle.style import load_style
 
 STYLES = ("comic", "sketch", "poster")
+WORDS = (
+    (0.0, 1.0, "<i>Early in the morning</i>"),
+    (1.1, 2.0, "Wait for me!"),
+    (2.4, 3.6, "Catch me if you can!"),
+)
+"""What is said in the film: first and last second, and the words."""
+PANELS = 4
+
+_log = logging.getLogger("vidstyle")
 
 
 def make_demo(folder: Path) -> Iterator[Path]:
-    """Write the film and its restyled versions into the folder, over older ones; yields each when done.
+    """Write the film, its restyled versions and a comic page into the folder, over older ones.
+
+    Yields each when it is done; there is no comic page where Pillow is missing, which is said.
 
     Raises:
         OutputError: the folder cannot be made or written to.
@@ -37,6 +54,27 @@ def make_demo(folder: Path) -> Iterator[Path]:
         target = folder / f"{style}.mp4"
         render(film, target, style, write=WriteOptions(overwrite=True))
         yield target
+    try:
+        check_pillow()
+    except UsageError as error:
+        _log.warning(str(error))
+    else:
+        yield make_page(film, folder / "comic.png")
+
+
+def make_page(film: Path, target: Path) -> Path:
+    """Make a comic page of our own film, with its words, which become a file of subtitles beside the film."""
+    words = film.with_suffix(".srt")
+    text = "\n".join(
+        f"{number}\n00:00:{start:06.3f} --> 00:00:{end:06.3f}\n".replace(".", ",") + f"{line}\n"
+        for number, (start, end, line) in enumerate(WORDS, 1)
+    )
+    with whole_file(words, overwrite=True) as write:
+        write(text.encode())
+    options = ComicOptions(
+        wishes=Wishes(PANELS), size="square", title="Good morning", subtitles=str(words), overwrite=True
+    )
+    return make_comic(film, target, options).files[0]
 
 
 def make_film(path: Path, repeats: int = 1) -> None:

@@ -1,4 +1,4 @@
-"""vidstyle demo: a film made here, in three styles."""
+"""vidstyle demo: a film made here, in three styles and as a comic page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vidstyle.cli.reporting import reporting_options
               metavar="FOLDER", help="Where to put the films.")  # fmt: skip
 @reporting_options
 def demo(folder: Path) -> None:
-    """Make a short film with sound, restyle it in three styles, and say where they are."""
+    """Make a short film with sound, restyle it, make a comic page of it, and say where they are."""
     from vidstyle.demo import make_demo
 
     for path in make_demo(folder):

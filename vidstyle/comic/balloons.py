@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vidstyle.comic.attention import mean_under
 from vidstyle.comic.bubble import Bubble, Kind, size_of
 from vidstyle.comic.moment import Box
 from vidstyle.comic.tail import with_face_room, with_tail
@@ -24,11 +25,9 @@ _SHARE = 0.45
 """The part of a panel that all its balloons may cover together."""
 _FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
 """The shapes that are best."""
-_SALIENCE, _LOW, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.5, 0.7, 0.15, 0.7, 0.25, 0.5, 0.6
-"""Prices: covered salience, being low, a caption away from the side where reading begins, distance to the
-speaker, another shape than the best, standing below the speaker's mouth, size."""
-_SALIENCE_ALONE, _HAIR = 3.0, 0.15
-"""Where no face is known: the price of covered salience, and how much higher it may go on."""
+_SEEN, _LOW, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 0.8, 0.7, 0.3, 0.7, 0.3, 0.5, 0.6
+"""Prices: covering what catches the eye, being low, a caption away from the side where reading begins,
+distance to the speaker, another shape than the best, standing below the speaker's mouth, size."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +35,16 @@ class Room:
     """A panel as far as it can be written into, in pixels of the page.
 
     Attributes:
-        area: within its border.
-        faces, salience: what is seen of them in it.
+        area: where words may be.
+        picture: all of it.
+        faces: what is seen of them.
+        attention: how much each part of the picture catches the eye, rows x columns; 1 is usual.
     """
 
     area: Box
+    picture: Box
     faces: tuple[Box, ...]
-    salience: Box
+    attention: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def place(wordings: Sequence[Wording], room: Room, right_to_left: bool = False) 
     """
     if right_to_left:
         axis = room.area.left + room.area.right
-        turned = [replace(each, face=each.face and _mirrored(each.face, axis)) for each in wordings]
+        turned = [replace(each, face=each.face and each.face.mirrored(axis)) for each in wordings]
         placed = place(turned, _mirrored_room(room, axis))
         return placed and [_mirrored_bubble(bubble, axis) for bubble in placed]
     places = [_places(each, room) for each in wordings]
@@ -150,13 +152,9 @@ def _covered(boxes: np.ndarray, box: Box) -> np.ndarray:
 
 
 def _prices(boxes: np.ndarray, wording: Wording, room: Room) -> np.ndarray:
-    area, salience = room.area, room.salience
+    area = room.area
     width, height = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
-    if not room.faces:
-        # Somebody may be there all the same, whose head is then at the top of it.
-        salience = Box(salience.left, salience.top - _HAIR * salience.height, salience.right, salience.bottom)
-    smaller = np.maximum(np.minimum(width * height, salience.area), 1)
-    price = (_SALIENCE if room.faces else _SALIENCE_ALONE) * _covered(boxes, salience) / smaller
+    price = _SEEN * mean_under(room.attention, room.picture, boxes)
     price = price + _LOW * (boxes[:, 1] - area.top) / area.height + _BIG * width * height / area.area
     flat = _FLAT_BALLOON if wording.kind == "balloon" else _FLAT_CAPTION
     price += _FLAT * np.log(width / height / flat) ** 2
@@ -200,15 +198,11 @@ def _after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
     return free
 
 
-def _mirrored(box: Box, axis: float) -> Box:
-    return Box(axis - box.right, box.top, axis - box.left, box.bottom)
-
-
 def _mirrored_room(room: Room, axis: float) -> Room:
-    faces = tuple(_mirrored(face, axis) for face in room.faces)
-    return Room(_mirrored(room.area, axis), faces, _mirrored(room.salience, axis))
+    faces = tuple(face.mirrored(axis) for face in room.faces)
+    return Room(room.area.mirrored(axis), room.picture.mirrored(axis), faces, room.attention[:, ::-1])
 
 
 def _mirrored_bubble(bubble: Bubble, axis: float) -> Bubble:
     tip = bubble.tip and (axis - bubble.tip[0], bubble.tip[1])
-    return replace(bubble, box=_mirrored(bubble.box, axis), tip=tip)
+    return replace(bubble, box=bubble.box.mirrored(axis), tip=tip)

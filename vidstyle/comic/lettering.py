@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from vidstyle.comic.attention import within
 from vidstyle.comic.balloons import Room, Wording, place
 from vidstyle.comic.bubble import Bubble, size_of
-from vidstyle.comic.crop import crop, main_face
+from vidstyle.comic.crop import crop
 from vidstyle.comic.font import Letters
 from vidstyle.comic.layout import Layout, Panel
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.paper import Rectangle
 from vidstyle.comic.subtitles import Line
+from vidstyle.comic.windows import elsewhere, on_page, within_border
 from vidstyle.comic.wrap import Block, shapes
 
 GROWTH = 1.6
@@ -22,8 +26,8 @@ ROUNDS = 3
 
 _SMALLER = 0.85
 """Letters may be that much smaller where there is little room."""
-_SHIFTS = ((0, -0.5), (0, -1), (-0.5, 0), (0.5, 0), (-1, 0), (1, 0), (0, 0.5))
-"""Where else a panel may look, in parts of the way to the edge of the picture or of what must be seen."""
+_AIR = 0.35
+"""Between words and the border, in sizes of the letters."""
 _BAND, _WIDEST_BAND = 0.3, 0.55
 """The part of a panel that a caption above its picture takes at most, and in the last round."""
 
@@ -59,11 +63,25 @@ class Hand:
     right_to_left: bool = False
 
 
+@dataclass(frozen=True)
+class Speech:
+    """What a panel is to hold.
+
+    Attributes:
+        attention: where the moment's picture catches the eye, see `attention_of`.
+    """
+
+    moment: Moment
+    lines: Sequence[Line]
+    attention: np.ndarray
+
+    def first(self, count: int) -> Speech:
+        """The same with its first lines only."""
+        return replace(self, lines=self.lines[:count])
+
+
 def letter(
-    lay_out: Callable[[Sequence[float]], Layout],
-    moments: Sequence[Moment],
-    words: Sequence[Sequence[Line]],
-    hand: Hand,
+    lay_out: Callable[[Sequence[float]], Layout], speeches: Sequence[Speech], hand: Hand
 ) -> tuple[Layout, list[Lettered], int]:
     """Lay out panels and write into them.
 
@@ -73,81 +91,52 @@ def letter(
 
     Args:
         lay_out: makes a layout in which each panel is to be so many times as large as else.
-        words: of each moment.
+        speeches: of each moment.
 
     Returns:
         The layout, its panels, and how many lines were left out.
     """
-    growth = [1.0] * len(moments)
+    growth = [1.0] * len(speeches)
     for _ in range(ROUNDS - 1):
         layout = lay_out(growth)
-        written = [
-            _written(panel, moments[panel.moment], words[panel.moment], hand) for panel in layout.panels
-        ]
+        written = [_written(panel, speeches[panel.moment], hand) for panel in layout.panels]
         if None not in written:
             return layout, [each for each in written if each], 0
         growth = [size * (1.0 if found else GROWTH) for size, found in zip(growth, written, strict=True)]
     layout = lay_out(growth)
-    ends = [
-        _written_at_last(panel, moments[panel.moment], words[panel.moment], hand) for panel in layout.panels
-    ]
-    lines = sum(len(words[panel.moment]) for panel in layout.panels)
+    ends = [_written_at_last(panel, speeches[panel.moment], hand) for panel in layout.panels]
+    lines = sum(len(speech.lines) for speech in speeches)
     return layout, [lettered for lettered, _ in ends], lines - sum(count for _, count in ends)
 
 
-def _written(
-    panel: Panel, moment: Moment, lines: Sequence[Line], hand: Hand, band: float = _BAND
-) -> Lettered | None:
-    inside = _inside(panel.rectangle, hand.border)
+def _written(panel: Panel, speech: Speech, hand: Hand, band: float = _BAND) -> Lettered | None:
+    inside = within_border(panel.rectangle, hand.border)
     # The border takes a little of the panel, and of its shape.
-    best = crop(moment, inside.aspect)
-    if not lines:
+    best = crop(speech.moment, inside.aspect)
+    if not speech.lines:
         return Lettered(panel, inside, best)
     for size in (hand.size, round(hand.size * _SMALLER)):
-        for window in (best, *_elsewhere(best, moment)):
-            bubbles = _balloons(panel, inside, window, moment, lines, replace(hand, size=size))
+        for window in (best, *elsewhere(best, speech.moment)):
+            bubbles = _balloons(inside, window, speech, replace(hand, size=size))
             if bubbles is not None:
                 return Lettered(panel, inside, window, tuple(bubbles))
-    return _with_band(panel, moment, lines, hand, band)
+    return _with_band(panel, speech, hand, band)
 
 
-def _written_at_last(panel: Panel, moment: Moment, lines: Sequence[Line], hand: Hand) -> tuple[Lettered, int]:
+def _written_at_last(panel: Panel, speech: Speech, hand: Hand) -> tuple[Lettered, int]:
     """The panel with as many of its first lines as find room, and how many these are."""
-    tried = (
-        (_written(panel, moment, lines[:count], hand, _WIDEST_BAND), count)
-        for count in range(len(lines), -1, -1)
-    )
+    counts = range(len(speech.lines), -1, -1)
+    tried = ((_written(panel, speech.first(count), hand, _WIDEST_BAND), count) for count in counts)
     return next((written, count) for written, count in tried if written is not None)
 
 
-def _inside(rectangle: Rectangle, border: int) -> Rectangle:
-    left, top, right, bottom = rectangle
-    return Rectangle(left + border, top + border, right - border, bottom - border)
-
-
-def on_page(box: Box, window: Box, picture: Rectangle) -> Box:
-    """A box of a moment's picture as it is on the page, as far as it can be seen."""
-    seen, factor = box.intersection(window), picture.width / max(window.width, 1e-6)
-    moved = Box(
-        seen.left - window.left, seen.top - window.top, seen.right - window.left, seen.bottom - window.top
-    )
-    scaled = moved.scaled(factor)
-    left, top = picture.left, picture.top
-    return Box(scaled.left + left, scaled.top + top, scaled.right + left, scaled.bottom + top)
-
-
-def _balloons(
-    panel: Panel, picture: Rectangle, window: Box, moment: Moment, lines: Sequence[Line], hand: Hand
-) -> list[Bubble] | None:
-    seen = [on_page(face, window, picture) for face in moment.faces]
+def _balloons(picture: Rectangle, window: Box, speech: Speech, hand: Hand) -> list[Bubble] | None:
+    seen = [on_page(face, window, picture) for face in speech.moment.faces]
     faces = tuple(face for face in seen if face.area > 0)
-    # A panel that bleeds goes on where the page ends.
-    air = round(0.35 * hand.size)
-    area = Box(
-        max(0, picture.left) + air, max(0, picture.top) + air, picture.right - air, picture.bottom - air
-    )
-    room = Room(area, faces, on_page(moment.salience, window, picture))
-    wordings = list(_wordings(lines, faces, area, hand))
+    air, whole = round(_AIR * hand.size), Box(*map(float, picture))
+    area = Box(whole.left + air, whole.top + air, whole.right - air, whole.bottom - air)
+    room = Room(area, whole, faces, within(speech.attention, speech.moment, window))
+    wordings = list(_wordings(speech.lines, faces, area, hand))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, hand.right_to_left)
 
 
@@ -167,38 +156,22 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, hand: Hand
         )
 
 
-def _elsewhere(window: Box, moment: Moment) -> Iterator[Box]:
-    """Other windows of the same size in which the main face, or without one what is salient, is as whole."""
-    height, width = moment.shape
-    kept = (main_face(moment) or moment.salience).intersection(window)
-    left, right = max(0.0, kept.right - window.width), min(width - window.width, kept.left)
-    top, bottom = max(0.0, kept.bottom - window.height), min(height - window.height, kept.top)
-    for x, y in _SHIFTS:
-        across = x * (right - window.left if x > 0 else window.left - left)
-        down = y * (bottom - window.top if y > 0 else window.top - top)
-        if abs(across) + abs(down) >= 1 and left <= right and top <= bottom:
-            yield Box(window.left + across, window.top + down, window.right + across, window.bottom + down)
-
-
-def _with_band(
-    panel: Panel, moment: Moment, lines: Sequence[Line], hand: Hand, most: float
-) -> Lettered | None:
+def _with_band(panel: Panel, speech: Speech, hand: Hand, most: float) -> Lettered | None:
     """The words above the picture, which is lower by them."""
-    inside = _inside(panel.rectangle, hand.border)
-    shown = Rectangle(max(0, inside.left), max(0, inside.top), inside.right, inside.bottom)
-    blocks = [_flattest(hand, line.text, shown.width - round(1.2 * hand.size)) for line in lines]
-    bubbles, top = list[Bubble](), shown.top
+    inside = within_border(panel.rectangle, hand.border)
+    blocks = [_flattest(hand, line.text, inside.width - round(1.2 * hand.size)) for line in speech.lines]
+    bubbles, top = list[Bubble](), inside.top
     for block in blocks:
         if block is None:
             return None
         _, height = size_of("band", block)
-        bubbles.append(Bubble("band", Box(shown.left, top, shown.right, top + height), block))
+        bubbles.append(Bubble("band", Box(inside.left, top, inside.right, top + height), block))
         top += round(height - 0.3 * hand.size)
     top += round(0.3 * hand.size)
-    if top + hand.border - shown.top > most * shown.height:
+    if top + hand.border - inside.top > most * inside.height:
         return None
     picture = inside._replace(top=top + hand.border)
-    return Lettered(panel, picture, crop(moment, picture.aspect), tuple(bubbles))
+    return Lettered(panel, picture, crop(speech.moment, picture.aspect), tuple(bubbles))
 
 
 def _flattest(hand: Hand, text: str, widest: int) -> Block | None:

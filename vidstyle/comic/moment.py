@@ -65,6 +65,10 @@ class Box:
         """The box in a picture that is larger by a factor."""
         return Box(self.left * factor, self.top * factor, self.right * factor, self.bottom * factor)
 
+    def mirrored(self, axis: float) -> Box:
+        """The box with left and right exchanged in a picture that is `axis` wide."""
+        return Box(axis - self.right, self.top, axis - self.left, self.bottom)
+
 
 @dataclass(frozen=True)
 class Moment:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from vidstyle.comic.attention import attention_of_film
 from vidstyle.comic.draw import Brush
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.film import open_film
@@ -16,7 +17,7 @@ from vidstyle.comic.font import Letters, check_pillow, letter_size
 from vidstyle.comic.frames import Frames
 from vidstyle.comic.heading import lowered, numbers, title_of
 from vidstyle.comic.layout import Layout, lay_out
-from vidstyle.comic.lettering import Hand, Lettered, letter
+from vidstyle.comic.lettering import Hand, Lettered, Speech, letter
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.moments import find_moments
 from vidstyle.comic.options import ComicOptions
@@ -25,6 +26,7 @@ from vidstyle.comic.sheet import Label
 from vidstyle.comic.sheets import Plan, drawn
 from vidstyle.comic.storyboard import contact_sheet, time_labels
 from vidstyle.comic.subtitles import Line, lines_of_file, lines_of_film
+from vidstyle.comic.survey import Film
 from vidstyle.comic.words import match
 from vidstyle.comic.write import Output
 from vidstyle.style import PLAIN, load_style
@@ -101,7 +103,7 @@ class _Job:
         film = open_film(self._source, FaceFinder(self._options.face_model))
         moments = find_moments(film, self._options.wishes)
         self._step("laying out", 0, 0)
-        plan = self._plan(moments)
+        plan = self._plan(film, moments)
         pages = len(plan.layout.sizes)
         brush = Brush(self._styles, self._paper.dpi, self._options.device)
         folder = self._options.frames
@@ -110,9 +112,9 @@ class _Job:
             files = self._output.write(sheets, pages, self._options.title)
         return Comic(files, moments, pages)
 
-    def _plan(self, moments: Sequence[Moment]) -> Plan:
+    def _plan(self, film: Film, moments: Sequence[Moment]) -> Plan:
         storyboard = self._options.storyboard
-        layout, panels = (self._on_sheets if storyboard else self._on_pages)(moments)
+        layout, panels = self._on_sheets(moments) if storyboard else self._on_pages(film, moments)
         if storyboard:
             labels = list(time_labels(layout, moments, self._size))
         else:
@@ -128,13 +130,15 @@ class _Job:
         layout = contact_sheet(moments, self._paper, self._size, self._head)
         return layout, [Lettered(each, each.rectangle, each.crop) for each in layout.panels]
 
-    def _on_pages(self, moments: Sequence[Moment]) -> tuple[Layout, list[Lettered]]:
+    def _on_pages(self, film: Film, moments: Sequence[Moment]) -> tuple[Layout, list[Lettered]]:
         lines = self._lines
         if lines is None:
             lines = lines_of_film(self._source) if Path(self._source).is_file() else []
         words = match(lines, moments)
         hand = Hand(self._letters, self._size, self._paper.border, self._options.right_to_left)
-        layout, panels, lost = letter(partial(self._layout, moments), moments, words.panels, hand)
+        attention = attention_of_film(film, moments, list(map(bool, words.panels)))
+        speeches = list(map(Speech, moments, words.panels, attention))
+        layout, panels, lost = letter(partial(self._layout, moments), speeches, hand)
         if words.left_out + lost:
             counts = words.left_out + lost, words.lines
             _log.info("%d of %d subtitles stand in no panel; with more --panels more do", *counts)
