@@ -14,7 +14,7 @@ from zipfile import ZipFile
 import cv2
 import numpy as np
 import pytest
-from media import photograph
+from media import make_clip, photograph
 from PIL import Image
 from stories import PLACES, shot, story, view, write_film
 
@@ -29,6 +29,7 @@ from vidstyle.comic.sheet import Label, Sheet, Shown
 from vidstyle.comic.wrap import shapes
 from vidstyle.comic.write import Output
 from vidstyle.errors import OutputError, UsageError
+from vidstyle.media.subtitles import read_subtitles
 from vidstyle.prepared import prepare
 from vidstyle.style import load_style
 
@@ -135,6 +136,16 @@ def test_a_balloon_is_white_with_ink_and_the_picture_is_around_it() -> None:
     assert drawn[10, 100].max() == 0 and drawn[5, 100].min() == 255
 
 
+@pytest.mark.parametrize("ending", ["jpg", "cbz", "pdf", "png", "svg", "html"])
+def test_pages_full_of_dots_are_written(ending: str, tmp_path: Path) -> None:
+    """They need more bytes than pictures do."""
+    color = np.random.default_rng(1).choice(np.array([0, 255], np.uint8), (700, 700, 3))
+    whole = Rectangle(0, 0, 700, 700)
+    dots = Sheet(700, 700, 150, Letters(), [Shown(whole, whole, color)])
+    (file,) = Output(tmp_path / f"dots.{ending}", "film.mp4", False).write([dots], 1, "")
+    assert file.stat().st_size > 100_000
+
+
 def test_names_with_a_pattern_are_numbered(tmp_path: Path) -> None:
     files = written(tmp_path / "page%03d.png", 2)
     assert [file.name for file in files] == ["page001.png", "page002.png"]
@@ -230,6 +241,21 @@ def test_one_frame_and_folders_make_pages(tmp_path: Path) -> None:
     assert 0 == run(folder, tmp_path / "strip.html", "--style", "plain")
     (root,) = drawings((tmp_path / "strip.html").read_bytes())
     assert len(root.findall(".//{http://www.w3.org/2000/svg}image")) == 3
+
+
+@pytest.mark.parametrize("name", ["film.mkv", "film.mp4"])
+def test_the_films_own_subtitles_are_taken_unless_not_wanted(name: str, tmp_path: Path) -> None:
+    film = make_clip(tmp_path / name, frames=30, subtitles=["eng"])
+    events = read_subtitles(film)
+    assert [(event.start, event.end, event.text) for event in events] == [
+        *[(0, 0.4, "eng line 1"), (0.5, 0.9, "eng line 2")]
+    ]
+    counts = []
+    for more in ([], ["--subtitles", "none"]):
+        target = tmp_path / f"{len(more)}.svg"
+        assert 0 == run(film, target, "--size", "400x300", "--style", "plain", "--pages", 1, *more)
+        counts.append(target.read_text().count("<text"))
+    assert counts[0] > counts[1] == 0
 
 
 @pytest.mark.parametrize(

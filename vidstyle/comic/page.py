@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -63,8 +63,26 @@ def make_comic(
     Raises:
         VidstyleError: of one of its kinds; an unfinished file is not left.
     """
-    job = _Job(str(source), Path(target), options or ComicOptions(), on_step or (lambda *_: None))
-    return job.run()
+    with _said_once():
+        job = _Job(str(source), Path(target), options or ComicOptions(), on_step or (lambda *_: None))
+        return job.run()
+
+
+@contextmanager
+def _said_once() -> Iterator[None]:
+    """A film is opened for each frame, and a renderer for each panel; what they say is said only once."""
+    said: set[str] = set()
+
+    def is_new(record: logging.LogRecord) -> bool:
+        known = record.getMessage() in said
+        said.add(record.getMessage())
+        return not known
+
+    _log.addFilter(is_new)
+    try:
+        yield
+    finally:
+        _log.removeFilter(is_new)
 
 
 class _Job:

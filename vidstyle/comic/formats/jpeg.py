@@ -16,7 +16,8 @@ def content(sheets: Iterable[Sheet], title: str) -> bytes:
     """The file of one sheet."""
     (sheet,) = sheets
     file = BytesIO()
-    # Reduced chroma would wash out coloured dots and strokes.
     image, dpi = page_image(sheet), round(sheet.dpi)
-    image.save(file, "JPEG", quality=QUALITY, subsampling=0, optimize=True, dpi=(dpi, dpi))
+    # Reduced chroma would wash out coloured dots and strokes. Not with `optimize`: Pillow then fails where a
+    # page of dots needs more than a byte for each pixel.
+    image.save(file, "JPEG", quality=QUALITY, subsampling=0, dpi=(dpi, dpi))
     return file.getvalue()
