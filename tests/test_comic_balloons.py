@@ -17,6 +17,7 @@ from vidstyle.comic.lettering import Hand, Speech, letter
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.paper import paper
 from vidstyle.comic.subtitles import Line
+from vidstyle.comic.tail import with_face_room, with_tail
 from vidstyle.comic.windows import on_page
 from vidstyle.comic.wrap import shapes
 
@@ -111,6 +112,15 @@ def test_a_tail_points_to_the_speaker() -> None:
     mouth = 340, 225
     assert math.dist(bubble.tip, mouth) < math.dist(bubble.middle, mouth)
     assert len(bubble.outline) != len(Bubble("balloon", bubble.box, bubble.block).outline)
+
+
+def test_a_tail_that_is_in_the_way_of_another_balloon_is_left_out() -> None:
+    face = Box(300, 100, 380, 200)
+    near = Box(200, 130, 280, 170)
+    block = shapes(LETTERS, "Yes.", 16, 300)[0]
+    bubble = Bubble("balloon", Box(60, 130, 120, 170), block)
+    assert with_tail(bubble, face, [with_face_room(face)]).tip is not None
+    assert with_tail(bubble, face, [with_face_room(face), near]).tip is None
 
 
 def test_where_faces_fill_the_panel_there_is_no_room() -> None:

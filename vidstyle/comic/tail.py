@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,21 +33,26 @@ def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
     if bubble.kind != "balloon" or face is None:
         return bubble
     mouth = (face.left + face.right) / 2, face.top + 0.75 * face.height
-    tips = list(_tips(bubble, mouth, kept))
-    tails = (replace(bubble, tip=tip) for tip in reversed(tips))
+    tips = _tips(bubble, mouth, with_face_room(face), kept)
+    # One that ends on half its way points at nobody.
+    tails = (replace(bubble, tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
     return next((tail for tail in tails if not _crosses(tail, kept)), bubble)
 
 
-def _tips(bubble: Bubble, mouth: Point, kept: Sequence[Box]) -> Iterator[Point]:
-    """Where the tail may end: outside the balloon, on the way to the mouth, as far as that is free."""
+def _tips(bubble: Bubble, mouth: Point, face: Box, kept: Sequence[Box]) -> list[Point]:
+    """Where the tail may end: outside the balloon, on its way until the face; nowhere if it is not free."""
     start, size = bubble.middle, bubble.block.size
+    tips: list[Point] = []
     for part in np.linspace(0, 1, max(2, math.ceil(math.dist(start, mouth) / 2)))[:-1]:
         tip = start[0] + float(part) * (mouth[0] - start[0]), start[1] + float(part) * (mouth[1] - start[1])
         if _is_in(tip, bubble.box, _SHORTEST * size):
             continue
+        if _is_in(tip, face, _AIR * size):
+            return tips
         if any(_is_in(tip, box, _AIR * size) for box in kept):
-            return
-        yield tip
+            return []
+        tips.append(tip)
+    return tips
 
 
 def _crosses(bubble: Bubble, kept: Sequence[Box]) -> bool:
