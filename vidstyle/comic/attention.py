@@ -16,7 +16,7 @@ SIDE = 96
 
 _SEEN = 256
 """Pixels of the copy that is looked at."""
-_HAIR = 0.12
+_HAIR = 0.18
 """What catches the eye may be a face that was not found: so much of the height above it counts too."""
 
 

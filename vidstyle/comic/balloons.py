@@ -25,9 +25,10 @@ _SHARE = 0.36
 """The part of a panel that all its balloons may cover together."""
 _FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
 """The shapes that are best."""
-_SEEN, _LOW, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.0, 0.7, 0.3, 0.7, 0.3, 0.5, 0.6
-"""Prices: covering what catches the eye, being low, a caption away from the side where reading begins,
-distance to the speaker, another shape than the best, standing below the speaker's mouth, size."""
+_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.2, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6
+"""Prices: covering what catches the eye, being low, touching neither the upper nor the lower edge, a caption
+away from the side where reading begins, distance to the speaker, another shape than the best, standing below
+the speaker's mouth, size."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,7 @@ def _prices(boxes: np.ndarray, wording: Wording, room: Room) -> np.ndarray:
     width, height = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     price = _SEEN * mean_under(room.attention, room.picture, boxes)
     price = price + _LOW * (boxes[:, 1] - area.top) / area.height + _BIG * width * height / area.area
+    price = price + _LOOSE * ((boxes[:, 1] > area.top) & (boxes[:, 3] < area.bottom - 1))
     flat = _FLAT_BALLOON if wording.kind == "balloon" else _FLAT_CAPTION
     price += _FLAT * np.log(width / height / flat) ** 2
     if wording.kind != "balloon":
