@@ -5,12 +5,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from vidstyle.block import Asset, Color, Slider
+from vidstyle.blocks import all_blocks
+from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import VidstyleError
 from vidstyle.live.newest import Newest
 from vidstyle.media.fit import resized
 from vidstyle.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
-from vidstyle.style import PLAIN, Style
+from vidstyle.style import LAYERS, PLAIN, Step, Style
 
 LEAST_SIDE = 16
 """Pixels that a working size keeps at least."""
@@ -18,6 +21,8 @@ LEAST_SIDE = 16
 
 class Styler:
     """Runs a style; another is made ready beside it, on the picture of that moment, before it takes over.
+
+    On the CPU, where that takes no time, other numbers and colours of the same steps take over at once.
 
     Attributes:
         style: the one that runs.
@@ -36,6 +41,7 @@ class Styler:
         self._renderer: Backend | None = None
         self._plain = open_renderer(PLAIN, "cpu")
         self._ready: tuple[Style, Backend] | None = None
+        self._awaited: Style | None = None
         self._lock = threading.Lock()
         self._wishes: Newest[tuple[Style, Picture, float, Encoding]] = Newest()
         self._thread = threading.Thread(target=self._prepare_all, name="vidstyle prepare", daemon=True)
@@ -60,8 +66,7 @@ class Styler:
         height, width = picture.shape
         small = picture if self.scale == 1 else resized(picture, *self._working_size(width, height))
         if style is not self._asked:
-            self._asked = style
-            self._wishes.put((style, small, time, target))
+            self._ask(style, small, time, target)
         changed = self._take_over()
         if self._renderer is None:
             self._renderer = open_renderer(self.style, self._device)
@@ -86,9 +91,24 @@ class Styler:
         across, down = (max(LEAST_SIDE, round(side * self.scale / 2) * 2) for side in (width, height))
         return min(across, width), min(down, height)
 
+    def _ask(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
+        self._asked = style
+        with self._lock:
+            # What is still being made ready would take over later, though it was asked for earlier.
+            if self._awaited is None and self._takes_values(style):
+                self._ready = style, open_renderer(style, self._device, announce=False)
+                return
+            self._awaited = style
+        self._wishes.put((style, picture, time, target))
+
+    def _takes_values(self, style: Style) -> bool:
+        return isinstance(self._renderer, CpuRenderer) and _structure(style) == _structure(self.style)
+
     def _take_over(self) -> bool:
         with self._lock:
             ready, self._ready = self._ready, None
+            if ready is not None and ready[0] is self._awaited:
+                self._awaited = None
         if ready is None:
             return False
         if self._renderer is not None:
@@ -109,8 +129,28 @@ class Styler:
             renderer.run(picture, time, target)
         except VidstyleError as error:
             self._tell(f"{error}; {self.style.name} goes on")
+            with self._lock:
+                self._awaited = None if self._awaited is style else self._awaited
             return
         with self._lock:
             before, self._ready = self._ready, (style, renderer)
         if before is not None:
             before[1].close()
+
+
+def _structure(style: Style) -> tuple[object, ...]:
+    """All of a style but numbers and colours: while it stays, there is nothing to load."""
+    layers = [[_step_structure(step) for step in getattr(style, layer)] for layer in LAYERS]
+    return style.is_plain, style.steady > 0, layers
+
+
+def _step_structure(step: Step) -> tuple[object, ...]:
+    block = all_blocks().get(step.block)
+    kept: dict[str, object] = {}
+    for name, parameter in block.parameters.items() if block else ():
+        value = step.values.get(name, parameter.default)
+        if isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
+            value = object()  # somebody's file, which may have become another: never alike
+        if not isinstance(parameter.control, Slider | Color):
+            kept[name] = value
+    return step.block, step.save, step.source, step.on, kept
