@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 import threading
 import time
@@ -130,6 +131,20 @@ def test_values_are_set_while_it_runs():
         running.controls.set(["posterize.levels=2"])
         eventually(lambda: gray_levels(kept) < many / 2)
         running.end()
+
+
+def test_a_style_is_told_when_it_changes_and_values_are_not(caplog: pytest.LogCaptureFixture):
+    kept = Kept()
+    with caplog.at_level(logging.INFO, "vidstyle"), session(generated(), kept, style=POSTER) as running:
+        for levels in range(4, 9):
+            count = len(kept.numbers)
+            running.controls.set([f"luma_posterize.levels={levels}"])
+            eventually(lambda count=count: len(kept.numbers) > count + 2)
+        running.controls.choose("poster")
+        eventually(lambda: running.controls.status().message == "style poster")
+        running.end()
+    told = [record.getMessage() for record in caplog.records]
+    assert [message for message in told if message.startswith("style")] == ["style poster"]
 
 
 def test_bypass_and_back():

@@ -163,11 +163,12 @@ class Session:
     def _frame(self, captured: Captured) -> LiveFrame:
         picture = self._pictures.picture(captured, self._capture, self._source.name)
         style = None if self._controls.bypassed else self._controls.style
+        before = self._styler.style.name
         result, changed = self._styler.run(picture, captured.time, self._pictures.encoding, style)
-        if changed:
+        if self._styler.style.name != before:  # not for every step of a slider
             self._tell(f"style {self._styler.style.name}")
-            if self._budget is not None:
-                self._budget.restart()
+        if changed and self._budget is not None:
+            self._budget.restart()
         return LiveFrame(self._pictures.frame(result), captured.time, self._frames)
 
     def _begin(self, frame: LiveFrame) -> LiveFrame:
