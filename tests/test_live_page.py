@@ -137,6 +137,18 @@ def test_switches_reach_the_session() -> None:
         assert controls.quitting.is_set()
 
 
+def test_a_bypass_ends_when_its_browser_goes_away() -> None:
+    with showing() as (page, controls, visitor), visitor.look() as stays:
+        with visitor.look() as goes:
+            assert goes.ask(do="bypass", on=True) == ""
+        assert eventually(lambda: not controls.bypassed)
+        with visitor.look() as goes:
+            assert goes.ask(do="bypass", on=True) == ""
+            assert stays.ask(do="bypass", on=False) == stays.ask(do="bypass", on=True) == ""
+        assert eventually(lambda: page.state == "1 browser")
+        assert controls.bypassed, "another browser holds it"
+
+
 def test_the_status_is_told_as_it_changes() -> None:
     with showing() as (_, controls, visitor), visitor.look() as window:
         controls.attach(

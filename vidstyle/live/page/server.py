@@ -43,6 +43,7 @@ class Server:
         address: where to find the page, secret included; once `open`.
         delivered, dropped: frames that some browser has shown, and those left out for newer ones.
         viewers: how many browsers there are.
+        bypasser: the browser that bypasses the style; when it goes, the bypass ends.
         error: why one could not be served, which is a fault of ours, or None.
     """
 
@@ -52,6 +53,7 @@ class Server:
         self.delivered = self.dropped = 0
         self.address = ""
         self.error: BaseException | None = None
+        self.bypasser: Viewer | None = None
         self._viewers: set[Viewer] = set()
         self._latest: LiveFrame | None = None
         self._taken: LiveFrame | None = None
@@ -164,3 +166,6 @@ class Server:
             self.error = error
         finally:
             self._viewers.discard(viewer)
+            if self.bypasser is viewer:
+                self.controls.bypass(False)
+                self.bypasser = None

@@ -100,6 +100,8 @@ class Viewer:
                 raise MessageError("shown: was not sent")
             self._shown.set()
             return
+        if message["do"] == "bypass":
+            self._server.bypasser = self if message["on"] else None
         try:
             await asyncio.to_thread(carry_out, message, self._server.controls)
             answer = {"done": message["do"]}
