@@ -10,7 +10,7 @@ import sys
 import pytest
 from live import LONG, eventually
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.live.budget import SCALES, Budget
 from vidstyle.live.control import Controls
 from vidstyle.live.keys import keys, press
@@ -33,6 +33,30 @@ def test_what_was_set_by_hand_stays_with_the_first_style():
     controls.choose("poster")
     controls.choose("ink")
     assert controls.style is first
+
+
+def test_variants_are_chosen_by_name():
+    controls = Controls(override(load_style("ink"), ["steady=0.9"]), ["ink", "poster", "noir"])
+    controls.choose("poster:pink")
+    assert controls.style == load_style("poster:pink") and controls.status().style == "poster:pink"
+    controls.next_style()
+    assert controls.style_name == "noir"
+    controls.choose("ink:green")
+    assert (controls.style.ink, controls.style.steady) == (load_style("ink:green").ink, 0.9)
+    for wrong, reason in (("ink:purple", "no variant"), ("paint:x", "not a style"), (":", "not a style")):
+        with pytest.raises(VidstyleError, match=reason):
+            controls.choose(wrong)
+    assert controls.style_name == "ink:green"
+
+
+def test_a_session_may_begin_with_a_variant():
+    first = override(load_style("ink:green"), ["steady=0.9"])
+    controls = Controls(first, ["ink", "poster"])
+    controls.next_style()
+    assert controls.style == load_style("ink")
+    controls.choose("ink:green")
+    assert controls.style is first
+    assert controls.without_variant("ink:green") == load_style("ink")
 
 
 def test_only_known_styles_can_be_chosen():

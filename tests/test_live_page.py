@@ -117,15 +117,29 @@ def test_styles_and_variants_are_chosen_and_put_back() -> None:
     with showing() as (_, controls, visitor), visitor.look() as window:
         assert window.news("names") == controls.names
         assert window.news("panel")["variant"] == ""
-        assert window.ask(do="vary", style="ink", variant="green") == ""
+        assert window.ask(do="choose", style="ink:green") == ""
         assert window.news("panel")["text"] == "--style ink:green"
-        assert controls.style.ink == load_style("ink:green").ink
+        assert controls.style == load_style("ink:green") and controls.status().style == "ink:green"
+        assert window.ask(do="set", assignments=["ink=#102030"]) == ""
+        told = window.news("panel")
+        assert (told["name"], told["variant"]) == ("ink", "green")
+        assert told["text"] == "--style ink:green --set 'ink=#102030'"
+        assert [each["name"] for each in told["variants"]] == list(load_style("ink").variants)
         assert window.ask(do="choose", style="ink") == ""
         assert controls.style.ink == load_style("ink").ink
         assert window.ask(do="next") == ""
         assert controls.style_name == controls.names[controls.names.index("ink") + 1]
         assert "is not a style" in window.ask(do="choose", style="inc")
-        assert "no variant" in window.ask(do="vary", style="ink", variant="purple")
+        assert "no variant" in window.ask(do="choose", style="ink:purple")
+
+
+def test_a_session_that_began_with_a_variant_shows_the_others() -> None:
+    with showing("ink:green") as (_, controls, visitor), visitor.look() as window:
+        told = window.news("panel")
+        assert (told["name"], told["variant"], told["text"]) == ("ink", "green", "--style ink:green")
+        assert window.ask(do="choose", style="ink:blue") == ""
+        assert window.news("panel")["variant"] == "blue"
+        assert controls.style == load_style("ink:blue")
 
 
 def test_switches_reach_the_session() -> None:
@@ -261,7 +275,7 @@ def test_every_part_that_the_scripts_name_is_there() -> None:
 
 
 def test_messages_are_read_as_they_are_written() -> None:
-    message = {"do": "vary", "style": "ink", "variant": "green"}
+    message = {"do": "choose", "style": "ink:green"}
     assert wishes.read_message(json.dumps(message)) == message
 
 

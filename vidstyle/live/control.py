@@ -9,6 +9,7 @@ from typing import Any
 
 from vidstyle.errors import UsageError
 from vidstyle.style import Style, describe, load_style, override, style_names
+from vidstyle.style.change import vary
 from vidstyle.style.values import nearest
 
 
@@ -54,7 +55,7 @@ class Controls:
     The session looks at the wishes between two frames.
 
     Attributes:
-        names: the styles that can be chosen.
+        names: the styles that can be chosen, each with its variants.
         quitting: set when the session is to end.
 
     >>> controls = Controls(load_style("plain"), ["plain", "ink"])
@@ -86,20 +87,37 @@ class Controls:
     def choose(self, name: str) -> None:
         """Ask for another style; what was set by hand stays with the style that the session began with.
 
+        Args:
+            name: one of `names`, or a variant of one: "ink:green".
+
         Raises:
-            UsageError: not one of `names`.
-            StyleError: its file is not what it was.
+            UsageError: neither.
+            StyleError: there is no such variant, or its file is not what it was.
         """
-        if name not in self.names:
+        listed = self._listed(name)
+        if listed not in self.names:
             raise UsageError(name, "is not a style to choose", nearest(name, self.names))
-        style = self._first if name == self._first.name else load_style(name)
+        style = self._first if listed == self._first.name else load_style(listed)
+        if listed != name:
+            style = vary(style, name.removeprefix(f"{listed}:"))
         with self._lock:
             self._style = style
 
     def next_style(self) -> None:
         """Ask for the style after this one; after the last comes the first."""
         with self._lock:
-            self.choose(self.names[(self.names.index(self.style_name) + 1) % len(self.names)])
+            place = self.names.index(self._listed(self.style_name))
+            self.choose(self.names[(place + 1) % len(self.names)])
+
+    def without_variant(self, name: str) -> Style:
+        """The style of a name as it is chosen; of a variant's name the style that it is a variant of.
+
+        Raises:
+            StyleError: its file is not what it was.
+        """
+        listed = name.rpartition(":")[0]
+        listed = listed if listed in self.names else name
+        return self._first if listed == self._first.name else load_style(listed)
 
     def set(self, assignments: list[str]) -> None:
         """Change values of the style, as `--set` does: "posterize.levels=5".
@@ -155,6 +173,10 @@ class Controls:
     def status(self) -> Status:
         """How the session is."""
         return self._report() if self._report else Status(self.style_name, self._bypass)
+
+    def _listed(self, name: str) -> str:
+        """The name under which a style or a variant of it stands among `names`."""
+        return name if name in self.names else name.rpartition(":")[0] or name
 
     def attach(self, report: Callable[[], Status]) -> None:
         """The session tells who knows its status."""

@@ -12,6 +12,7 @@ const words = name => name.replaceAll("_", " ");
 const stepName = path => words(path.split(".").at(-1).replace("#", " "));
 const short = (number, whole) => whole ? Math.round(number) : Number(number.toPrecision(3));
 
+const fullName = ({name, variant}) => variant ? `${name}:${variant}` : name;
 const isShort = unit => Boolean(unit) && unit.length < 8;
 
 // Where the high end is many times what is usual, most of a slider's way belongs to the low values.
@@ -109,8 +110,7 @@ export class Panel {
   }
 
   reset() {
-    const {name, variant} = this.#last;
-    this.choose(variant ? {do: "vary", style: name, variant} : {do: "choose", style: name});
+    this.choose({do: "choose", style: fullName(this.#last)});
   }
 
   steadier(step) {
@@ -160,8 +160,11 @@ export class Panel {
 
   #press() {
     const {name, variant} = this.#last;
+    const full = fullName(this.#last);
+    // A session that began with a variant has it among the styles.
+    const pressed = [...$("styles").children].some(button => button.textContent === full) ? full : name;
     for (const button of $("styles").children) {
-      const chosen = button.textContent === name;
+      const chosen = button.textContent === pressed;
       if (chosen && button.getAttribute("aria-pressed") !== "true") this.#bringIn(button);
       button.setAttribute("aria-pressed", chosen);
     }
@@ -182,7 +185,8 @@ export class Panel {
     $("variants").replaceChildren(...panel.variants.map(({name, ink, paper}) => {
       const swatch = make("span", {className: "swatch"});
       swatch.style.background = `linear-gradient(${paper} 50%, ${ink} 50%)`;
-      return make("button", {onclick: () => this.choose({do: "vary", style: panel.name, variant: name})}, swatch, name);
+      return make("button", {onclick: () => this.choose({do: "choose", style: fullName({...panel, variant: name})})}, swatch,
+        name);
     }));
     const main = panel.entries.filter(entry => entry.main);
     main.sort((one, other) => (other.path === "steady") - (one.path === "steady"));

@@ -21,15 +21,16 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
     """What a page needs to show and change a style.
 
     Args:
-        start: the style as it was when it was chosen; what differs from it has been changed by hand.
+        start: the style as it was when it was chosen, or the one whose variant was; what differs from it
+            or from the variant has been changed by hand.
     """
     entries = list(_entries(style, start))
     variant = _variant(style, start)
     before = table_from_style(_varied(start, variant))
     changed = [entry for entry in entries if entry["value"] != _held(before, entry["path"])]
-    name = f"{style.name}:{variant}" if variant else style.name
+    name = f"{start.name}:{variant}" if variant else start.name
     return {
-        "name": style.name,
+        "name": start.name,
         "note": style.note,
         "variant": variant,
         "variants": [_swatch(start, name) for name in start.variants],
@@ -114,7 +115,10 @@ def _held(table: dict[str, Any], path: str) -> Any:
 
 
 def _variant(style: Style, start: Style) -> str:
-    """The variant whose values the style has, all of them, or ""."""
+    """The variant that the style is by its name, or whose values it has, all of them; or ""."""
+    chosen = style.name.removeprefix(f"{start.name}:")
+    if chosen in start.variants:
+        return chosen
     table = table_from_style(style)
     for name, values in start.variants.items():
         if values and all(_held(table, path) == value for path, value in values.items()):

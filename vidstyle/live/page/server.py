@@ -115,8 +115,9 @@ class Server:
 
     async def panel(self, style: Style) -> dict[str, Any]:
         """What can be set on the style."""
-        start = self._starts.setdefault(style.name, style)
-        return await asyncio.to_thread(panel, style, start)
+        if style.name not in self._starts:
+            self._starts[style.name] = self.controls.without_variant(style.name)
+        return await asyncio.to_thread(panel, style, self._starts[style.name])
 
     def status(self) -> dict[str, Any]:
         """How the session is."""

@@ -6,9 +6,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from vidstyle.errors import UsageError
 from vidstyle.live.control import Controls
-from vidstyle.style.values import nearest
 
 MOST_ASSIGNMENTS, LONGEST_TEXT = 200, 200
 
@@ -39,7 +37,6 @@ FIELDS: dict[str, dict[str, Check]] = {
     "shown": {"number": _is_number},
     "set": {"assignments": _is_texts},
     "choose": {"style": _is_text},
-    "vary": {"style": _is_text, "variant": _is_text},
     "next": {},
     "bypass": {"on": _is_switch},
     "record": {"on": _is_switch},
@@ -88,8 +85,6 @@ def carry_out(message: dict[str, Any], controls: Controls) -> None:
             controls.set(message["assignments"])
         case "choose":
             controls.choose(message["style"])
-        case "vary":
-            _vary(message["style"], message["variant"], controls)
         case "next":
             controls.next_style()
         case "bypass":
@@ -98,11 +93,3 @@ def carry_out(message: dict[str, Any], controls: Controls) -> None:
             controls.record(message["on"])
         case "quit":
             controls.quit()
-
-
-def _vary(style: str, variant: str, controls: Controls) -> None:
-    controls.choose(style)
-    variants = controls.style.variants
-    if variant not in variants:
-        raise UsageError(f"{style}:{variant}", "there is no variant of this name", nearest(variant, variants))
-    controls.set([f"{path}={value}" for path, value in variants[variant].items()])
