@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import sysconfig
+import tomllib
 import venv
 import zipfile
 from pathlib import Path
@@ -17,7 +19,7 @@ import vidstyle
 
 ROOT = Path(__file__).parent.parent
 SHIPPED = {
-    "vidstyle": {".py", ".html", ".typed", ".toml"},
+    "vidstyle": {".py", ".html", ".css", ".js", ".svg", ".typed", ".toml"},
     "shaders": {".glsl"},
     "filters_bank": {".npz", ".md"},
 }
@@ -116,6 +118,16 @@ def test_the_installed_package_restyles_a_picture(python: Path, tmp_path: Path) 
         "vidstyle/styles/plain.toml"
     }
     assert (found["shape"], found["type"]) == ([40, 60, 3], "uint8")
+
+
+def test_what_texts_say_to_install_can_be_installed() -> None:
+    named = {
+        path.name: set(re.findall(r"vidstyle\[(\w+)\]", path.read_text(encoding="utf-8")))
+        for path in (ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "vidstyle").rglob("*.py"))
+    }
+    assert "live" in named["README.md"] & named["CHANGELOG.md"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert set().union(*named.values()) <= project["optional-dependencies"].keys()
 
 
 def test_the_installed_commands_list_blocks_and_styles(python: Path, tmp_path: Path) -> None:
