@@ -51,7 +51,7 @@ def open_media(
     hwaccel: str | None = None,
     format: str | None = None,
     options: dict[str, str] | None = None,
-    seconds: float = NETWORK_SECONDS,
+    seconds: float | None = None,
 ) -> av.container.InputContainer:
     """Open a film, a picture or a stream for reading.
 
@@ -61,7 +61,7 @@ def open_media(
         hwaccel: the kind of device to decode on; if it cannot, that is said and the CPU does it.
         format: the demuxer's name, where the content does not tell (raw video).
         options: for the demuxer.
-        seconds: how long a connection may say nothing.
+        seconds: how long a connection may say nothing; None: NETWORK_SECONDS.
 
     Raises:
         InputError: nothing there, not readable, not a video; the reason is named.
@@ -78,7 +78,8 @@ def open_media(
     options["format_whitelist"] = f"{FORMATS},{NETWORK_FORMATS}" if allow_url else FORMATS
     target = _target(source, allow_url)
     try:
-        container = _open(target, format, options, hwaccel, seconds)
+        waits = NETWORK_SECONDS if seconds is None else seconds
+        container = _open(target, format, options, hwaccel, waits)
     except (av.FFmpegError, OSError, ValueError) as error:
         raise _input_error(source, error) from error
     try:
