@@ -23,7 +23,7 @@ ORDER = """
     steady
     cpu
     gpu
-    channel progress stopping compare stages renderer pipeline
+    channel progress stopping compare stages renderer stills pipeline
     gallery comic explore cluster live
     designer
     demo doctor bench steadiness

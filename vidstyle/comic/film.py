@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.comic.color import rgb_of, square
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.folder import Folder
 from vidstyle.comic.judge import SIDE, Candidate, judge
@@ -23,6 +22,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.reader import ReadOptions, open_reader
 from vidstyle.media.sampling import measure_extent, sample_all, sample_keys
 from vidstyle.media.small_copies import Sample
+from vidstyle.stills import rgb_of, square
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""

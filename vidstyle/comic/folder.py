@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.comic.color import rgb_of, square
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.judge import SIDE, Candidate, judge
 from vidstyle.comic.survey import Survey
@@ -18,6 +17,7 @@ from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import ReadOptions, open_reader
 from vidstyle.media.sampling import sample_all
+from vidstyle.stills import rgb_of, square
 
 log = logging.getLogger("vidstyle")
 

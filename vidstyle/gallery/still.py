@@ -10,18 +10,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import Reader, ReadOptions, open_reader
 from vidstyle.media.sources import open_source
-from vidstyle.picture import Encoding, Picture
-from vidstyle.style import load_style
+from vidstyle.stills import rgb_of
 
 LONGEST_SIDE = 960
 """Pixels; styles take seconds at this size, and show what they do."""
-
-_RGB = Encoding(full_range=True, step=(1, 1))
 
 log = logging.getLogger("vidstyle")
 
@@ -67,20 +63,9 @@ def _read(source: str | Path, read: ReadOptions, longest_side: int) -> np.ndarra
 
 def _still(reader: Reader, longest_side: int) -> np.ndarray:
     frame = next(item for item in reader if isinstance(item, Frame))
-    color = _color(frame.picture)
+    color = rgb_of(frame.picture)
     aspect = reader.info.sample_aspect or 1
     return _reduced(color, round(color.shape[1] * aspect), longest_side)
-
-
-def _color(picture: Picture) -> np.ndarray:
-    """Its RGB; where it is transparent, on white."""
-    with CpuRenderer(load_style("plain")) as renderer:
-        shown = renderer.run(picture, None, _RGB, rgb=True)
-    assert shown.color is not None
-    if shown.alpha is None:
-        return np.array(shown.color)
-    alpha = shown.alpha[..., np.newaxis] / np.float32(255)
-    return np.rint(shown.color * alpha + 255 * (1 - alpha)).astype(np.uint8)
 
 
 def _reduced(color: np.ndarray, width: int, longest_side: int) -> np.ndarray:

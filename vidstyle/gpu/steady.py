@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from vidstyle.gpu.includes import Assembly
 from vidstyle.gpu.programs import Programs
 from vidstyle.gpu.textures import TexturePool
 from vidstyle.picture import Encoding
+from vidstyle.steady.carry import STILL
 from vidstyle.steady.motion import Carry
 from vidstyle.steady.stage import chroma_ends, code_scale, result_gain, steady_encoding
 
@@ -21,7 +23,6 @@ if TYPE_CHECKING:
 
 WEIGHT = Format(1, "nu2")
 MOVED = Format(2, "f4")
-STILL = np.zeros((1, 1, 2), np.float32)
 
 
 @dataclass
@@ -152,9 +153,7 @@ class SteadyTextures:
         values: Mapping[str, Any],
         targets: list[moderngl.Texture],
     ) -> None:
-        assembly = Assembly(330)
-        assembly.include(f"steady/{name}.glsl")
-        program = self._programs.get(assembly)
+        program = self._programs.get(_assembly(name))
         for unit, (image, texture) in enumerate(images.items()):
             program.set(image, unit)
             texture.use(unit)
@@ -189,3 +188,11 @@ class SteadyTextures:
     def _take(self, shape: tuple[int, int], coding: Format) -> moderngl.Texture:
         self._taken.append((self._textures.take(shape, coding, exact=True), coding))
         return self._taken[-1][0]
+
+
+@cache
+def _assembly(name: str) -> Assembly:
+    """A shader of the stage; put together once, not for every picture."""
+    assembly = Assembly(330)
+    assembly.include(f"steady/{name}.glsl")
+    return assembly

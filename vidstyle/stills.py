@@ -1,4 +1,4 @@
-"""Pictures of films as the plain RGB that panels are made from."""
+"""Pictures of films as plain RGB, for pages of pictures."""
 
 from __future__ import annotations
 
