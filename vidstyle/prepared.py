@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,11 @@ class PreparedStep:
     def is_fixed(self) -> bool:
         """Whether it makes marks that lie still on the page: dots, strokes."""
         return self.block is not None and Place in self.block.given.values()
+
+
+def has_fixed_marks(layers: Mapping[str, tuple[PreparedStep, ...]]) -> bool:
+    """Whether any step of a style makes marks that lie still on the page."""
+    return any(step.is_fixed for steps in layers.values() for step in steps)
 
 
 def prepare(style: Style, height: int, width: int) -> dict[str, tuple[PreparedStep, ...]]:

@@ -15,7 +15,7 @@ from vidstyle.cpu.work import Call, Work, run_bank
 from vidstyle.cuts import CutDetector
 from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
-from vidstyle.prepared import PreparedStep, prepare
+from vidstyle.prepared import PreparedStep, has_fixed_marks, prepare
 from vidstyle.resample import resample
 from vidstyle.steady.stage import Steady
 from vidstyle.style import SOURCE, Style
@@ -99,8 +99,7 @@ class CpuRenderer:
             if step.block is not None and step.block.kind == "measured"
         }
         if self.style.steady:
-            is_fixed = any(step.is_fixed for steps in self._layers.values() for step in steps)
-            self._steady = Steady(self.style.steady, is_fixed, self._pool)
+            self._steady = Steady(self.style.steady, has_fixed_marks(self._layers), self._pool)
         self._shape = picture.shape
 
     def _page(self, picture: Picture, time: float | None) -> Page:

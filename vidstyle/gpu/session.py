@@ -23,7 +23,7 @@ from vidstyle.gpu.steadier import Steadier, plain_layout, steady_layout
 from vidstyle.measured import Settling, small_luma
 from vidstyle.picture import Encoding, Picture
 from vidstyle.planes import alpha_in_depth
-from vidstyle.prepared import PreparedStep, prepare
+from vidstyle.prepared import PreparedStep, has_fixed_marks, prepare
 from vidstyle.steady.stage import Steadied
 from vidstyle.style import Style
 
@@ -155,7 +155,7 @@ class Session:
         self._let_runner_go()
         self._runner = Runner(self._equipment, plan, self._largest)
         if steady:
-            is_fixed = any(step.is_fixed for steps in self._steps.values() for step in steps)
+            is_fixed = has_fixed_marks(self._steps)
             source = plain_layout(request.picture).encoding
             self._steadier = Steadier(
                 self._equipment, self._runner, self._style.steady, is_fixed, source, request.target

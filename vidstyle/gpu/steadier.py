@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -12,6 +13,8 @@ from vidstyle.gpu.steady import SteadyTextures
 from vidstyle.picture import Encoding, Picture
 from vidstyle.steady.motion import Motion
 from vidstyle.steady.stage import Steadied, Steady, steady_encoding, with_planes
+
+log = logging.getLogger("vidstyle")
 
 
 class Steadier:
@@ -38,6 +41,7 @@ class Steadier:
         self._textures: SteadyTextures | None = None
         self._pool: ThreadPoolExecutor | None = None
         if runner.is_tiled:
+            log.info("pictures larger than one texture: the CPU keeps the film steady, which takes longer")
             self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-steady")
             self._stage = Steady(steady, is_fixed, self._pool)
         else:
