@@ -103,7 +103,7 @@ def test_an_hdr_film_comes_out_as_sdr_and_says_so(tmp_path, caplog):
 
 
 def test_ten_bits_alone_are_not_hdr(tmp_path, caplog):
-    path = media.make_clip(tmp_path / "ten.mkv", frames=2, codec="libx265", pix_fmt="yuv420p10le")
+    path = media.make_clip(tmp_path / "ten.mkv", frames=3, codec="libx265", pix_fmt="yuv420p10le")
     with open_reader(path) as reader:
         assert reader.info.encoding.depth == 10 and reader.info.color_tags.transfer == 1
     assert "HDR" not in caplog.text
@@ -112,7 +112,7 @@ def test_ten_bits_alone_are_not_hdr(tmp_path, caplog):
 def test_the_peak_comes_from_the_stream(tmp_path):
     path = media.make_clip(
         tmp_path / "hdr.mp4",
-        frames=2,
+        frames=3,
         codec="libx265",
         pix_fmt="yuv420p10le",
         matrix="bt2020",

@@ -187,6 +187,15 @@ def test_the_pixel_format_keeps_what_it_can(encoder, source, pix_fmt):
     assert choose_pix_fmt(encoder, *source) == pix_fmt
 
 
+@pytest.mark.parametrize("frames", [1, 2, 3])
+@pytest.mark.parametrize("ending", [".mp4", ".mkv"])
+def test_the_shortest_films_in_hevc_have_their_times(tmp_path, frames, ending):
+    clip = make_clip(tmp_path / "clip.mkv", frames=frames, size=(64, 64))
+    for attempt in range(4):
+        target = copy(clip, tmp_path / f"out{attempt}{ending}", codec="libx265")
+        assert [round(float(time), 2) for time in times(target)] == [0, 0.03, 0.07][:frames]
+
+
 def test_an_unknown_ending_names_those_that_come_near():
     with pytest.raises(UsageError, match=r"did you mean \.mp4"):
         kind_of("out.mp5", None, False)

@@ -15,6 +15,10 @@ from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.video_plan import VideoPlan
 from vidstyle.picture import Picture
 
+FEWEST_TO_REORDER = 3
+"""Frames from which on one may be decoded before its turn. Of fewer, libx265 gives decoding times that are
+anything: it never comes to set the delay that it takes from them."""
+
 _log = logging.getLogger("vidstyle")
 
 
@@ -39,6 +43,7 @@ class VideoEncoder:
         self.surplus = Fraction(0)
         self.moved = 0
         self._last = -(2**62)
+        self._taken = 0
         self._durations: dict[int | None, int] = {}
         self._held: av.Packet | None = None
 
@@ -49,6 +54,7 @@ class VideoEncoder:
         native.duration = self._duration(frame)
         self._durations[native.pts] = native.duration
         self.end = (native.pts + native.duration) * self.plan.time_base
+        self._taken += 1
         return [timed for packet in self.stream.encode(native) for timed in self._timed(packet)]
 
     def flush(self, seconds: float | None = None) -> Iterator[av.Packet]:
@@ -57,6 +63,8 @@ class VideoEncoder:
         if self.end:
             for packet in self.stream.codec_context.encode_lazy(None):
                 packet.stream = self.stream
+                if self._taken < FEWEST_TO_REORDER:
+                    packet.dts = packet.pts
                 yield from self._timed(packet)
                 if time.monotonic() > deadline:
                     break
