@@ -9,6 +9,7 @@ import numpy as np
 
 from vidstyle.bands import in_bands
 from vidstyle.kernels import compiled
+from vidstyle.steady.move import move_row
 
 STILL = np.zeros((1, 1, 2), np.float32)
 """The flow of a film in which nothing moves."""
@@ -81,86 +82,18 @@ def _carry(  # type: ignore[no-untyped-def]
     height, width = plane.shape
     moved = np.empty((3, width), np.float32)
     changes = np.zeros((3, width + 2), np.float32)
-    motion = np.empty((2, flow.shape[1]), np.float32)
+    wide = np.empty((2, 2, width), np.float32)
+    held = np.full(2, -1, np.int32)
     for row in range(top - 1, bottom + 1):
         y = min(max(row, 0), height - 1)
         line, change = moved[row % 3], changes[row % 3]
-        if _flow_at_row(flow, y, height, motion):
-            _move_row(before, y, motion, line)
-        else:
-            for x in range(width):
-                line[x] = before[y, x]
+        move_row(before, y, flow, wide, held, line)
         if rate > 0:
             _change_of_row(plane[y], gain, offset, line, change)
         if row > top:
             done = row - 1
-            _weigh_row(changes, rate, weights[done])
-            if guide.size > 1:
-                line_of_guide = guide[min(done * down, guide.shape[0] - 1)]
-                for x in range(width):
-                    weights[done, x] *= line_of_guide[min(x * across, guide.shape[1] - 1)]
+            _weigh_row(changes, rate, guide[min(done * down, guide.shape[0] - 1)], across, weights[done])
             _mix_row(plane[done], gain, offset, moved[done % 3], share, weights[done], rounding, out[done])
-
-
-@compiled
-def _flow_at_row(flow, y, height, motion):  # type: ignore[no-untyped-def]
-    """Flow between the rows of its grid; returns whether there is any."""
-    rows = flow.shape[0]
-    place = (np.float32(y) + np.float32(0.5)) * np.float32(rows) / np.float32(height) - np.float32(0.5)
-    above = int(np.floor(place))
-    part = place - np.float32(above)
-    upper, lower = min(max(above, 0), rows - 1), min(max(above + 1, 0), rows - 1)
-    moves = False
-    for column in range(flow.shape[1]):
-        for axis in range(2):
-            first, second = flow[upper, column, axis], flow[lower, column, axis]
-            motion[axis, column] = first + part * (second - first)
-            moves = moves or first != 0 or second != 0
-    return moves
-
-
-@compiled
-def _move_row(before, y, motion, line):  # type: ignore[no-untyped-def]
-    """Each sample from where it was: between two columns of the grid at a time, as most stand still."""
-    columns, width = motion.shape[1], line.size
-    each = np.float32(width) / np.float32(columns)
-    half = np.float32(0.5)
-    start = 0
-    for column in range(-1, columns):
-        left, right = max(column, 0), min(column + 1, columns - 1)
-        # The first sample beyond the middle of the right column.
-        end = width if column == columns - 1 else int(np.ceil((np.float32(column) + 1 + half) * each - half))
-        end = min(max(end, start), width)
-        across, down = motion[0, left], motion[1, left]
-        more_across, more_down = motion[0, right] - across, motion[1, right] - down
-        if across == 0 and down == 0 and more_across == 0 and more_down == 0:
-            for x in range(start, end):
-                line[x] = before[y, x]
-        else:
-            _move_run(before, y, start, end, column, each, (across, down, more_across, more_down), line)
-        start = end
-
-
-@compiled(fastmath=True)
-def _move_run(before, y, start, end, column, each, motion, line):  # type: ignore[no-untyped-def]
-    """Linear between samples; the border is repeated."""
-    across, down, more_across, more_down = motion
-    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
-    bottom, right = np.float32(before.shape[0] - 1), np.float32(before.shape[1] - 1)
-    first_part = half / each - half - np.float32(column)
-    step = one / each
-    for x in range(start, end):
-        part = np.float32(x) * step + first_part
-        from_x = min(max(np.float32(x) + across + part * more_across, zero), right)
-        from_y = min(max(np.float32(y) + down + part * more_down, zero), bottom)
-        # Unsigned, so that no index is looked at for being negative.
-        left, above = np.uint32(from_x), np.uint32(from_y)
-        behind, below = np.uint32(min(from_x + one, right)), np.uint32(min(from_y + one, bottom))
-        first, second = np.float32(before[above, left]), np.float32(before[below, left])
-        part = from_x - np.floor(from_x)
-        first += part * (np.float32(before[above, behind]) - first)
-        second += part * (np.float32(before[below, behind]) - second)
-        line[x] = first + (from_y - np.floor(from_y)) * (second - first)
 
 
 @compiled
@@ -172,15 +105,21 @@ def _change_of_row(now, gain, offset, line, change):  # type: ignore[no-untyped-
 
 
 @compiled
-def _weigh_row(changes, rate, weights):  # type: ignore[no-untyped-def]
-    first, second, third = changes[0], changes[1], changes[2]
+def _weigh_row(changes, rate, guide, across, weights):  # type: ignore[no-untyped-def]
     one = np.float32(1)
-    for x in range(weights.size):
-        total = first[x] + first[x + 1] + first[x + 2]
-        total += second[x] + second[x + 1] + second[x + 2]
-        total += third[x] + third[x + 1] + third[x + 2]
-        ratio = total * rate
-        weights[x] = one / (one + ratio * ratio)
+    if rate > 0:
+        first, second, third = changes[0], changes[1], changes[2]
+        for x in range(weights.size):
+            total = first[x] + first[x + 1] + first[x + 2]
+            total += second[x] + second[x + 1] + second[x + 2]
+            total += third[x] + third[x + 1] + third[x + 2]
+            ratio = total * rate
+            weights[x] = one / (one + ratio * ratio)
+    else:
+        weights[:] = one
+    if guide.size > 1:
+        for x in range(weights.size):
+            weights[x] *= guide[min(x * across, guide.size - 1)]
 
 
 @compiled
