@@ -1,69 +1,35 @@
 """From the steps of a style to the graph of what is computed at every pixel.
 
-It takes the same decisions as the CPU's `Band` and `Work`: a picture is luma with or without chroma, or
-RGB, and is converted when a step asks for another form.
+It takes the same decisions as the CPU's `Band` and `Work`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from vidstyle.blade.features import window_reach
 from vidstyle.blade.run import BankRun
 from vidstyle.block import Block, Choice, LumaWeights, Saved
 from vidstyle.gpu.learned import choice_values, filter_values
-from vidstyle.gpu.nodes import CHANNELS, Function, Kind, Layout, Measure, Node, Shape
+from vidstyle.gpu.looks import Look, Looks
+from vidstyle.gpu.nodes import CHANNELS, Function, Layout, Measure, Node
 from vidstyle.gpu.signature import functions_of_block
-from vidstyle.picture import Encoding
 from vidstyle.prepared import PreparedStep
-from vidstyle.resample import METHODS, fitting_method
 from vidstyle.style import SOURCE
 
 
-@dataclass(frozen=True)
-class Look:
-    """A picture in the graph: RGB, or luma with or without chroma.
+class Graph(Looks):
+    """Follows the steps of a style.
 
     Attributes:
-        back: the method by which it goes back to the page's size, if it has another one.
-    """
-
-    luma: Node | None = None
-    chroma: Node | None = None
-    color: Node | None = None
-    back: str = "bicubic"
-
-    @property
-    def shape(self) -> Shape:
-        """Height and width."""
-        main = self.color or self.luma
-        assert main is not None
-        return main.shape
-
-    @property
-    def is_gray(self) -> bool:
-        """Whether there is no chroma."""
-        return self.chroma is None and self.color is None
-
-
-class Graph:
-    """Makes nodes, each only once, and follows the steps of a style.
-
-    Attributes:
-        source: what comes in.
-        encoding: its matrix is the one that luma is taken with.
-        planes: the source itself.
         measures: all that the steps want to know of the whole picture, in the order of the steps.
     """
 
     def __init__(self, source: Layout, form: str) -> None:
-        self.source = source
+        super().__init__(source)
         self._form = form
-        self.encoding = source.encoding
         self.measures: list[Measure] = []
-        self.planes = self._source_planes()
-        self._nodes: dict[object, Node] = {}
         self._saved = {SOURCE: self.planes}
 
     def run_layer(self, layer: str, steps: tuple[PreparedStep, ...], look: Look) -> Look:
@@ -75,96 +41,6 @@ class Graph:
             if step.save:
                 self._saved[step.save] = look
         return look
-
-    def luma(self, look: Look) -> Node:
-        """Its luma."""
-        if look.color is None:
-            assert look.luma is not None
-            return look.luma
-        return self.call("luma", "luma_from_rgb", {"color": look.color}, from_rgb=self.encoding.from_rgb)
-
-    def chroma(self, look: Look) -> Node | None:
-        """Its blue and red difference at every pixel; None for gray."""
-        if look.color is not None:
-            return self.call(
-                "chroma", "chroma_from_rgb", {"color": look.color}, from_rgb=self.encoding.from_rgb
-            )
-        if look.chroma is None or look.chroma.grid is None:
-            return look.chroma
-        grid = look.chroma.grid
-        return self._node(
-            Node(
-                "chroma",
-                look.shape,
-                Function("frame/between.glsl", "IMAGE_between"),
-                around=look.chroma,
-                values={"step": grid.step, "siting": grid.siting},
-            )
-        )
-
-    def chroma_on_grid(self, look: Look, target: Encoding) -> Node | None:
-        """Its blue and red difference where they lie already where the target's do, else None."""
-        chroma, shape = look.chroma, self.source.shape
-        if (
-            chroma is None
-            or chroma.grid is None
-            or chroma.page != shape
-            or not chroma.grid.has_grid_of(target)
-        ):
-            return None
-        if not chroma.is_plane or chroma.grid == target:
-            return chroma
-        same = self.call("chroma", "same_chroma", {"chroma": chroma})
-        return self._node(replace(same, grid=chroma.grid, page=shape))
-
-    def color(self, look: Look) -> Node:
-        """Its RGB."""
-        if look.color is not None:
-            return look.color
-        chroma = self.chroma(look)
-        if chroma is None:
-            return self.call("color", "rgb_from_gray", {"luma": self.luma(look)})
-        inputs = {"luma": self.luma(look), "chroma": chroma}
-        return self.call("color", "rgb_from_yuv", inputs, to_rgb=self.encoding.to_rgb)
-
-    def call(self, kind: Kind, name: str, inputs: dict[str, Node], **values: Any) -> Node:
-        """A node made by one of the runner's own functions, of values of the same pixel."""
-        shape = next(iter(inputs.values())).shape if inputs else self.source.shape
-        return self._node(Node(kind, shape, Function(f"frame/{name}.glsl", name), inputs, values=values))
-
-    def in_matrix(self, look: Look, matrix: str) -> Look:
-        """The picture, from which luma and chroma are to be taken with another colour matrix from now on."""
-        if matrix == self.encoding.matrix or look.is_gray:
-            return look
-        look = Look(color=self.color(look))
-        self.encoding = replace(self.encoding, matrix=matrix)
-        return look
-
-    def at_size(self, look: Look, shape: Shape, method: str) -> Look:
-        """The picture at another size."""
-        if look.shape == shape:
-            return look
-        if look.color is not None:
-            return Look(color=self._resized(look.color, shape, method))
-        assert look.luma is not None
-        chroma = look.chroma
-        if chroma is not None and chroma.grid is not None:
-            assert chroma.page is not None
-            grid = chroma.grid.as_float_at(chroma.page, shape)
-            chroma = self._resized(chroma, grid.chroma_shape(*shape), method)
-            chroma = self._node(replace(chroma, grid=grid, page=shape))
-        elif chroma is not None:
-            chroma = self._resized(chroma, shape, method)
-        return Look(self._resized(look.luma, shape, method), chroma)
-
-    def _source_planes(self) -> Look:
-        shape, encoding = self.source.shape, self.source.encoding
-        if self.source.planes == "color":
-            return Look(color=Node("color", shape))
-        if self.source.planes == "gray":
-            return Look(Node("luma", shape))
-        chroma = Node("chroma", encoding.chroma_shape(*shape), grid=encoding, page=shape)
-        return Look(Node("luma", shape), chroma)
 
     def _run_step(self, step: PreparedStep, block: Block, look: Look, number: tuple[str, int]) -> Look:
         if block.saves:
@@ -189,10 +65,10 @@ class Graph:
         chroma = self.chroma(look) if look.color is not None else look.chroma
         luma = self.luma(look)
         if run.scale != 1:
-            luma = self._resized(luma, run.shape_at_scale(luma.shape), "area")
+            luma = self.resized(luma, run.shape_at_scale(luma.shape), "area")
             # Exact: a filter chosen otherwise for one of few pixels would show in many.
-            luma = self._node(replace(luma, is_wide=True))
-        luma = self._resized(self._filtered(luma, run), look.shape, "bicubic")
+            luma = self.node(replace(luma, is_wide=True))
+        luma = self.resized(self._filtered(luma, run), look.shape, "bicubic")
         return Look(luma, None if block.chroma == "dropped" else chroma, back=look.back)
 
     def _filtered(self, luma: Node, run: BankRun) -> Node:
@@ -202,7 +78,7 @@ class Graph:
             if chosen is None or run.reselect:
                 chosen = self._chosen(luma, run)
             filters = Function("blade/filtered.glsl", "filtered")
-            luma = self._node(
+            luma = self.node(
                 Node(
                     "luma",
                     luma.shape,
@@ -225,12 +101,12 @@ class Graph:
         reach, values = window_reach(run.window), choice_values(run)
         if self._form == "compute":
             function = Function("blade/chosen_filter.glsl", "chosen_filter")
-            return self._node(Node("luma", luma.shape, function, around=luma, reach=reach, values=values))
+            return self.node(Node("luma", luma.shape, function, around=luma, reach=reach, values=values))
         height, width = luma.shape
         half = (height + 1) // 2, (width + 1) // 2
         function = Function("blade/chosen_filters.glsl", "chosen_filters")
-        four = self._node(Node("choices", half, function, around=luma, reach=reach, values=values))
-        return self._node(
+        four = self.node(Node("choices", half, function, around=luma, reach=reach, values=values))
+        return self.node(
             Node("luma", luma.shape, Function("blade/own_choice.glsl", "IMAGE_own_choice"), around=four)
         )
 
@@ -284,43 +160,8 @@ class Graph:
                 picture = replace(node, around=picture, reach=block.rows_around(step.values))
             else:
                 picture = replace(node, inputs={signature.parameters[0].name: picture, **inputs})
-            picture = self._node(picture)
+            picture = self.node(picture)
         return picture
-
-    def _resized(self, node: Node, shape: Shape, method: str) -> Node:
-        if node.shape == shape:
-            return node
-        function = Function("frame/resampled.glsl", "resampled", CHANNELS[node.kind])
-        options = {"method": tuple(METHODS)}
-        values = {
-            "method": options["method"].index(fitting_method(method, node.shape, shape)),
-            "old_size": node.shape[::-1],
-            "new_size": shape[::-1],
-        }
-        return self._node(
-            Node(
-                node.kind, shape, function, around=node, values=values, options=options, is_wide=node.is_wide
-            )
-        )
-
-    def _node(self, node: Node) -> Node:
-        """The node, or the same one made before."""
-        inputs = tuple((name, id(each)) for name, each in node.inputs.items())
-        values = tuple((name, _hashable(value)) for name, value in node.values.items())
-        grid = None if node.grid is None else (node.grid.step, node.grid.siting, node.page)
-        measured = id(node.measure) if node.measure else None
-        key = (
-            node.kind,
-            node.shape,
-            node.function,
-            inputs,
-            id(node.around),
-            values,
-            measured,
-            grid,
-            node.is_wide,
-        )
-        return self._nodes.setdefault(key, node)
 
 
 def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, tuple[str, ...]]]:
@@ -337,12 +178,3 @@ def _wants(block: Block, name: str) -> str:
     control = block.parameters[name].control
     assert isinstance(control, Saved)
     return control.on
-
-
-def _hashable(value: Any) -> object:
-    """What stands for the value in a key. Arrays live as long as the style, so their identity does."""
-    return value if isinstance(value, int | float | str | tuple) and not _holds_arrays(value) else id(value)
-
-
-def _holds_arrays(value: Any) -> bool:
-    return isinstance(value, tuple) and any(not isinstance(part, int | float) for part in value)

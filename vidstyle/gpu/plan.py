@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vidstyle.block import rgb_from_text
-from vidstyle.gpu.graph import Graph, Look
+from vidstyle.gpu.graph import Graph
+from vidstyle.gpu.looks import Look
 from vidstyle.gpu.nodes import Function, Layout, Node, Shape
 from vidstyle.gpu.passes import Pass, Result, cut
 from vidstyle.picture import Encoding

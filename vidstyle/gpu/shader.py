@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu.formats import WORKING, Format, levels, plane_format, working_format
+from vidstyle.gpu.formats import levels, plane_format, working_format
 from vidstyle.gpu.includes import TYPES, Assembly
-from vidstyle.gpu.nodes import CHANNELS, Kind, Measure, Node
+from vidstyle.gpu.nodes import CHANNELS, Measure, Node
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
 from vidstyle.gpu.shared import BYTES, Pair, sharing_of
 from vidstyle.gpu.signature import Parameter, signatures
-from vidstyle.measured import Sampling
+from vidstyle.gpu.targets import Target, declare_targets, shrinks, store_planes, store_working, targets_of
 from vidstyle.planes import chroma_reach
 
 GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
@@ -28,29 +28,6 @@ TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16,
 """Pixels across and down that a group makes together where chroma is averaged."""
 
 SWIZZLES = {1: "r", 2: "rg", 3: "rgb", 4: "rgba"}
-
-
-@dataclass(frozen=True)
-class Target:
-    """A texture that a pass writes.
-
-    Attributes:
-        name: "working" for the result of a node that later passes read, "samples" for what is measured, or
-            the plane of the result: "luma", "blue", "red", "color".
-        node: what is written.
-        format: of the texture.
-        shape: its height and width.
-    """
-
-    name: str
-    node: Node
-    format: Format
-    shape: tuple[int, int]
-
-    @property
-    def is_plane(self) -> bool:
-        """Whether it is a plane of the result."""
-        return self.name not in ("working", "samples")
 
 
 @dataclass(frozen=True)
@@ -98,7 +75,7 @@ class _Writer:
         self._text = self.shader.assembly
         if any(node.kind == "choices" for node in each.nodes):
             self._text.add("#extension GL_ARB_texture_gather : enable")
-        self._shrinks = _shrinks(plan, each)
+        self._shrinks = shrinks(plan, each)
         self._sharing = sharing_of(each) if plan.form == "compute" else None
         self._area = self.shader.groups = GROUPS[self._sharing.line if self._sharing else None]
         self._declare_targets()
@@ -117,20 +94,9 @@ class _Writer:
 
     def _declare_targets(self) -> None:
         self._text.add("uniform ivec2 origin, size, corner, stride, page;")
-        self.shader.targets = _targets(self._plan, self._pass)
-        compute = self._plan.form == "compute"
-        if compute:
-            across, down = self.shader.groups
-            self._text.add(f"layout(local_size_x = {across}, local_size_y = {down}) in;")
-        for number, target in enumerate(self.shader.targets):
-            name, image = f"target_{number}", target.format.image
-            if compute:
-                self._text.add(f"layout({image}, binding = {number}) writeonly uniform image2D {name};")
-                store = f"imageStore({name}, place, value);"
-            else:
-                self._text.add(f"layout(location = {number}) out vec4 {name};")
-                store = f"{name} = value;"
-            self._text.add(f"void store_{number}(ivec2 place, vec4 value) {{ {store} }}")
+        self.shader.targets = targets_of(self._plan, self._pass)
+        groups = self.shader.groups if self._plan.form == "compute" else None
+        declare_targets(self._text, self.shader.targets, groups)
         if self._shrinks:
             self._declare_tile()
 
@@ -149,7 +115,7 @@ class _Writer:
         self._text.add(f"const vec2 SITING = vec2{target.siting};", "const int INVOCATIONS = 256;")
         blue = [target.name for target in self.shader.targets].index("blue")
         self._text.include("frame/code.glsl")
-        lines = self._plane_stores("chroma", "value", blue)
+        lines = store_planes(self._text, target, "chroma", "value", blue)
         self._text.add("void store_chroma(ivec2 place, vec2 value) {", *lines, "}")
         self._text.include("frame/tile_chroma.glsl")
 
@@ -330,60 +296,14 @@ class _Writer:
 
     def _store(self, number: int) -> list[str]:
         target = self.shader.targets[number]
-        name, coding = self._names[target.node], target.format
-        if target.name in ("working", "samples"):
-            padding = ", 0.0" * (4 - CHANNELS[target.node.kind])
-            return [f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"]
+        name = self._names[target.node]
+        if not target.is_plane:
+            return [store_working(target, name, number)]
         if target.name == "blue" and self._shrinks or target.name == "red":
             return []
-        return self._plane_stores(target.node.kind, name, number)
-
-    def _plane_stores(self, kind: Kind, name: str, number: int) -> list[str]:
-        """Lines that store a value in planes of the result, from target `number` on."""
-        encoding = self._plan.target
-        zero, one = levels(encoding, kind)
-        coding = plane_format(encoding.depth)
-        numbers = f"{zero}, {one}, {float(2**encoding.depth - 1)}, {float(coding.most)}"
-        names = [f"{name}.x", f"{name}.y"] if kind == "chroma" else [name]
-        if encoding.depth:
-            self._text.include("frame/code.glsl", 3 if kind == "color" else 1)
-            names = [f"code({each}, {numbers})" for each in names]
-        elif kind == "color":
-            names = [f"clamp({name}, 0.0, 1.0)"]
-        padding = "1.0" if kind == "color" else "0.0, 0.0, 1.0"
-        return [
-            f"store_{number + offset}(place, vec4({each}, {padding}));" for offset, each in enumerate(names)
-        ]
+        return store_planes(self._text, self._plan.target, target.node.kind, name, number)
 
 
 def _parameters(node: Node) -> tuple[Parameter, ...]:
     assert node.function is not None
     return node.function.signature.parameters
-
-
-def _shrinks(plan: Plan, each: Pass) -> bool:
-    """Whether the pass averages chroma to the result's grid itself."""
-    result = each.result
-    if result is None or result.role != "planes" or plan.target.step == (1, 1):
-        return False
-    return any(node.kind == "chroma" for node in result.nodes)
-
-
-def _targets(plan: Plan, each: Pass) -> list[Target]:
-    targets = [Target("working", node, working_format(node), node.shape) for node in each.stored]
-    if each.sampled:
-        node = each.sampled.of
-        targets.append(Target("samples", node, WORKING["luma"], Sampling.of(*node.shape).shape))
-    for node in each.result.nodes if each.result else ():
-        targets += _planes_of(plan, node)
-    return targets
-
-
-def _planes_of(plan: Plan, node: Node) -> list[Target]:
-    encoding, shape = plan.target, plan.source.shape
-    if node.kind == "color":
-        return [Target("color", node, plane_format(encoding.depth, 4), shape)]
-    if node.kind == "luma":
-        return [Target("luma", node, plane_format(encoding.depth), shape)]
-    small = encoding.chroma_shape(*shape)
-    return [Target(name, node, plane_format(encoding.depth), small) for name in ("blue", "red")]
