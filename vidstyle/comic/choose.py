@@ -1,27 +1,36 @@
-"""Chooses among the pictures of a film those that tell it: the best of all choices in the order of time."""
+"""Chooses among the pictures of a film those that tell it, in the order of time."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.judge import Candidate, hash_distances, look_alike
+from vidstyle.comic.judge import Candidate
+from vidstyle.comic.likeness import ALIKE, UNLIKE, likeness
 from vidstyle.comic.survey import Survey
 from vidstyle.comic.worth import scene_values, scores
 
 FEWEST, MOST = 1, 40
 """Panels that are chosen where nothing is said."""
-CONSIDERED = 600
-"""Candidates that the choice is made among; the better ones of each part of the film."""
+CONSIDERED = 400
+"""Candidates that are considered, or twice as many as panels; of each part of the film the better ones."""
+BEFORE = 12
+"""Panels before each that it is compared with: two pages of them."""
+A_PAGE = 6
+"""Of so many panels none looks nearly the same as another, where their number is free."""
 
-_FORCED, _TOO_CLOSE, _SAME = 1000.0, 50.0, 20.0
+_FORCED, _TOO_CLOSE = 1000.0, 50.0
 """What it is worth to keep a picture that was asked for, and what it costs to show two too close together in
-time, or two that look the same. Each outweighs whatever the later ones can add up to."""
-_NOVELTY, _SAME_SCENE, _PACE = 0.3, 0.2, 0.25
-"""What a new look, another scene and an even pace are worth, beside scores of 0..1."""
+time. Each outweighs whatever the later ones can add up to."""
+_ALIKE, _SAME = 2.0, 20.0
+"""What it costs to show two neighbours that look nearly the same, and what to show the same once more, beside
+scores of 0..1: only where there is nothing else."""
+_FADES = 3
+"""Panels further on that cost is half as high."""
+_SAME_SCENE, _PACE = 0.2, 0.25
+"""What another scene and an even pace are worth."""
 _LEAST_GAP = 0.4
 """Seconds between two panels."""
 
@@ -49,21 +58,32 @@ def choose(survey: Survey, forced: Sequence[Candidate], panels: int | None) -> l
     if not pool:
         return []
     values = scores(pool, scene_values(survey)) + [_FORCED * each.forced for each in pool]
-    kept = _thinned(pool, values, survey)
+    kept = _thinned(pool, values, survey, max(CONSIDERED, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    return _without_doubles(pool, values, survey, _wanted(survey, pool, len(forced), panels))
+    like, places = likeness(pool), _places(pool, survey)
+    wanted = _wanted(survey, like, len(forced), panels)
+    while True:
+        chosen = _best(values, _steps(pool, places, wanted), _prices(like), places, wanted)
+        if panels is not None or wanted <= max(1, len(forced)) or not _has_doubles(like, chosen):
+            return [pool[number] for number in chosen]
+        wanted -= 1
 
 
-def _wanted(survey: Survey, pool: Sequence[Candidate], forced: int, panels: int | None) -> int:
+def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None) -> int:
     if panels is not None:
-        return min(len(pool), max(forced, panels))
-    alike = look_alike(pool)
+        return min(len(like), max(forced, panels))
     distinct: list[int] = []
-    for number in range(len(pool)):
-        if not alike[number, distinct].any():
+    for number in range(len(like)):
+        if not (like[number, distinct[-A_PAGE:]] > ALIKE).any():
             distinct.append(number)
     usual = MOST if survey.pictures else usual_panels(len(survey.begins), survey.seconds)
     return max(forced, min(usual, len(distinct)))
+
+
+def _has_doubles(like: np.ndarray, chosen: Sequence[int]) -> bool:
+    """Whether two of the chosen look nearly the same that a reader may see at a time."""
+    near = np.tri(len(chosen), k=A_PAGE - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
+    return bool((like[np.ix_(chosen, chosen)] > ALIKE)[near].any())
 
 
 def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
@@ -73,9 +93,9 @@ def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
     return np.clip((times + (scenes if len(survey.begins) > 1 else times)) / 2, 0, 1)
 
 
-def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey) -> np.ndarray:
+def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most: int) -> np.ndarray:
     """The numbers of those that are considered: of each part of the film the best."""
-    parts = np.minimum((_places(pool, survey) * CONSIDERED / 2).astype(int), CONSIDERED // 2 - 1)
+    parts = np.minimum((_places(pool, survey) * most / 2).astype(int), most // 2 - 1)
     kept: dict[int, list[int]] = {}
     for number in np.argsort(-values, kind="stable"):
         part = kept.setdefault(int(parts[number]), [])
@@ -84,58 +104,37 @@ def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey) -> n
     return np.array(sorted(number for part in kept.values() for number in part))
 
 
-def _without_doubles(
-    pool: list[Candidate], values: np.ndarray, survey: Survey, wanted: int
-) -> list[Candidate]:
-    """The best choice in which no two look the same, as long as there are enough others.
-
-    Neighbours that look alike cost; of others that do, the better one is kept, all that look like it are
-    taken out, and the choice is made again.
-    """
-    alike = look_alike(pool)
-    left = np.arange(len(pool))
-    while True:
-        considered = [pool[number] for number in left]
-        chosen = left[_best(considered, values[left], _places(considered, survey), wanted)]
-        doubles = np.intersect1d(left, _doubles(pool, values, alike, chosen))
-        if len(doubles) == 0 or len(left) == wanted:
-            return [pool[int(number)] for number in chosen]
-        worst = doubles[np.argsort(values[doubles], kind="stable")][: len(left) - wanted]
-        left = np.setdiff1d(left, worst)
-
-
-def _doubles(
-    pool: Sequence[Candidate], values: np.ndarray, alike: np.ndarray, chosen: np.ndarray
+def _best(
+    values: np.ndarray, steps: np.ndarray, prices: np.ndarray, places: np.ndarray, wanted: int
 ) -> list[int]:
-    """Those that look like the better one of two chosen that look the same."""
-    best = sorted((int(number) for number in chosen), key=lambda number: -values[number])
-    for one, other in itertools.combinations(best, 2):
-        if alike[one, other] and not pool[other].forced:
-            return [
-                int(number)
-                for number in np.flatnonzero(alike[one])
-                if number != one and not pool[int(number)].forced
-            ]
-    return []
-
-
-def _best(pool: Sequence[Candidate], values: np.ndarray, places: np.ndarray, wanted: int) -> list[int]:
     """The numbers of the best choice of `wanted` candidates, by dynamic programming over time.
 
-    It has the largest sum of values, and of what each picture is worth behind the one before it.
+    It has the largest sum of values and of steps from one to the next, less the prices of pairs. Those of
+    all pairs would make every choice depend on all before; of all choices that end with the same candidate
+    only the best one is gone on with, so that others might turn out better, but hardly do.
+
+    Args:
+        steps: from one candidate (row) to a later one (column).
+        prices: of showing one (column) so soon behind another (row) that they are neighbours.
     """
-    steps = _steps(pool, places, wanted)
     totals = values - _PACE * (2 * wanted * places - 1).clip(-2, 2) ** 2 / 4
-    before: list[np.ndarray] = []
+    ways = np.arange(len(values))[:, np.newaxis]
     for _ in range(wanted - 1):
         reached = totals[:, np.newaxis] + steps
-        before.append(reached.argmax(axis=0))
+        for back, shown in enumerate(ways[:, : -BEFORE - 1 : -1].T):
+            reached -= prices[shown] / (1 + back / _FADES)
+        last = reached.argmax(axis=0)
         totals = reached.max(axis=0) + values
+        ways = np.hstack([ways[last], np.arange(len(values))[:, np.newaxis]])
     totals = totals - _PACE * (2 * wanted * (1 - places) - 1).clip(-2, 2) ** 2 / 4
-    chosen = [int(totals.argmax())]
-    for previous in reversed(before):
-        chosen.append(int(previous[chosen[-1]]))
-    return chosen[::-1]
+    return [int(number) for number in ways[totals.argmax()]]
+
+
+def _prices(like: np.ndarray) -> np.ndarray:
+    """What it costs to show pictures next to each other, by how alike they look: N x N."""
+    nearly = ((like - UNLIKE) / (ALIKE - UNLIKE)).clip(0, 1)
+    quite = ((like - ALIKE) / (1 - ALIKE)).clip(0, 1)
+    return _ALIKE * nearly**2 + (_SAME - _ALIKE) * quite**2
 
 
 def _steps(pool: Sequence[Candidate], places: np.ndarray, wanted: int) -> np.ndarray:
@@ -145,9 +144,7 @@ def _steps(pool: Sequence[Candidate], places: np.ndarray, wanted: int) -> np.nda
     gap = min(_LEAST_GAP, (times[-1] - times[0]) / (2 * wanted))
     pace = ((places[np.newaxis] - places[:, np.newaxis]) * wanted - 1).clip(-2, 2)
     worth = (
-        _NOVELTY * np.minimum(hash_distances(pool), 32) / 32
-        - _SAME * look_alike(pool)
-        - _TOO_CLOSE * (times[np.newaxis] - times[:, np.newaxis] < gap)
+        -_TOO_CLOSE * (times[np.newaxis] - times[:, np.newaxis] < gap)
         - _SAME_SCENE * (scenes[np.newaxis] == scenes[:, np.newaxis])
         - _PACE * pace**2
     )

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from vidstyle.comic.faces import FaceFinder
+from vidstyle.comic.likeness import small_copy
 from vidstyle.comic.moment import Box
 from vidstyle.comic.salience import salience_map, smallest_box
 
 SIDE = 640
 """Pixels of the longer side of the copies that are judged: few enough to be quick, and blur still shows."""
-
-ALIKE = 10
-"""Pictures of which fewer of the hash's 64 bits differ look the same."""
 
 _FINE, _COARSE = 0.7, 2.5
 """Deviations in pixels of the two Gaussians under which edges are compared."""
@@ -25,8 +22,12 @@ _EDGES = 0.03
 _BLANK = 0.1
 """Between the darkest and the brightest of a blank picture, 0..1, two hundredths at either end left out."""
 _USUAL_CONTRAST = 0.18
-_SAME_COLORS = 0.035
-"""The root mean square by which the thumbs of pictures that look the same differ at most."""
+_USUAL_LIGHT = 0.43
+"""So light is a fifth of a picture at least in which one sees well, 0..1."""
+_USUAL_FORMS = 0.16
+"""The deviation of lightness and chroma together, 0..1, of a picture whose large forms stand out."""
+_FORM = 1 / 32
+"""The deviation of the Gaussian that leaves large forms, in longer sides."""
 _CLIPPED = 0.3
 """So much of a picture may be black or white without harm: nights and skies."""
 
@@ -39,10 +40,9 @@ class Candidate:
         time: seconds.
         shape: height and width of the whole picture.
         sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
-        exposure: 0..1, less with little contrast or large black or white areas.
+        clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
         blank: whether nothing is to be seen.
-        hash: 64 bits, of which few differ between pictures that look alike.
-        thumb: the picture at 12 x 12 pixels of RGB, float32, 0..1.
+        small: what is compared with other pictures, see `likeness`.
         tones: shares of 64 colours, float32, of sum 1.
         salience, faces: boxes in pixels of the whole picture.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
@@ -55,10 +55,9 @@ class Candidate:
     time: float
     shape: tuple[int, int]
     sharpness: float
-    exposure: float
+    clarity: float
     blank: bool
-    hash: int
-    thumb: np.ndarray
+    small: np.ndarray
     tones: np.ndarray
     salience: Box
     faces: tuple[Box, ...] = ()
@@ -83,10 +82,9 @@ def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFin
         time,
         shape,
         sharpness(luma),
-        exposure(luma),
+        exposure(luma) * forms(color),
         is_blank(luma),
-        picture_hash(luma),
-        thumb(color),
+        small_copy(color),
         tones(color),
         smallest_box(salience_map(color, found)).scaled(factor),
         tuple(face.scaled(factor) for face in found),
@@ -121,43 +119,25 @@ def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]
 def exposure(luma: np.ndarray) -> float:
     """How much of what could be seen is seen, 0..1; H x W uint8."""
     contrast = min(1.0, float(luma.std()) / 255 / _USUAL_CONTRAST)
+    light = min(1.0, float(np.percentile(luma, 80)) / 255 / _USUAL_LIGHT)
     clipped = float(np.mean((luma < 10) | (luma > 250)))
-    return contrast * (1 - max(0.0, clipped - _CLIPPED) / (1 - _CLIPPED))
+    return contrast * light * (1 - max(0.0, clipped - _CLIPPED) / (1 - _CLIPPED))
+
+
+def forms(color: np.ndarray) -> float:
+    """How much large forms stand out in a picture, H x W x 3 uint8: 0..1.
+
+    That is what is left of a panel in print when its details are too small to be told apart.
+    """
+    lab = cv2.cvtColor(color, cv2.COLOR_RGB2LAB).astype(np.float32)
+    coarse = cv2.GaussianBlur(lab, (0, 0), max(0.3, _FORM * max(color.shape)))
+    return min(1.0, float(np.sqrt(coarse.var(axis=(0, 1)).sum())) / 255 / _USUAL_FORMS)
 
 
 def is_blank(luma: np.ndarray) -> bool:
     """Whether the picture, H x W uint8, is black, white or one tone."""
     darkest, brightest = np.percentile(cv2.GaussianBlur(luma, (0, 0), 2), (2, 98))
     return bool(brightest - darkest < 255 * _BLANK)
-
-
-def picture_hash(luma: np.ndarray) -> int:
-    """64 bits of the picture's lowest frequencies (pHash)."""
-    return int.from_bytes(cv2.img_hash.pHash(luma).tobytes(), "big")
-
-
-def thumb(color: np.ndarray) -> np.ndarray:
-    """A picture, H x W x 3 uint8, at 12 x 12 pixels: float32, 0..1."""
-    return cv2.resize(color, (12, 12), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
-
-
-def look_alike(pictures: Sequence[Candidate]) -> np.ndarray:
-    """Which of the pictures look the same as which: N x N bool.
-
-    Of two that do, either few bits of the hash differ, or little of their thumbs besides the brightness: the
-    hash of a picture in which little is to be seen is mostly that of its noise.
-    """
-    thumbs = np.stack([each.thumb.ravel() - each.thumb.mean() for each in pictures])
-    squares = (thumbs**2).sum(axis=1)
-    differences = squares[:, np.newaxis] + squares[np.newaxis] - 2 * thumbs @ thumbs.T
-    same = differences < _SAME_COLORS**2 * thumbs.shape[1]
-    return same | (hash_distances(pictures) < ALIKE)
-
-
-def hash_distances(pictures: Sequence[Candidate]) -> np.ndarray:
-    """How many bits of their hashes differ: N x N."""
-    hashes = np.array([each.hash for each in pictures], np.uint64)
-    return np.bitwise_count(hashes[:, np.newaxis] ^ hashes[np.newaxis]).astype(np.int64)
 
 
 def tones(color: np.ndarray) -> np.ndarray:

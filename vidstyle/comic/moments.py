@@ -7,8 +7,9 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from vidstyle.comic.choose import choose
-from vidstyle.comic.judge import Candidate, look_alike
+from vidstyle.comic.choose import BEFORE, choose
+from vidstyle.comic.judge import Candidate
+from vidstyle.comic.likeness import UNLIKE, likeness
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.survey import Film, Survey
 from vidstyle.comic.worth import importance
@@ -96,37 +97,38 @@ def _better(film: Film, chosen: Sequence[Candidate], wishes: Wishes) -> list[Can
     for number, each in enumerate(chosen):
         if each.forced:
             continue
-        others = better[:number] + better[number + 1 :]
+        others = better[max(0, number - BEFORE) : number] + better[number + 1 : number + 1 + BEFORE]
         after = better[number - 1].time if number else -math.inf
         before = better[number + 1].time if number + 1 < len(better) else math.inf
         near = [
             other
             for other in film.around(each)
-            if after < other.time < before
-            and not (other.blank or other.mixed or wishes.skips(other.time))
-            and _resembles(other, others) <= _resembles(each, others)
+            if after < other.time < before and not (other.blank or other.mixed or wishes.skips(other.time))
         ]
-        better[number] = _sharpest(near) if near else each
+        better[number] = _sharpest(_no_liker(near, each, others) or [each])
     return better
 
 
-def _resembles(one: Candidate, others: Sequence[Candidate]) -> int:
-    """How many of the others look the same."""
-    return int(look_alike([one, *others])[0, 1:].sum())
+def _no_liker(near: Sequence[Candidate], each: Candidate, others: Sequence[Candidate]) -> list[Candidate]:
+    """Those of the pictures near one that look no more like any of the others than that one."""
+    if not others:
+        return list(near)
+    most = likeness([each, *near, *others])[: -len(others), -len(others) :].max(axis=1)
+    return [other for other, like in zip(near, most[1:], strict=True) if like <= max(UNLIKE, most[0])]
 
 
 def _sharpest(near: Sequence[Candidate]) -> Candidate:
     """The sharpest and calmest, of faces the one that looks at us; of equal ones the first."""
     sharp, lit, eyes = (
         max((getattr(each, name) for each in near), default=0.0) or 1.0
-        for name in ("sharpness", "exposure", "eyes")
+        for name in ("sharpness", "clarity", "eyes")
     )
     faces = max(len(each.faces) for each in near)
     return max(
         near,
         key=lambda each: (
             each.sharpness / sharp
-            + 0.3 * each.exposure / lit
+            + 0.8 * each.clarity / lit
             - 0.5 * min(1.0, each.motion)
             + (0.5 * each.eyes / eyes + 0.3 * len(each.faces) / faces if faces else 0)
         ),

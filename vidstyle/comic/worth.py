@@ -11,8 +11,11 @@ from vidstyle.comic.survey import Survey
 
 _KIN = 0.65
 """Scenes that share so much of their tones are of one kind, such as two speakers shown in turn."""
-_MIXED, _BLURRED = 1.0, 0.5
-"""What a picture loses in which two shots are mixed, and at most one that is less sharp than most."""
+_MIXED, _BLURRED, _SOFT = 1.0, 0.5, 0.8
+"""What a picture loses in which two shots are mixed, and at most one that is less sharp than so much of what
+is usual: a near face has few edges."""
+_EMPTY = 0.35
+"""In a picture that is less clear there is so little to be seen that it matters less how sharp that is."""
 _MOVING, _WILD = 0.5, 0.6
 """What a picture loses that is all movement, and how much that is; it is less clear than its edges tell."""
 _LARGE_FACE = 0.12
@@ -62,15 +65,15 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
     }
     beside = np.array([each.sharpness / max(best[each.scene], 1e-6) for each in pool])
     rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
+    clarity = np.array([each.clarity for each in pool])
     return (
-        0.35 * rank
-        + 0.25 * beside
-        + 0.3 * np.array([each.exposure for each in pool])
-        + 0.15 * np.array([face_share(each) for each in pool])
+        (0.15 * rank + 0.25 * beside) * np.minimum(1, clarity / _EMPTY)
+        + 0.6 * clarity
+        + 0.25 * np.array([face_share(each) for each in pool])
         + 0.3 * np.sqrt(scenes[[each.scene for each in pool]])
         - _MOVING * np.minimum(1, [each.motion / _WILD for each in pool])
         - _MIXED * np.array([each.mixed for each in pool])
-        - _BLURRED * (1 - sharp / max(usual, 1e-6)).clip(0, 0.5) * 2
+        - _BLURRED * (1 - sharp / max(_SOFT * usual, 1e-6)).clip(0, 0.5) * 2
     )
 
 
@@ -92,7 +95,7 @@ def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
     counts = np.bincount([each.scene for each in chosen], minlength=len(scenes))
     shown = [
         0.5 * float(scenes[each.scene]) / counts[each.scene]
-        + 0.25 * each.exposure * min(1.0, 2 * each.sharpness)
+        + 0.25 * each.clarity * min(1.0, 2 * each.sharpness)
         + 0.25 * face_share(each)
         + 0.25 * each.forced
         for each in chosen

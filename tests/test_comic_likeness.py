@@ -1,0 +1,101 @@
+"""What looks alike to a reader: one place seen again, but not another place in the same colours."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from stories import PLACES, RATE, shot, view, write_film
+
+from vidstyle.comic.faces import FaceFinder
+from vidstyle.comic.film import open_film
+from vidstyle.comic.judge import judge
+from vidstyle.comic.likeness import ALIKE, likeness, look_alike
+from vidstyle.comic.moment import Moment
+from vidstyle.comic.moments import Wishes, find_moments
+
+AGAIN = {
+    "from a little to the side": lambda still, place: view(place, 14, -6),
+    "lit more brightly": lambda still, place: cv2.convertScaleAbs(still, alpha=1.15, beta=12),
+    "somebody has come in": lambda still, place: with_ball(still, 0.6),
+}
+
+
+def with_ball(still: np.ndarray, across: float, radius: int = 16) -> np.ndarray:
+    height, width = still.shape[:2]
+    middle = round(across * width), round(0.6 * height)
+    return cv2.circle(still.copy(), middle, radius, (220, 60, 40), -1, cv2.LINE_AA)
+
+
+def table(pictures: list[np.ndarray]) -> np.ndarray:
+    faces = FaceFinder()
+    return likeness([judge(each, 0, each.shape[:2], faces) for each in pictures])
+
+
+def moments_of(path: Path, panels: int | None = None) -> list[Moment]:
+    return find_moments(open_film(path), Wishes(panels=panels))
+
+
+@pytest.mark.parametrize("again", AGAIN)
+def test_a_place_that_is_seen_again_looks_alike(again: str) -> None:
+    for place in PLACES[:8]:
+        still = view(place)
+        like = table([still, AGAIN[again](still, place)])
+        assert like[0, 1] == like[1, 0] > ALIKE, place
+
+
+def test_other_places_look_different() -> None:
+    like = table([view(place) for place in PLACES])
+    pairs = like[np.triu_indices(len(PLACES), 1)]
+    assert np.mean(pairs > ALIKE) < 0.02
+    assert np.median(pairs) < 0.15
+    assert np.diag(like).min() > 0.9
+
+
+def test_blank_pictures_are_no_trouble() -> None:
+    faces = FaceFinder()
+    black = [judge(np.full((90, 160, 3), light, np.uint8), 0, (90, 160), faces) for light in (0, 0, 255)]
+    assert look_alike(black).shape == (3, 3)
+
+
+def test_no_view_comes_twice_as_long_as_there_are_others(tmp_path: Path) -> None:
+    """A place is shown again from a little to the side, with somebody in it, two shots later."""
+    first, other, third, last = PLACES[:4]
+    again = [with_ball(view(first, 16, -5), 0.3 + 0.01 * number) for number in range(30)]
+    film = [*shot(first, 30, 0.1), *shot(other, 30, 0.1), *again, *shot(third, 30, 0.1), *shot(last, 30, 0.1)]
+    path = write_film(tmp_path / "film.mp4", film)
+    for panels in (None, 4):
+        scenes = [each.scene for each in moments_of(path, panels)]
+        assert len(scenes) == 4
+        assert not {0, 2} <= set(scenes), scenes
+
+
+def test_two_views_in_turn_give_two_panels_but_more_if_wanted(tmp_path: Path) -> None:
+    """As two people are shown who talk."""
+    shots = [shot(PLACES[number % 2], 25, 0.1, 0.4 * number) for number in range(8)]
+    path = write_film(tmp_path / "film.mp4", itertools.chain(*shots))
+    assert len(moments_of(path)) == 2
+    assert [each.scene % 2 for each in moments_of(path, 4)] in ([0, 1, 0, 1], [1, 0, 1, 0])
+
+
+def test_one_thing_that_moves_before_a_still_camera_gives_few_panels(tmp_path: Path) -> None:
+    still = view(PLACES[1])
+    film = [with_ball(still, number / 200, 12) for number in range(200)]
+    path = write_film(tmp_path / "film.mp4", film)
+    assert len(moments_of(path)) <= 2
+    moments = moments_of(path, 4)
+    assert len(moments) == 4
+    assert min(after.time - before.time for before, after in itertools.pairwise(moments)) > 20 / RATE
+
+
+def test_an_empty_place_loses_against_what_happens_in_it(tmp_path: Path) -> None:
+    """A road on which most of the time nothing is to be seen."""
+    noise = np.random.default_rng(0).integers(0, 12, (144, 256, 1), np.uint8)
+    road = cv2.line(np.repeat(noise + 70, 3, axis=2), (20, 0), (60, 143), (130, 130, 130), 3)
+    film = [with_ball(road, (number - 90) / 60, 30) if 90 <= number < 150 else road for number in range(240)]
+    path = write_film(tmp_path / "film.mp4", film)
+    (moment,) = moments_of(path, 1)
+    assert 95 <= moment.time * RATE < 145
