@@ -17,6 +17,7 @@ from vidstyle.comic.likeness import ALIKE, likeness, look_alike
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.moments import Wishes, find_moments
 
+Color = tuple[int, int, int]
 AGAIN = {
     "from a little to the side": lambda still, place: view(place, 14, -6),
     "lit more brightly": lambda still, place: cv2.convertScaleAbs(still, alpha=1.15, beta=12),
@@ -24,10 +25,10 @@ AGAIN = {
 }
 
 
-def with_ball(still: np.ndarray, across: float, radius: int = 16) -> np.ndarray:
+def with_ball(still: np.ndarray, across: float, radius: int = 16, color: Color = (220, 60, 40)) -> np.ndarray:
     height, width = still.shape[:2]
     middle = round(across * width), round(0.6 * height)
-    return cv2.circle(still.copy(), middle, radius, (220, 60, 40), -1, cv2.LINE_AA)
+    return cv2.circle(still.copy(), middle, radius, color, -1, cv2.LINE_AA)
 
 
 def table(pictures: list[np.ndarray]) -> np.ndarray:
@@ -95,7 +96,8 @@ def test_an_empty_place_loses_against_what_happens_in_it(tmp_path: Path) -> None
     """A road on which most of the time nothing is to be seen."""
     noise = np.random.default_rng(0).integers(0, 12, (144, 256, 1), np.uint8)
     road = cv2.line(np.repeat(noise + 70, 3, axis=2), (20, 0), (60, 143), (130, 130, 130), 3)
-    film = [with_ball(road, (number - 90) / 60, 30) if 90 <= number < 150 else road for number in range(240)]
+    film = [road] * 240
+    film[90:150] = [with_ball(road, number / 60, 30, (240, 240, 230)) for number in range(60)]
     path = write_film(tmp_path / "film.mp4", film)
     (moment,) = moments_of(path, 1)
     assert 95 <= moment.time * RATE < 145
