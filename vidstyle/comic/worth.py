@@ -58,14 +58,15 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         scenes: the value of each scene, 0..1.
     """
     sharp = np.array([each.sharpness for each in pool])
-    usual = float(np.median(sharp))
+    clarity = np.array([each.clarity for each in pool])
+    shown = clarity >= min(_EMPTY, float(clarity.max()))
+    usual = float(np.median(sharp[shown]))
     best = {
         scene: max(each.sharpness for each in pool if each.scene == scene)
         for scene in {each.scene for each in pool}
     }
     beside = np.array([each.sharpness / max(best[each.scene], 1e-6) for each in pool])
     rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
-    clarity = np.array([each.clarity for each in pool])
     return (
         (0.15 * rank + 0.25 * beside) * np.minimum(1, clarity / _EMPTY)
         + 0.6 * clarity
