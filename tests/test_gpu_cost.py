@@ -27,7 +27,7 @@ from vidstyle.gpu.explain import calls_of, explain, lines_of, plan_for_video
 from vidstyle.gpu.formats import WORKING, plane_format
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.plan import Form, Plan, make_plan
-from vidstyle.gpu.shader import write_shader
+from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.picture import Encoding
 from vidstyle.prepared import prepare
 from vidstyle.style import Style, expand, load_style, style_names

@@ -15,7 +15,7 @@ from vidstyle.gpu.jobs import jobs_of
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.passes import MOST_STORED
 from vidstyle.gpu.plan import Form, Plan, make_plan
-from vidstyle.gpu.shader import write_shader
+from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.signature import functions_of_block
 from vidstyle.gpu.slots import ending
 from vidstyle.picture import Encoding

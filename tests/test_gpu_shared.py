@@ -12,7 +12,8 @@ from vidstyle.gpu import shared
 from vidstyle.gpu.explain import plan_for_video
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.plan import Form, make_plan
-from vidstyle.gpu.shader import Shader, write_shader
+from vidstyle.gpu.shader import Shader
+from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.picture import Encoding, Picture
 from vidstyle.prepared import prepare
 from vidstyle.style import Style

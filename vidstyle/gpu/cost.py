@@ -16,7 +16,7 @@ from vidstyle.gpu.jobs import jobs_of
 from vidstyle.gpu.nodes import Node, Shape
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
-from vidstyle.gpu.shader import write_shader
+from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.slots import Slots
 from vidstyle.gpu.targets import Target
 from vidstyle.gpu.textures import TexturePool

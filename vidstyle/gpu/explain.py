@@ -18,7 +18,7 @@ from vidstyle.gpu.nodes import Layout, Node, Shape
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.session import LARGEST
-from vidstyle.gpu.shader import write_shader
+from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.targets import Target
 from vidstyle.picture import Encoding
 from vidstyle.prepared import prepare

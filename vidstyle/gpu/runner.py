@@ -16,7 +16,8 @@ from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.percentiles import Percentiles
 from vidstyle.gpu.plan import Plan
 from vidstyle.gpu.programs import Programs
-from vidstyle.gpu.shader import ImageOf, Shader, write_shader
+from vidstyle.gpu.shader import ImageOf, Shader
+from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.slots import Slots
 from vidstyle.gpu.steady import SteadyTextures
 from vidstyle.gpu.textures import TexturePool

@@ -1,33 +1,19 @@
-"""Writes the shader of a pass: uniforms, our GLSL files, and the calls of their functions in order.
-
-The text depends on what is called, not on the values of parameters: those become uniforms, so that moving
-a slider compiles nothing, but where a filter comes to need another amount of shared memory.
-"""
+"""The shader of a pass: its text, and what has to be bound before it runs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
-from vidstyle.errors import VidstyleError
-from vidstyle.gpu.formats import levels, plane_format, working_format
-from vidstyle.gpu.includes import TYPES, Assembly
-from vidstyle.gpu.nodes import CHANNELS, Measure, Node
-from vidstyle.gpu.passes import Pass
-from vidstyle.gpu.plan import Plan
-from vidstyle.gpu.shared import BYTES, Pair, sharing_of
-from vidstyle.gpu.signature import Parameter, signatures
-from vidstyle.gpu.targets import Target, declare_targets, shrinks, store_planes, store_working, targets_of
-from vidstyle.planes import chroma_reach
+from vidstyle.gpu.includes import Assembly
+from vidstyle.gpu.nodes import Measure, Node
+from vidstyle.gpu.shared import Pair
+from vidstyle.gpu.signature import Parameter
+from vidstyle.gpu.targets import Target
 
 GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
 """Invocations across and down in a group of a compute pass: more in the direction in which its filters read,
 because neighbours in that direction read the same pixels."""
-TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
-"""Pixels across and down that a group makes together where chroma is averaged."""
-
-SWIZZLES = {1: "r", 2: "rg", 3: "rgb", 4: "rgba"}
 
 
 @dataclass(frozen=True)
@@ -56,254 +42,15 @@ class Shader:
     samplers: dict[str, ImageOf | Measure | tuple] = field(default_factory=dict)
     groups: Pair = GROUPS[None]
 
+    def add_sampler(self, name: str, kind: str, what: ImageOf | Measure | tuple) -> None:
+        """Declare a sampler, and keep what it reads."""
+        self.assembly.add(f"uniform {kind} {name};")
+        self.samplers[name] = what
 
-def write_shader(plan: Plan, each: Pass) -> Shader:
-    """The shader of one pass of a plan, for the plan's form.
-
-    Raises:
-        VidstyleError: a GLSL function asks for something that its block does not have.
-    """
-    return _Writer(plan, each).shader
-
-
-class _Writer:
-    def __init__(self, plan: Plan, each: Pass) -> None:
-        self._plan, self._pass = plan, each
-        self._names: dict[Node, str] = {}
-        self._images = {node: f"image_{number}" for number, node in enumerate(each.images)}
-        self.shader = Shader(Assembly(430 if plan.form == "compute" else 330))
-        self._text = self.shader.assembly
-        if any(node.kind == "choices" for node in each.nodes):
-            self._text.add("#extension GL_ARB_texture_gather : enable")
-        self._shrinks = shrinks(plan, each)
-        self._sharing = sharing_of(each) if plan.form == "compute" else None
-        self._area = self.shader.groups = GROUPS[self._sharing.line if self._sharing else None]
-        self._declare_targets()
-        self._declare_images()
-        self._declare_sharing()
-        loads = [line for node in each.loads for line in self._load(node)]
-        body = [line for node in each.nodes for line in self._compute(node)]
-        self._write_prepare()
-        self._write_evaluate(loads, body)
-        self._text.include(self._main())
-
-    def _main(self) -> str:
-        if self._plan.form == "fragment":
-            return "frame/main_fragment.glsl"
-        return "frame/main_planes.glsl" if self._shrinks else "frame/main_compute.glsl"
-
-    def _declare_targets(self) -> None:
-        self._text.add("uniform ivec2 origin, size, corner, stride, page;")
-        self.shader.targets = targets_of(self._plan, self._pass)
-        groups = self.shader.groups if self._plan.form == "compute" else None
-        declare_targets(self._text, self.shader.targets, groups)
-        if self._shrinks:
-            self._declare_tile()
-
-    def _declare_tile(self) -> None:
-        target = self._plan.target
-        rims = [chroma_reach(target, axis) for axis in (0, 1)]
-        tile = self.shader.groups = TILES[self._sharing.line if self._sharing else None]
-        self._area = tile[0] + sum(rims[0]), tile[1] + sum(rims[1])
-        for name, (across, down) in {
-            "TILE": tile,
-            "RIM_BEFORE": (rims[0][0], rims[1][0]),
-            "AREA": self._area,
-            "STEP": target.step,
-        }.items():
-            self._text.add(f"const ivec2 {name} = ivec2({across}, {down});")
-        self._text.add(f"const vec2 SITING = vec2{target.siting};", "const int INVOCATIONS = 256;")
-        blue = [target.name for target in self.shader.targets].index("blue")
-        self._text.include("frame/code.glsl")
-        lines = store_planes(self._text, target, "chroma", "value", blue)
-        self._text.add("void store_chroma(ivec2 place, vec2 value) {", *lines, "}")
-        self._text.include("frame/tile_chroma.glsl")
-
-    def _declare_images(self) -> None:
-        for node, name in self._images.items():
-            self._text.add(f"uniform ivec2 {name}_origin, {name}_last;")
-            self._add_sampler(name, "sampler2D", ImageOf(node))
-            words = {
-                "IMAGE": name,
-                "VALUE": TYPES[CHANNELS[node.kind]],
-                "CHANNELS": SWIZZLES[CHANNELS[node.kind]],
-            }
-            if node.is_plane:
-                self._declare_plane(node, name, words)
-            else:
-                coding = working_format(node)
-                self._text.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
-                self._text.add_template("frame/image.glsl", words)
-
-    def _declare_sharing(self) -> None:
-        used = BYTES[2] * self._area[0] * self._area[1] if self._shrinks else 0
-        rooms = self._sharing.rooms(self._area, used) if self._sharing else None
-        if self._sharing is None or rooms is None:
-            self._sharing = None
-            return
-        self._text.add(f"#define AROUND_ROOM {rooms[0]}")
-        if self._sharing.prepares:
-            self._text.add(f"#define PREPARED_ROOM {rooms[1]}")
-        self._text.add("uniform ivec2 around_reach;")
-        self.shader.uniforms["around_reach"] = self._sharing.reach
-        image = self._sharing.image
-        words = {"IMAGE": self._images[image], "VALUE": TYPES[CHANNELS[image.kind]]}
-        self._text.add_template("frame/around.glsl", words)
-
-    def _declare_plane(self, node: Node, name: str, words: dict[str, str]) -> None:
-        encoding = self._plan.source.encoding
-        zero, one = levels(encoding, node.kind)
-        top = plane_format(encoding.depth).most
-        gain, offset = 1 / (one - zero), -zero / (one - zero)
-        if node.kind == "chroma":
-            self._add_sampler(f"{name}_red", "sampler2D", ImageOf(node, 1))
-            self._text.add(f"const float {name}_gain = {top * gain}, {name}_offset = {offset};")
-            self._text.add_template("frame/plane_chroma.glsl", words)
-        elif encoding.depth == 0:
-            self._text.add_template("frame/float_value.glsl", words)
-        else:
-            numbers = f"{name}_top = {float(top)}, {name}_gain = {gain}, {name}_offset = {offset}"
-            self._text.add(f"const float {numbers};")
-            self._text.add_template("frame/plane_value.glsl", words)
-
-    def _add_sampler(self, name: str, kind: str, what: ImageOf | Measure | tuple) -> None:
-        self._text.add(f"uniform {kind} {name};")
-        self.shader.samplers[name] = what
-
-    def _load(self, node: Node) -> list[str]:
-        """A picture's own value at the pixel. Chroma on another grid is read by `between` instead."""
-        if node.grid is not None and node.shape != self._pass.shape:
-            return []
-        name = self._names[node] = f"loaded_{len(self._names)}"
-        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {self._images[node]}_at(at);"]
-
-    def _compute(self, node: Node) -> list[str]:
-        assert node.function is not None
-        number = len(self._names)
-        for parameter, words in node.options.items():
-            self._declare_options(Path(node.function.file).stem, parameter, words)
-        if node.is_enlarged:
-            function = self._add_enlarging(node)
-        else:
-            function = node.function.name
-            if node.around is not None:
-                self._add_around(node)
-            self._text.include(node.function.file, node.function.channels)
-        arguments = ", ".join(self._argument(node, number, each) for each in _parameters(node))
-        name = self._names[node] = f"value_{number}"
-        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {function}({arguments});"]
-
-    def _declare_options(self, owner: str, parameter: str, words: tuple[str, ...]) -> None:
-        for number, word in enumerate(words):
-            line = f"const int {owner}_{parameter}_{word} = {number};"
-            if line not in self._text.lines:
-                self._text.add(line)
-
-    def _add_enlarging(self, node: Node) -> str:
-        assert node.around is not None and node.function is not None
-        image = self._images[node.around]
-        name = node.function.name.replace("IMAGE", image)
-        self._add_template_once(node.function.file, name, {"IMAGE": image})
-        return name
-
-    def _add_template_once(self, file: str, name: str, words: dict[str, str]) -> None:
-        """Add a template for all calls of the function of this name in it."""
-        if not any(f"{name}(" in line for line in self._text.lines):
-            self._text.add_template(file, words)
-
-    def _add_around(self, node: Node) -> None:
-        assert node.around is not None and node.function is not None
-        if self._sharing is not None:
-            return
-        type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
-        if node.kind == "choices":
-            self._add_template_once("frame/quad.glsl", "quad_at", {"IMAGE": image})
-            return
-        reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
-        line = f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}"
-        if line not in self._text.lines:
-            self._text.add(line)
-
-    def _argument(self, node: Node, number: int, parameter: Parameter) -> str:
-        name = parameter.name.rstrip("_")  # added where the name is a word of GLSL
-        if name in node.inputs:
-            return self._names[node.inputs[name]]
-        if name == "at":
-            return "at"
-        if name == "page":
-            return self._uniform(f"page_{number}", parameter, (node.shape[1], node.shape[0]))
-        if name == "measured" and node.measure is not None:
-            self._add_sampler(f"measured_{number}", "sampler2D", node.measure)
-            return f"texelFetch(measured_{number}, ivec2(0), 0).{'xyzw'[: len(node.measure.percentages)]}"
-        if parameter.type == "sampler2DArray" and name in node.values:
-            self._add_sampler(f"{name}_{number}", parameter.type, node.values[name] or ())
-            return f"{name}_{number}"
-        return self._uniform(f"{name}_{number}", parameter, self._value(node, parameter))
-
-    def _value(self, node: Node, parameter: Parameter) -> Any:
-        """A parameter that is the same for all pixels; NAME_count and NAME_sizes tell of the asset NAME."""
-        name = parameter.name.rstrip("_")
-        owner, _, what = name.rpartition("_")
-        if name in node.values:
-            return node.values[name]
-        if what == "count" and owner in node.values:
-            return len(node.values[owner] or ())
-        if what == "sizes" and owner in node.values:
-            sizes = [array.shape[::-1] for array in node.values[owner] or ()]
-            return [*sizes, *[(1, 1)] * (parameter.count - len(sizes))]
-        if parameter.type == "float":  # a saved picture that may be left out, and has been
-            return 1.0
-        file = node.function.file if node.function else ""
-        raise VidstyleError(f"shaders/{file}", f"asks for {parameter.name!r}, which nobody has", "correct it")
-
-    def _uniform(self, name: str, parameter: Parameter, value: Any) -> str:
+    def add_uniform(self, name: str, parameter: Parameter, value: Any) -> str:
+        """Declare a uniform unless it is there, keep its value, and return its name."""
         count = f"[{parameter.count}]" if parameter.count else ""
-        if name not in self.shader.uniforms:
-            self._text.add(f"uniform {parameter.type} {name}{count};")
-        self.shader.uniforms[name] = value
+        if name not in self.uniforms:
+            self.assembly.add(f"uniform {parameter.type} {name}{count};")
+        self.uniforms[name] = value
         return name
-
-    def _write_prepare(self) -> None:
-        """What all invocations of a compute group do together, before the first pixel."""
-        if self._plan.form == "fragment":
-            return
-        lines = ["load_around(first, area);"] if self._sharing else []
-        node = self._sharing.prepares if self._sharing else None
-        if node is not None:
-            assert node.function is not None
-            name = f"{node.function.name}_prepare"
-            parameters = signatures(node.function.file)[name].parameters
-            number = int(self._names[node].rpartition("_")[2])
-            lines.append(f"{name}({', '.join(self._argument(node, number, each) for each in parameters)});")
-        self._text.add("void prepare(ivec2 first, ivec2 area) {", *(f"    {line}" for line in lines), "}")
-
-    def _write_evaluate(self, loads: list[str], body: list[str]) -> None:
-        self._text.include("frame/code.glsl")
-        result = self._pass.result
-        chroma = next((node for node in result.nodes if node.kind == "chroma"), None) if result else None
-        returned = self._names[chroma] if chroma and self._shrinks else "vec2(0.0)"
-        stores = [line for number in range(len(self.shader.targets)) for line in self._store(number)]
-        self._text.add(
-            "// The values at a pixel of the page, kept at a place of the targets if they are its own.",
-            "vec2 evaluate(ivec2 at, ivec2 place, bool own) {",
-            *(f"    {line}" for line in [*loads, *body]),
-            "    if (own) {",
-            *(f"        {line}" for line in stores),
-            "    }",
-            f"    return {returned};",
-            "}",
-        )
-
-    def _store(self, number: int) -> list[str]:
-        target = self.shader.targets[number]
-        name = self._names[target.node]
-        if not target.is_plane:
-            return [store_working(target, name, number)]
-        if target.name == "blue" and self._shrinks or target.name == "red":
-            return []
-        return store_planes(self._text, self._plan.target, target.node.kind, name, number)
-
-
-def _parameters(node: Node) -> tuple[Parameter, ...]:
-    assert node.function is not None
-    return node.function.signature.parameters
