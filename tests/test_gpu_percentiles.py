@@ -17,16 +17,6 @@ CLOSE = 2e-5
 """One of 65536 steps over the span."""
 
 
-@pytest.fixture(scope="module")
-def context() -> Iterator[moderngl.Context]:
-    context = moderngl.create_context(standalone=True, backend="egl", libgl="libEGL.so.1")
-    # What is dropped without being released comes into context.objects.
-    context.gc_mode = "context_gc"
-    yield context
-    assert context.error == "GL_NO_ERROR"
-    context.release()
-
-
 @pytest.fixture
 def percentiles(context: moderngl.Context) -> Iterator[Percentiles]:
     percentiles = Percentiles(context, LOW, SPAN)

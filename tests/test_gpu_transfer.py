@@ -19,16 +19,6 @@ every_type = pytest.mark.parametrize("dtype", TYPES.values(), ids=TYPES)
 every_size = pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[1]}x{size[0]}")
 
 
-@pytest.fixture(scope="module")
-def context() -> Iterator[moderngl.Context]:
-    context = moderngl.create_context(standalone=True, backend="egl", libgl="libEGL.so.1")
-    # What is dropped without being released comes into context.objects.
-    context.gc_mode = "context_gc"
-    yield context
-    assert context.error == "GL_NO_ERROR"
-    context.release()
-
-
 @pytest.fixture
 def upload(context: moderngl.Context) -> Iterator[Upload]:
     upload = Upload(context)
