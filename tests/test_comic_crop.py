@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 
+import cv2
 import numpy as np
 import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
 from vidstyle.comic.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
+from vidstyle.comic.faces import FaceFinder
+from vidstyle.comic.judge import judge
 from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.things import things
 
 ASPECTS = (0.45, 0.7, 1.0, 1.4, 1.78, 2.4, 3.2)
 MOMENTS = [
@@ -137,3 +142,27 @@ def test_a_picture_without_anything_in_it_can_be_cropped() -> None:
     for salience in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)):
         window = crop(moment_with(salience=salience), 1.0)
         assert window.width == pytest.approx(window.height)
+
+
+def test_what_stands_out_is_not_cut_where_another_window_cuts_nothing() -> None:
+    """A title above, and something below it that a low window may hold instead."""
+    title, ball = Box(100, 100, 800, 260), Box(900, 500, 1100, 1000)
+    moment = replace(moment_with(salience=Box(100, 100, 1700, 1000)), things=(title, ball))
+    for aspect in (2.2, 2.4, 2.6):
+        assert not any(cut(crop(moment, aspect), thing) for thing in moment.things)
+    assert cut(crop(replace(moment, things=()), 2.4), title)
+
+
+def test_things_are_found_and_kept_whole() -> None:
+    """Balls on a ground that grows lighter downwards, none of them near the middle."""
+    ground = np.repeat(np.linspace(60, 140, 360, dtype=np.uint8)[:, None], 640, axis=1)
+    picture = np.stack([ground, ground, ground + 20], axis=2)
+    balls = [Box(40, 30, 90, 80), Box(560, 290, 600, 330)]
+    for ball in balls:
+        middle = round((ball.left + ball.right) / 2), round((ball.top + ball.bottom) / 2)
+        cv2.circle(picture, middle, round(ball.width / 2), (230, 80, 40), -1, cv2.LINE_AA)
+    seen = judge(picture, 0, picture.shape[:2], FaceFinder())
+    assert len(seen.things) == 2
+    assert all(any(thing.contains(ball) for thing in seen.things) for ball in balls)
+    assert all(seen.salience.contains(ball) for ball in balls)
+    assert things(np.full((90, 160, 3), 90, np.uint8)) == []

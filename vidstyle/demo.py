@@ -72,7 +72,12 @@ def make_page(film: Path, target: Path) -> Path:
     with whole_file(words, overwrite=True) as write:
         write(text.encode())
     options = ComicOptions(
-        wishes=Wishes(PANELS), size="square", title="Good morning", subtitles=str(words), overwrite=True
+        wishes=Wishes(PANELS),
+        size="square",
+        seed=1,
+        title="Good morning",
+        subtitles=str(words),
+        overwrite=True,
     )
     return make_comic(film, target, options).files[0]
 

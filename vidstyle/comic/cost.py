@@ -68,7 +68,7 @@ class Taste:
     """
 
     shape: float = 1.0
-    salience: float = 2.5
+    salience: float = 4.0
     face: float = 4.0
     size: float = 1.0
     monotony: float = 0.9

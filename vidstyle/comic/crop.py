@@ -24,9 +24,13 @@ SIDE_ROOM = 0.15
 _THIRDS = (1 / 3, 2 / 3)
 _EYES = 0.4
 """Where the middle of a face stands in a panel's height: its eyes are a little above, at a third."""
-_MAIN, _CUT, _LOST, _OUT, _ROOM, _THIRD, _SHIFT = 1000.0, 100.0, 30.0, 8.0, 6.0, 1.0, 0.3
-"""Prices: a part of the main face that is not shown, a face cut, a part of the salience lost, a face left
-out, head room missing, distance to a third, and to the picture's middle. Each outweighs those after it."""
+_MAIN, _CUT, _LOST, _SLICED, _OUT, _ROOM = 1000.0, 100.0, 30.0, 10.0, 8.0, 6.0
+"""Prices: a part of the main face that is not shown, a face cut, a part of the salience lost, a thing cut, a
+face left out, head room missing."""
+_THIRD, _SHIFT = 1.0, 0.3
+"""Distance to a third, and to the picture's middle."""
+_MANY = 12
+"""Things beyond that number, the largest first, are not looked at: such a picture is full of them."""
 _NEARER = 4.0
 """The price of a window that is nearer than wanted by the largest one's side."""
 _EXACT = 1e-6
@@ -85,6 +89,10 @@ def what_counts(moment: Moment) -> Box:
     return kept
 
 
+def _main_things(moment: Moment) -> list[Box]:
+    return sorted(moment.things, key=lambda thing: -thing.area)[:_MANY]
+
+
 def _scales(moment: Moment, width: float, height: float) -> list[float]:
     """What parts of the largest window's sides are tried: first what is wanted, then less.
 
@@ -104,7 +112,7 @@ def _scales(moment: Moment, width: float, height: float) -> list[float]:
 def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[float, Box]:
     """The window of a size with the lowest price."""
     subject = main_face(moment) or moment.salience
-    boxes = [moment.salience, *moment.faces, with_room(moment, subject)]
+    boxes = [moment.salience, *moment.faces, with_room(moment, subject), *_main_things(moment)]
     tall, wide = moment.shape
     lefts = _places([(box.left, box.right) for box in boxes], (subject.left + subject.right) / 2, width, wide)
     tops = _places([(box.top, box.bottom) for box in boxes], (subject.top + subject.bottom) / 2, height, tall)
@@ -137,6 +145,9 @@ def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, heig
     for each in moment.faces:
         part = lost(each)
         price = price + _CUT * ((part > _EXACT) & (part < 1 - _EXACT)) + _OUT * (part > _EXACT)
+    for thing in _main_things(moment):
+        part = lost(thing)
+        price = price + _SLICED * ((part > _EXACT) & (part < 1 - _EXACT))
     if face is not None:
         price = price + _MAIN * _missing(lost(face)) + _ROOM * _missing(lost(with_room(moment, face)))
     price = price + _THIRD * _composed(subject, left, top, width, height, face is not None)

@@ -34,10 +34,15 @@ def title_of(text: str, paper: Paper, size: int, letters: Letters) -> tuple[Labe
     return Label(text, paper.width / 2, foot, fitting, is_bold=True), round(fitting * (0.8 + _AIR))
 
 
+def below_title(paper: Paper, by: int, pages: int) -> Paper:
+    """What panels are to be laid out on: a single page without the title's part; of several, whole pages."""
+    return replace(paper, height=paper.height - by) if pages == 1 and not paper.is_strip else paper
+
+
 def lowered(layout: Layout, moments: Sequence[Moment], paper: Paper, by: int) -> Layout:
     """The layout with the panels of the first page in what is left below a title; gutters stay as wide."""
-    if paper.is_strip:
-        panels = [replace(each, rectangle=_moved(each.rectangle, by)) for each in layout.panels]
+    if paper.is_strip or layout.sizes[0][1] < paper.height:
+        panels = [replace(each, rectangle=_moved(each.rectangle, paper, by)) for each in layout.panels]
         sizes = [(paper.width, layout.sizes[0][1] + by)]
     else:
         panels = [_squeezed(each, moments, paper, by) if each.page == 0 else each for each in layout.panels]
@@ -45,8 +50,9 @@ def lowered(layout: Layout, moments: Sequence[Moment], paper: Paper, by: int) ->
     return replace(layout, panels=tuple(panels), sizes=tuple(sizes))
 
 
-def _moved(rectangle: Rectangle, by: int) -> Rectangle:
-    return rectangle._replace(top=rectangle.top + by, bottom=rectangle.bottom + by)
+def _moved(rectangle: Rectangle, paper: Paper, by: int) -> Rectangle:
+    # A panel that bleeds does not do so under the title.
+    return rectangle._replace(top=max(rectangle.top, paper.margin) + by, bottom=rectangle.bottom + by)
 
 
 def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) -> Panel:

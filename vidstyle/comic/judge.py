@@ -11,6 +11,7 @@ from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.likeness import small_copy
 from vidstyle.comic.moment import Box
 from vidstyle.comic.salience import salience_map, smallest_box
+from vidstyle.comic.things import things
 
 SIDE = 640
 """Pixels of the longer side of the copies that are judged: few enough to be quick, and blur still shows."""
@@ -44,7 +45,7 @@ class Candidate:
         blank: whether nothing is to be seen.
         small: what is compared with other pictures, see `likeness`.
         tones: shares of 64 colours, float32, of sum 1.
-        salience, faces: boxes in pixels of the whole picture.
+        salience, faces, things: boxes in pixels of the whole picture.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
         scene: which scene it belongs to.
@@ -61,6 +62,7 @@ class Candidate:
     tones: np.ndarray
     salience: Box
     faces: tuple[Box, ...] = ()
+    things: tuple[Box, ...] = ()
     eyes: float = 0.0
     motion: float = 0.0
     scene: int = 0
@@ -77,6 +79,9 @@ def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFin
     """
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     found = faces.find(color)
+    salience, standing_out = smallest_box(salience_map(color, found)), things(color)
+    for thing in standing_out:
+        salience = salience.union(thing)
     factor = shape[1] / color.shape[1]
     return Candidate(
         time,
@@ -86,8 +91,9 @@ def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFin
         is_blank(luma),
         small_copy(color),
         tones(color),
-        smallest_box(salience_map(color, found)).scaled(factor),
+        salience.scaled(factor),
         tuple(face.scaled(factor) for face in found),
+        tuple(thing.scaled(factor) for thing in standing_out),
         eye_contrast(luma, found[0]) if found else 0.0,
     )
 

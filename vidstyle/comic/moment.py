@@ -81,6 +81,7 @@ class Moment:
         salience: what catches the eye, in pixels of that picture.
         faces: likewise; the largest first.
         scene: which of the film's scenes, from 0.
+        things: boxes likewise of what stands out, which an edge should not cut.
     """
 
     time: float
@@ -89,3 +90,4 @@ class Moment:
     salience: Box
     faces: tuple[Box, ...]
     scene: int
+    things: tuple[Box, ...] = ()

@@ -15,8 +15,8 @@ from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.film import open_film
 from vidstyle.comic.font import Letters, check_pillow, letter_size
 from vidstyle.comic.frames import Frames
-from vidstyle.comic.heading import lowered, numbers, title_of
-from vidstyle.comic.layout import Layout, lay_out
+from vidstyle.comic.heading import below_title, lowered, numbers, title_of
+from vidstyle.comic.layout import Layout, lay_out, pages_for
 from vidstyle.comic.lettering import Hand, Lettered, Speech, letter
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.moments import find_moments
@@ -164,8 +164,9 @@ class _Job:
 
     def _layout(self, moments: Sequence[Moment], growth: Sequence[float]) -> Layout:
         options = self._options
+        pages = options.pages or pages_for(len(moments))
         layout = lay_out(
-            *(moments, self._paper),
+            *(moments, below_title(self._paper, self._head, pages)),
             pages=options.pages,
             seed=options.seed,
             right_to_left=options.right_to_left,

@@ -14,8 +14,8 @@ from vidstyle.comic.moment import Moment
 from vidstyle.comic.paper import Paper, Rectangle
 from vidstyle.comic.slicing import Grid, Place, rows
 
-GOOD = 0.2
-GOOD_AT_ALL = 0.6
+GOOD = 0.22
+GOOD_AT_ALL = 0.8
 """So much more, for each panel and for all, may the layout of a seed cost than the best one."""
 
 _ATTEMPTS = 8
