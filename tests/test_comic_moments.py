@@ -14,6 +14,7 @@ from media import make_picture, photograph
 from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
 from vidstyle.comic import film as film_file
+from vidstyle.comic.bars import between_bars
 from vidstyle.comic.choose import choose
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.film import open_film
@@ -283,3 +284,25 @@ def test_a_face_is_worth_a_panel(tmp_path: Path) -> None:
     assert moment.scene == 1
     assert len(moment.faces) == 1
     assert moment.salience.intersection(moment.faces[0]).area > 0.9 * moment.faces[0].area
+
+
+def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
+    """Above and below, and beside; a night sky and a dark floor are none."""
+    for name, size in (("wide", (256, 104)), ("upright", (120, 144))):
+        frames = [cv2.resize(frame, size) for frame in shot(PLACES[2], 30)]
+        down, across = (144 - size[1]) // 2, (256 - size[0]) // 2
+        barred = [
+            cv2.copyMakeBorder(each, down, down, across, across, cv2.BORDER_CONSTANT) for each in frames
+        ]
+        path = write_film(tmp_path / f"{name}.mp4", barred)
+        (moment,) = moments_of(path, panels=1)
+        assert moment.shape == pytest.approx((size[1], size[0]), abs=4)
+        (frame,) = open_film(path).frames_at([moment.time])
+        picture = moment.picture(frame)
+        assert picture.shape[:2] == moment.shape
+        assert min(picture.max(axis=2).mean(axis=0).min(), picture.max(axis=2).mean(axis=1).min()) > 30
+        assert Box(0, 0, *reversed(moment.shape)).contains(moment.salience)
+    night = view(PLACES[0])
+    night[:40] = 0
+    assert between_bars(night) == (slice(0, 144), slice(0, 256))
+    assert between_bars(np.zeros_like(night)) == (slice(0, 144), slice(0, 256))

@@ -50,7 +50,7 @@ def attention_of_film(film: Film, moments: Sequence[Moment], wanted: Sequence[bo
     times = [moment.time for moment, each in zip(moments, wanted, strict=True) if each]
     colors = film.frames_at(times)
     for moment, each in zip(moments, wanted, strict=True):
-        yield attention_of(next(colors), moment.faces) if each else attention_in_box(moment)
+        yield attention_of(moment.picture(next(colors)), moment.faces) if each else attention_in_box(moment)
 
 
 def within(attention: np.ndarray, moment: Moment, window: Box) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from vidstyle.comic.bars import between_bars
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.likeness import small_copy
 from vidstyle.comic.moment import Box
@@ -39,18 +40,19 @@ class Candidate:
 
     Attributes:
         time: seconds.
-        shape: height and width of the whole picture.
+        shape: height and width of the whole picture, without black bars.
         sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
         clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
         blank: whether nothing is to be seen.
         small: what is compared with other pictures, see `likeness`.
         tones: shares of 64 colours, float32, of sum 1.
-        salience, faces, things: boxes in pixels of the whole picture.
+        salience, faces, things: boxes in pixels of that picture.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
         scene: which scene it belongs to.
         mixed: whether it shows two shots, or one that is fading.
         forced: whether it was asked for.
+        corner: left and top of that picture in the frame; more than 0 where there are bars.
     """
 
     time: float
@@ -68,6 +70,7 @@ class Candidate:
     scene: int = 0
     mixed: bool = False
     forced: bool = False
+    corner: tuple[int, int] = (0, 0)
 
 
 def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
@@ -77,15 +80,19 @@ def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFin
         color: a small copy, H x W x 3 uint8.
         shape: height and width of the whole picture.
     """
+    rows, columns = between_bars(color)
+    factor = shape[1] / color.shape[1]
+    left, top = round(columns.start * factor), round(rows.start * factor)
+    inner = round(rows.stop * factor) - top, round(columns.stop * factor) - left
+    color = np.ascontiguousarray(color[rows, columns])
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     found = faces.find(color)
     salience, standing_out = smallest_box(salience_map(color, found)), things(color)
     for thing in standing_out:
         salience = salience.union(thing)
-    factor = shape[1] / color.shape[1]
     return Candidate(
         time,
-        shape,
+        inner,
         sharpness(luma),
         exposure(luma) * forms(color),
         is_blank(luma),
@@ -95,6 +102,7 @@ def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFin
         tuple(face.scaled(factor) for face in found),
         tuple(thing.scaled(factor) for thing in standing_out),
         eye_contrast(luma, found[0]) if found else 0.0,
+        corner=(left, top),
     )
 
 

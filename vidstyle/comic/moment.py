@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Box:
@@ -76,12 +78,13 @@ class Moment:
 
     Attributes:
         time: when the film shows it, in seconds: that of its frame.
-        shape: height and width of the whole picture, upright and with square pixels.
+        shape: height and width of the whole picture, upright, with square pixels and without black bars.
         importance: of all the film's moments, 0..1; the most important one has 1.
         salience: what catches the eye, in pixels of that picture.
         faces: likewise; the largest first.
         scene: which of the film's scenes, from 0.
         things: boxes likewise of what stands out, which an edge should not cut.
+        corner: left and top of the picture in its frame; more than 0 where there are bars.
     """
 
     time: float
@@ -91,3 +94,9 @@ class Moment:
     faces: tuple[Box, ...]
     scene: int
     things: tuple[Box, ...] = ()
+    corner: tuple[int, int] = (0, 0)
+
+    def picture(self, frame: np.ndarray) -> np.ndarray:
+        """The picture in its frame, H x W x 3."""
+        left, top = self.corner
+        return frame[top : top + self.shape[0], left : left + self.shape[1]]

@@ -73,7 +73,7 @@ def find_moments(film: Film, wishes: Wishes | None = None) -> list[Moment]:
         raise UsageError("skip", "leaves nothing of the film")
     better = _better(film, chosen, wishes)
     return [
-        Moment(each.time, each.shape, weight, each.salience, each.faces, each.scene, each.things)
+        Moment(each.time, each.shape, weight, each.salience, each.faces, each.scene, each.things, each.corner)
         for each, weight in zip(better, importance(better, survey), strict=True)
     ]
 

@@ -53,7 +53,9 @@ def drawn(
                 color, moment = next(colors), plan.moments[each.panel.moment]
                 if frames:
                     frames.save(color, moment)
-                sheet.panels.append(_shown(each, brush.panel(color, each.crop, each.picture), moment))
+                sheet.panels.append(
+                    _shown(each, brush.panel(moment.picture(color), each.crop, each.picture), moment)
+                )
         yield sheet
 
 
