@@ -10,6 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from face_network import FACE, red_finder
 from media import make_picture, photograph
 from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
@@ -265,12 +266,35 @@ def test_faces_are_found_with_a_model(tmp_path: Path) -> None:
     assert FaceFinder(cascade(tmp_path)).find(np.zeros((90, 160, 3), np.uint8)) == []
 
 
-def test_what_is_no_model_of_faces_is_said(tmp_path: Path) -> None:
-    (tmp_path / "no.xml").write_text("no model")
-    with pytest.raises(
-        InputError, match="no.xml: is not a model of faces; give a cascade in OpenCV's format"
-    ):
-        FaceFinder(tmp_path / "no.xml")
+def test_faces_are_found_with_a_network(tmp_path: Path) -> None:
+    """By a model in the format of YuNet's, at the place and in the colours of the picture."""
+    (tmp_path / "faces.onnx").write_bytes(red_finder())
+    finder = FaceFinder(tmp_path / "faces.onnx")
+    for middle, size in (((240, 208), (640, 360)), ((80, 336), (200, 400))):
+        for color, found in (((230, 20, 20), True), ((20, 20, 230), False)):
+            picture = np.full((size[1], size[0], 3), 90, np.uint8)
+            faces = finder.find(cv2.circle(picture, middle, 48, color, -1))
+            assert len(faces) == found
+            half = FACE / 2
+            for face in faces:
+                ends = middle[0] - half, middle[1] - half, middle[0] + half, middle[1] + half
+                assert (face.left, face.top, face.right, face.bottom) == pytest.approx(ends, abs=1)
+
+
+@pytest.mark.parametrize("name", ["no.xml", "no.onnx", "other.onnx"])
+def test_what_is_no_model_of_faces_is_said(
+    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Text, and a network that has other outputs; nothing else is written."""
+    other = red_finder().replace(b"bbox_16", b"text_16")
+    (tmp_path / name).write_bytes(other if name == "other.onnx" else b"no model")
+    remedy = r"give a cascade of OpenCV's \(.xml\) or a YuNet model \(.onnx\)$"
+    with pytest.raises(InputError, match=f"{name}: is not a model of faces; {remedy}"):
+        FaceFinder(tmp_path / name)
+    assert capfd.readouterr().err == ""
+
+
+def test_a_model_that_is_not_there_is_said(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read: No such file"):
         FaceFinder(tmp_path / "none.xml")
 

@@ -90,7 +90,7 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
               help="Save the frames too, with a table of their times.")  # fmt: skip
 @click.option("--storyboard", is_flag=True, help="Make a plain contact sheet with times instead.")
 @click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
-              help="Find faces with this cascade of OpenCV's.")  # fmt: skip
+              help="Find faces with this model: a cascade of OpenCV's (.xml) or YuNet (.onnx).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Replace files that exist.")
 @click.option(
     "--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True, help="What runs the style."

@@ -1,7 +1,8 @@
-"""Finds faces with a cascade of OpenCV's, where there is one."""
+"""Finds faces with a model of OpenCV's, where there is one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -11,42 +12,46 @@ from vidstyle.comic.moment import Box
 from vidstyle.errors import InputError
 
 _USUAL = "haarcascade_frontalface_default.xml"
+_REMEDY = "give a cascade of OpenCV's (.xml) or a YuNet model (.onnx)"
 _LEAST = 1 / 12
 """Smaller faces are not looked for; shares of the picture's shorter side."""
+_LEAST_SURE = 1 / 24
+"""The same for a network, which is not deceived so easily."""
 _NEIGHBOURS = 6
-"""So many places next to one another must look like a face."""
+"""So many places next to one another must look like a face to a cascade."""
+_SURE = 0.75
+"""A network must be so sure of a face, 0..1."""
+_TRIAL = 64
+"""Pixels of the sides of an empty picture on which a network is tried."""
 _SKIN = 0.25
-"""A face in a colour picture has at least this share of skin."""
+"""A face in a colour picture has at least this share of skin, if a cascade has found it."""
+
+_Finder = Callable[[np.ndarray], list[Box]]
 
 
 class FaceFinder:
-    """Looks for upright frontal faces.
+    """Looks for upright faces.
 
-    Without a model it takes the one that comes with OpenCV; not every version brings one, and then no
+    Without a model it takes the cascade that comes with OpenCV; not every version brings one, and then no
     faces are found.
     """
 
     def __init__(self, model: Path | None = None) -> None:
-        """`model`: a cascade as OpenCV stores it, an .xml file.
+        """`model`: a cascade as OpenCV stores it, an .xml file, or a YuNet network, an .onnx file.
 
         Raises:
             InputError: it is none.
         """
-        self._cascade = _load(model) if model is not None else _usual_cascade()
+        usual = Path(cv2.__file__).parent / "data" / _USUAL
+        path = model or (usual if usual.is_file() and hasattr(cv2, "CascadeClassifier") else None)
+        self._finder: _Finder | None = None
+        if path is not None:
+            self._finder = _network(path) if path.suffix.lower() == ".onnx" else _cascade(path)
 
     def find(self, color: np.ndarray) -> list[Box]:
         """The faces in a picture, H x W x 3 uint8, the largest first."""
-        if self._cascade is None:
-            return []
-        luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
-        least = max(20, round(_LEAST * min(luma.shape)))
-        found = self._cascade.detectMultiScale(
-            luma, scaleFactor=1.1, minNeighbors=_NEIGHBOURS, minSize=(least, least)
-        )
-        skin, colorful = skin_map(color), is_colorful(color)
-        boxes = [Box(int(x), int(y), int(x + w), int(y + h)) for x, y, w, h in found]
-        faces = [box for box in boxes if not colorful or _inside(skin, box).mean() > _SKIN]
-        return sorted(faces, key=lambda box: (-box.area, box.left, box.top))
+        found = self._finder(color) if self._finder else []
+        return sorted(found, key=lambda box: (-box.area, box.left, box.top))
 
 
 def skin_map(color: np.ndarray) -> np.ndarray:
@@ -61,26 +66,60 @@ def is_colorful(color: np.ndarray) -> bool:
     return bool(np.mean(color.max(axis=2) - color.min(axis=2)) > 8)
 
 
-def _inside(plane: np.ndarray, box: Box) -> np.ndarray:
-    return plane[int(box.top) : int(box.bottom), int(box.left) : int(box.right)]
-
-
-def _usual_cascade() -> cv2.CascadeClassifier | None:
-    path = Path(cv2.__file__).parent / "data" / _USUAL
-    return _load(path) if path.is_file() and hasattr(cv2, "CascadeClassifier") else None
-
-
-def _load(path: Path) -> cv2.CascadeClassifier:
+def _cascade(path: Path) -> _Finder:
     # OpenCV reports what it cannot parse on standard error, and in exceptions of its own.
-    remedy = "give a cascade in OpenCV's format, such as haarcascade_frontalface_default.xml"
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}", remedy) from None
+    text = _content(path).decode("utf-8", "replace")
     try:
         cascade = cv2.CascadeClassifier(str(path)) if "<cascade" in text or "opencv-" in text else None
     except cv2.error:
         cascade = None
     if cascade is None or cascade.empty():
-        raise InputError(path, "is not a model of faces", remedy)
-    return cascade
+        raise InputError(path, "is not a model of faces", _REMEDY)
+
+    def find(color: np.ndarray) -> list[Box]:
+        luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
+        least = max(20, round(_LEAST * min(luma.shape)))
+        found = cascade.detectMultiScale(
+            luma, scaleFactor=1.1, minNeighbors=_NEIGHBOURS, minSize=(least, least)
+        )
+        skin, colorful = skin_map(color), is_colorful(color)
+        boxes = [Box(int(x), int(y), int(x + w), int(y + h)) for x, y, w, h in found]
+        return [box for box in boxes if not colorful or _inside(skin, box).mean() > _SKIN]
+
+    return find
+
+
+def _network(path: Path) -> _Finder:
+    content = np.frombuffer(_content(path), np.uint8)
+    level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        network = cv2.FaceDetectorYN.create(
+            "onnx", content, np.empty(0, np.uint8), (_TRIAL, _TRIAL), score_threshold=_SURE
+        )
+        network.detect(np.zeros((_TRIAL, _TRIAL, 3), np.uint8))
+    except cv2.error:
+        raise InputError(path, "is not a model of faces", _REMEDY) from None
+    finally:
+        cv2.utils.logging.setLogLevel(level)
+
+    def find(color: np.ndarray) -> list[Box]:
+        height, width = color.shape[:2]
+        network.setInputSize((width, height))
+        _, found = network.detect(np.ascontiguousarray(color[..., ::-1]))
+        whole, least = Box(0, 0, width, height), _LEAST_SURE * min(height, width)
+        rows = found[:, :4].astype(float) if found is not None else np.empty((0, 4))
+        boxes = [Box(x, y, x + wide, y + high).intersection(whole) for x, y, wide, high in rows.tolist()]
+        return [box for box in boxes if min(box.width, box.height) >= least]
+
+    return find
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}", _REMEDY) from None
+
+
+def _inside(plane: np.ndarray, box: Box) -> np.ndarray:
+    return plane[int(box.top) : int(box.bottom), int(box.left) : int(box.right)]

@@ -29,7 +29,7 @@ class ComicOptions:
         font: a file; None: the one that Pillow brings.
         frames: a folder for the frames themselves, and a table of their times.
         storyboard: a plain contact sheet with times instead of a comic.
-        face_model: a cascade of OpenCV's that finds faces, instead of the usual one.
+        face_model: a cascade of OpenCV's (.xml) or a YuNet network (.onnx) that finds faces.
         overwrite: whether files may be replaced.
         device: what runs the style, as for `open_renderer`.
     """

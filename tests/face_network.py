@@ -1,0 +1,87 @@
+"""A tiny network in the format of YuNet's models, written here: to it everything red is a face."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+
+import numpy as np
+
+STRIDES = (8, 16, 32)
+FACE = 64
+"""Pixels of the sides of each box that it finds, about the middle of a red cell of the last stride."""
+
+_FLOAT, _INT64 = 1, 7
+
+
+def red_finder() -> bytes:
+    """The model: an ONNX file of which the scores are those of how red each cell is."""
+    nodes, tensors = list[bytes](), list[bytes]()
+    outputs = []
+    for stride in STRIDES:
+        cells = f"cells_{stride}"
+        sides = [stride, stride]
+        nodes.append(_node("AveragePool", ["input"], cells, kernel_shape=sides, strides=sides))
+        # Blue, green, red, 0..255; only the coarsest cells are ever sure.
+        red = np.array([[-0.2, -0.2, 0.2]], np.float32)
+        sure = -20.0 if stride == STRIDES[-1] else -1000.0
+        size = np.log(FACE / stride)
+        for name, weights, biases in (
+            ("cls", red, [sure]),
+            ("obj", red, [sure]),
+            ("bbox", np.zeros((4, 3), np.float32), [0.5, 0.5, size, size]),
+            ("kps", np.zeros((10, 3), np.float32), [0.0] * 10),
+        ):
+            output = f"{name}_{stride}"
+            channels = len(weights)
+            tensors.append(_tensor(f"{output}_w", weights.reshape(channels, 3, 1, 1)))
+            tensors.append(_tensor(f"{output}_b", np.array(biases, np.float32)))
+            tensors.append(_tensor(f"{output}_shape", np.array([1, -1, channels], np.int64)))
+            nodes.append(_node("Conv", [cells, f"{output}_w", f"{output}_b"], f"{output}_raw"))
+            scored = f"{output}_scored" if name in ("cls", "obj") else f"{output}_raw"
+            if scored != f"{output}_raw":
+                nodes.append(_node("Sigmoid", [f"{output}_raw"], scored))
+            nodes.append(_node("Transpose", [scored], f"{output}_rows", perm=[0, 2, 3, 1]))
+            nodes.append(_node("Reshape", [f"{output}_rows", f"{output}_shape"], output))
+            outputs.append((output, [1, (64 // stride) ** 2, channels]))
+    # YuNet's own order: all of one kind, then the next.
+    outputs.sort(key=lambda each: ("cls", "obj", "bbox", "kps").index(each[0].split("_")[0]))
+    graph = [_field(1, node) for node in nodes] + [_field(2, b"red")] + [_field(5, each) for each in tensors]
+    graph.append(_field(11, _value("input", [1, 3, 64, 64])))
+    graph += [_field(12, _value(*each)) for each in outputs]
+    return _field(1, 7) + _field(8, _field(1, b"") + _field(2, 11)) + _field(7, b"".join(graph))
+
+
+def _node(kind: str, inputs: Iterable[str], output: str, **numbers: list[int]) -> bytes:
+    parts = [_field(1, each.encode()) for each in inputs] + [_field(2, output.encode())]
+    parts += [_field(3, f"{kind} {output}".encode()), _field(4, kind.encode())]
+    for name, values in numbers.items():
+        ints = b"".join(_field(8, value) for value in values)
+        parts.append(_field(5, _field(1, name.encode()) + ints + _field(20, 7)))
+    return b"".join(parts)
+
+
+def _tensor(name: str, array: np.ndarray) -> bytes:
+    kind = _FLOAT if array.dtype == np.float32 else _INT64
+    sides = b"".join(_field(1, side) for side in array.shape)
+    return sides + _field(2, kind) + _field(8, name.encode()) + _field(9, array.tobytes())
+
+
+def _value(name: str, shape: list[int]) -> bytes:
+    sides = b"".join(_field(1, _field(1, side)) for side in shape)
+    return _field(1, name.encode()) + _field(2, _field(1, _field(1, _FLOAT) + _field(2, sides)))
+
+
+def _field(number: int, value: int | bytes) -> bytes:
+    """A field of a protocol buffer."""
+    if isinstance(value, int):
+        return _varint(number << 3) + _varint(value)
+    return _varint(number << 3 | 2) + _varint(len(value)) + value
+
+
+def _varint(value: int) -> bytes:
+    parts = bytearray()
+    while value > 127:
+        parts.append(value & 127 | 128)
+        value >>= 7
+    return struct.pack(f"{len(parts) + 1}B", *parts, value)
