@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.subtitles import Line, lines_of_file
-from vidstyle.comic.words import LETTERS, MOST, REACH, match
+from vidstyle.comic.words import EASY, LETTERS, MOST, REACH, match, panels_for
 from vidstyle.errors import InputError
 
 
@@ -22,7 +24,7 @@ def read(tmp_path: Path, text: str | bytes, name: str = "words.srt") -> list[Lin
     return lines_of_file(path)
 
 
-def texts(lines: list[Line]) -> list[str]:
+def texts(lines: Iterable[Line]) -> list[str]:
     return [line.text for line in lines]
 
 
@@ -165,3 +167,38 @@ def test_a_voice_over_an_empty_first_picture_is_a_narrators() -> None:
     lines = [Line(1, 2, "Here."), Line(10, 11, "There.")]
     words = match(lines, [moment(1, faces=()), moment(10, scene=1, faces=())])
     assert [panel[0].narrated for panel in words.panels] == [True, False]
+
+
+def test_where_there_is_much_to_read_lines_go_on_to_the_next_panel() -> None:
+    """Six lines are said in a few seconds."""
+    said = "These are words of some forty letters, no. %d."
+    lines = [Line(number, number + 0.9, said % number) for number in range(6)]
+    words = match(lines, [moment(0.5), moment(6.5), moment(13)])
+    assert texts(line for panel in words.panels for line in panel) == texts(lines)
+    assert [len(panel) for panel in words.panels] == [3, 2, 1]
+    few = match(lines[:2], [moment(0.5), moment(6.5)])
+    assert [len(panel) for panel in few.panels] == [2, 0]
+
+
+def test_lines_are_never_out_of_order_nor_crowded() -> None:
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        starts = np.sort(random.uniform(0, 60, 40))
+        lines = [
+            Line(start, start + 1.5, f"{number} {'word ' * int(random.integers(1, 16))}!")
+            for number, start in enumerate(starts)
+        ]
+        moments = [moment(time) for time in np.sort(random.uniform(0, 60, int(random.integers(1, 12))))]
+        words = match(lines, moments)
+        shown = [line for panel in words.panels for line in panel]
+        assert [line.start for line in shown] == sorted(line.start for line in shown)
+        assert len(shown) + words.left_out == words.lines == 40
+        for panel, each in zip(words.panels, moments, strict=True):
+            assert len(panel) <= MOST
+            assert len(panel) < 2 or sum(len(line.text) for line in panel) <= LETTERS
+            assert all(line.start - REACH <= each.time <= line.end + REACH for line in panel)
+
+
+def test_much_to_read_wants_many_panels() -> None:
+    assert panels_for([]) == 0
+    assert panels_for([Line(0, 1, "x" * EASY)] * 5) == 5

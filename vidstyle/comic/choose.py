@@ -44,13 +44,16 @@ def usual_panels(scenes: int, seconds: float) -> int:
     return min(MOST, max(FEWEST, round(1.5 * math.sqrt(scenes) + math.log2(1 + seconds / 4))))
 
 
-def choose(survey: Survey, forced: Sequence[Candidate], panels: int | None) -> list[Candidate]:
+def choose(
+    survey: Survey, forced: Sequence[Candidate], panels: int | None, least: int = 0
+) -> list[Candidate]:
     """The pictures to show, in the order of time.
 
     Args:
         survey: what there is; blank pictures are left out.
         forced: pictures that are shown whatever they are.
         panels: how many in all; None: `usual_panels`, and fewer where pictures would look the same.
+        least: where `panels` is None, so many rather than fewer.
     """
     seen = [each for each in survey.candidates if not each.blank]
     times = {each.time for each in forced}
@@ -61,7 +64,7 @@ def choose(survey: Survey, forced: Sequence[Candidate], panels: int | None) -> l
     kept = _thinned(pool, values, survey, max(CONSIDERED, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
     like, places = likeness(pool), _places(pool, survey)
-    wanted = _wanted(survey, like, len(forced), panels)
+    wanted = _wanted(survey, like, len(forced), panels, least)
     while True:
         chosen = _best(values, _steps(pool, places, wanted), _prices(like), places, wanted)
         if panels is not None or wanted <= max(1, len(forced)) or not _has_doubles(like, chosen):
@@ -69,7 +72,7 @@ def choose(survey: Survey, forced: Sequence[Candidate], panels: int | None) -> l
         wanted -= 1
 
 
-def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None) -> int:
+def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None, least: int) -> int:
     if panels is not None:
         return min(len(like), max(forced, panels))
     distinct: list[int] = []
@@ -77,7 +80,7 @@ def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None) -
         if not (like[number, distinct[-A_PAGE:]] > ALIKE).any():
             distinct.append(number)
     usual = MOST if survey.pictures else usual_panels(len(survey.begins), survey.seconds)
-    return max(forced, min(usual, len(distinct)))
+    return max(forced, min(max(usual, least), MOST, len(distinct)))
 
 
 def _has_doubles(like: np.ndarray, chosen: Sequence[int]) -> bool:

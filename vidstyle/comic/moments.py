@@ -24,6 +24,7 @@ class Wishes:
 
     Attributes:
         panels: how many; None: as many as tell the film.
+        least: where `panels` is None, so many rather than fewer, as far as the film has other pictures.
         at: seconds of pictures that are to be shown, as they are.
         skip: first and last second of parts of which nothing is to be shown.
     """
@@ -31,6 +32,7 @@ class Wishes:
     panels: int | None = None
     at: tuple[float, ...] = ()
     skip: tuple[tuple[float, float], ...] = ()
+    least: int = 0
 
     def check(self) -> None:
         """Raise UsageError where they make no sense, whatever the film."""
@@ -66,7 +68,7 @@ def find_moments(film: Film, wishes: Wishes | None = None) -> list[Moment]:
     survey = film.survey()
     forced = _forced(film, survey, wishes)
     left = [each for each in survey.candidates if not wishes.skips(each.time)]
-    chosen = choose(replace(survey, candidates=left), forced, wishes.panels)
+    chosen = choose(replace(survey, candidates=left), forced, wishes.panels, wishes.least)
     if not chosen:
         if left:
             raise InputError(film.name, "nothing is to be seen in it: all its pictures are blank")

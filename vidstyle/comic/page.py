@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from vidstyle.comic.sheets import Plan, drawn
 from vidstyle.comic.storyboard import contact_sheet, time_labels
 from vidstyle.comic.subtitles import Line, lines_of_file, lines_of_film
 from vidstyle.comic.survey import Film
-from vidstyle.comic.words import match
+from vidstyle.comic.words import match, panels_for
 from vidstyle.comic.write import Output
 from vidstyle.style import PLAIN, load_style
 
@@ -119,9 +119,10 @@ class _Job:
         """Look, choose, lay out, write in, draw."""
         self._step("looking through the film", 0, 0)
         film = open_film(self._source, FaceFinder(self._options.face_model))
-        moments = find_moments(film, self._options.wishes)
+        lines = self._spoken()
+        moments = find_moments(film, replace(self._options.wishes, least=panels_for(lines)))
         self._step("laying out", 0, 0)
-        plan = self._plan(film, moments)
+        plan = self._plan(film, moments, lines)
         pages = len(plan.layout.sizes)
         brush = Brush(self._styles, self._paper.dpi, self._options.device)
         folder = self._options.frames
@@ -130,9 +131,9 @@ class _Job:
             files = self._output.write(sheets, pages, self._options.title)
         return Comic(files, moments, pages)
 
-    def _plan(self, film: Film, moments: Sequence[Moment]) -> Plan:
+    def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> Plan:
         storyboard = self._options.storyboard
-        layout, panels = self._on_sheets(moments) if storyboard else self._on_pages(film, moments)
+        layout, panels = self._on_sheets(moments) if storyboard else self._on_pages(film, moments, lines)
         if storyboard:
             labels = list(time_labels(layout, moments, self._size))
         else:
@@ -148,10 +149,16 @@ class _Job:
         layout = contact_sheet(moments, self._paper, self._size, self._head)
         return layout, [Lettered(each, each.rectangle, each.crop) for each in layout.panels]
 
-    def _on_pages(self, film: Film, moments: Sequence[Moment]) -> tuple[Layout, list[Lettered]]:
-        lines = self._lines
-        if lines is None:
-            lines = lines_of_film(self._source) if Path(self._source).is_file() else []
+    def _spoken(self) -> list[Line]:
+        if self._options.storyboard:
+            return []
+        if self._lines is not None:
+            return self._lines
+        return lines_of_film(self._source) if Path(self._source).is_file() else []
+
+    def _on_pages(
+        self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]
+    ) -> tuple[Layout, list[Lettered]]:
         words = match(lines, moments)
         hand = Hand(self._letters, self._size, self._paper.border, self._options.right_to_left)
         attention = attention_of_film(film, moments, list(map(bool, words.panels)))

@@ -16,6 +16,8 @@ FACE_ROOM = 0.06
 
 _SHORTEST, _AIR = 0.4, 0.1
 """How far a tail stands out at least, and ends before what it points at, in sizes of the letters."""
+_LONGEST = 12.0
+"""A longer one might run over somebody else."""
 
 
 def with_face_room(face: Box) -> Box:
@@ -34,6 +36,8 @@ def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
         return bubble
     mouth = (face.left + face.right) / 2, face.top + 0.75 * face.height
     tips = _tips(bubble, mouth, with_face_room(face), kept)
+    if tips and math.dist(tips[-1], bubble.middle) > _LONGEST * bubble.block.size + bubble.box.width / 2:
+        return bubble
     # One that ends on half its way points at nobody.
     tails = (replace(bubble, tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
     return next((tail for tail in tails if not _crosses(tail, kept)), bubble)

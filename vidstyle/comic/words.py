@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,9 +13,17 @@ REACH = 8.0
 """Seconds from a panel's moment beyond which what is said does not belong to its picture any more."""
 MOST = 3
 """Lines of a panel."""
-LETTERS = 170
+LETTERS = 150
 """Letters of a panel, unless one line alone has more."""
+EASY = 75
+"""Letters that are read at a glance: more crowd a panel."""
 
+_LEFT_OUT = 4.0
+"""What it costs to leave a line out, and a half more if it is long: more than a place for it may cost."""
+_CROWDED, _WORST = 1.0, 1.5
+"""The price of twice as many letters as are easy, which grows with the square of the rest, and its limit."""
+_FAR, _LATE = 0.5, 0.3
+"""The price of a line `REACH` away from the moment, and of one that is over by then."""
 _ONE_SENTENCE = 80
 """Letters up to which two parts of a sentence become one line."""
 _BREATH = 1.5
@@ -31,38 +40,84 @@ class Words:
     left_out: int
 
 
-def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Words:
-    """Give each panel what is said at its moment, and from then on until the next one's.
+@dataclass(frozen=True)
+class _Told:
+    """How the lines up to one may be told: what that costs, and what stands in the last panel with words."""
 
-    A line belongs to the first panel in whose moment it is on the screen; else to the last one before it; or
-    to the first panel if it is before all. Halves of a short sentence are joined. Of what lies further than
-    `REACH` from a moment nothing is shown, and of the rest at most `MOST` lines with `LETTERS` letters: those
-    that are nearest to the moment.
+    cost: float
+    panel: int = 0
+    letters: int = 0
+    count: int = 0
+    before: _Told | None = None
+    line: Line | None = None
+
+
+def panels_for(lines: Sequence[Line]) -> int:
+    """How many panels it takes for nothing to be crowded."""
+    return math.ceil(sum(len(line.text) for line in lines) / EASY)
+
+
+def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Words:
+    """Give each line to a panel or to none, in order, at the least cost.
+
+    A line belongs to the panel in whose moment it is on the screen; else rather to the one before it than to
+    the one after, and to a near one; but where there is much to read it may go on to the next. None is
+    further than `REACH` from its moment, and no panel holds more than `MOST` lines with `LETTERS` letters.
+    Halves of a short sentence are joined.
 
     Args:
         lines, moments: in the order of time.
     """
+    joined, told = _joined(lines), [_Told(0.0)]
+    for line in joined:
+        told = _with_line(told, line, moments)
+    last: _Told | None = min(told, key=lambda each: each.cost)
     panels: list[list[Line]] = [[] for _ in moments]
-    for line in lines:
-        panel = _panel_of(line, moments)
-        if _distance(line, moments[panel].time) <= REACH:
-            panels[panel].append(line)
-    joined = [_joined(panel) for panel in panels]
-    chosen = [_nearest(panel, moment.time) for panel, moment in zip(joined, moments, strict=True)]
-    lost = sum(map(len, joined)) - sum(map(len, chosen))
-    far = len(lines) - sum(map(len, panels))
-    if chosen and chosen[0] and not moments[0].faces:
+    while last is not None:
+        if last.line is not None:
+            panels[last.panel].insert(0, last.line)
+        last = last.before
+    left_out = len(joined) - sum(map(len, panels))
+    if panels and panels[0] and not moments[0].faces:
         # A voice over the first picture, in which nobody is to be seen, is a narrator's.
-        chosen[0][0] = replace(chosen[0][0], narrated=True)
-    return Words(chosen, len(lines), lost + far)
+        panels[0][0] = replace(panels[0][0], narrated=True)
+    return Words(panels, len(joined), left_out)
 
 
-def _panel_of(line: Line, moments: Sequence[Moment]) -> int:
-    for number, moment in enumerate(moments):
-        if line.start <= moment.time <= line.end:
-            return number
-    before = [number for number, moment in enumerate(moments) if moment.time < line.start]
-    return before[-1] if before else 0
+def _with_line(told: Sequence[_Told], line: Line, moments: Sequence[Moment]) -> list[_Told]:
+    """The cheapest ways on with a line in any panel, or in none."""
+    near = [number for number, each in enumerate(moments) if _distance(line, each.time) <= REACH]
+    if not near:
+        return list(told)
+    best: dict[tuple[int, int, int], _Told] = {}
+    for each in told:
+        tried = [replace(each, cost=each.cost + _LEFT_OUT * (1 + 0.5 * min(1.0, len(line.text) / LETTERS)))]
+        tried += [
+            after for number in near if (after := _placed(each, line, number, moments[number])) is not None
+        ]
+        for after in tried:
+            # What stands in panels that are done makes no difference any more.
+            key = (after.panel, after.letters, after.count) if after.panel >= near[0] else (-1, 0, 0)
+            if key not in best or after.cost < best[key].cost:
+                best[key] = after
+    return list(best.values())
+
+
+def _placed(told: _Told, line: Line, panel: int, moment: Moment) -> _Told | None:
+    """With the line in a panel; None if that has no room, or comes before what is told already."""
+    same = panel == told.panel
+    letters, count = (told.letters, told.count) if same else (0, 0)
+    added = letters + len(line.text)
+    if panel < told.panel or (count and (count == MOST or added > LETTERS)):
+        return None
+    cost = _FAR * _distance(line, moment.time) / REACH + _LATE * (moment.time > line.end)
+    return _Told(
+        told.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, told, line
+    )
+
+
+def _crowding(letters: int) -> float:
+    return min(_WORST, _CROWDED * max(0.0, letters / EASY - 1) ** 2)
 
 
 def _distance(line: Line, time: float) -> float:
@@ -87,13 +142,3 @@ def _is_one_sentence(line: Line, after: Line) -> bool:
         and not line.text.endswith(_ENDINGS)
         and len(line.text) + len(after.text) < _ONE_SENTENCE
     )
-
-
-def _nearest(lines: Sequence[Line], time: float) -> list[Line]:
-    kept: list[int] = []
-    for number in sorted(range(len(lines)), key=lambda number: (_distance(lines[number], time), number)):
-        letters = sum(len(lines[each].text) for each in [*kept, number])
-        if kept and (len(kept) == MOST or letters > LETTERS):
-            break
-        kept.append(number)
-    return [lines[number] for number in sorted(kept)]
