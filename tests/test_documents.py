@@ -1,0 +1,49 @@
+"""What the documents tell people to type is understood."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+from vidstyle.cli import commands
+from vidstyle.cli.reporting import Reporting
+from vidstyle.style import load_style
+
+ROOT = Path(__file__).parent.parent
+PROGRAM = ("vidstyle", ".venv/bin/vidstyle")
+
+
+def calls(path: Path) -> Iterator[list[str]]:
+    """What follows the program's name wherever the document's shell blocks call it, in pipes too."""
+    for block in path.read_text(encoding="utf-8").split("```sh\n")[1:]:
+        for line in block.partition("```")[0].replace("\\\n", " ").splitlines():
+            words = [*shlex.split(line, comments=True), "|"]
+            while words:
+                end = words.index("|")
+                if words[0] in PROGRAM:
+                    yield words[1:end]
+                words = words[end + 1 :]
+
+
+COMMANDS = [
+    words for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) for words in calls(path)
+]
+
+
+def test_there_are_commands_to_look_at() -> None:
+    assert {words[0] for words in COMMANDS} > {"render", "live", "comic", "styles", "train"}
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_a_command_in_the_documents_is_understood(words: list[str]) -> None:
+    context = click.Context(commands, obj=Reporting())
+    command = commands.get_command(context, words[0])
+    assert command is not None
+    with command.make_context(words[0], words[1:], parent=context) as parsed:
+        names = parsed.params.get("style_name") or parsed.params.get("style") or ""
+        for name in names.split(",") if names else ():
+            load_style(name)
