@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.moment import Box, Moment
-from vidstyle.comic.salience import salience_map
+from vidstyle.comic.salience import rare_skin, salience_map
 from vidstyle.comic.survey import Film
 
 SIDE = 96
@@ -16,6 +16,8 @@ SIDE = 96
 
 _SEEN = 256
 """Pixels of the copy that is looked at."""
+_BARE = 1.5
+"""How much more skin counts there than for salience: it may be a face that was not found."""
 _HAIR = 0.18
 """What catches the eye may be a face that was not found: so much of the height above it counts too."""
 
@@ -26,7 +28,7 @@ def attention_of(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     factor = _SEEN / max(height, width)
     size = max(8, round(width * factor)), max(8, round(height * factor))
     small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
-    seen = salience_map(small, [face.scaled(factor) for face in faces])
+    seen = salience_map(small, [face.scaled(factor) for face in faces]) + _BARE * rare_skin(small)
     cells = max(1, round(size[0] * SIDE / _SEEN)), max(1, round(size[1] * SIDE / _SEEN))
     coarse = cv2.resize(seen, cells, interpolation=cv2.INTER_AREA)
     above = np.ones((1 + round(_HAIR * cells[1]), 1), np.uint8)

@@ -25,7 +25,7 @@ _SHARE = 0.36
 """The part of a panel that all its balloons may cover together."""
 _FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
 """The shapes that are best."""
-_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.2, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6
+_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.8, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6
 """Prices: covering what catches the eye, being low, touching neither the upper nor the lower edge, a caption
 away from the side where reading begins, distance to the speaker, another shape than the best, standing below
 the speaker's mouth, size."""

@@ -19,6 +19,8 @@ HEAD_ROOM = 0.25
 _SIDE = 64
 _SKIN = 0.6
 """Where so much of a picture has the colour of skin, that says nothing."""
+_BLUR = 1.5 / 64
+"""The deviation of the Gaussian over skin, in longer sides: single dots of its colour are none."""
 _CELLS = 24
 """A box's edges lie on a grid of so many cells along the longer side."""
 
@@ -40,7 +42,7 @@ def salience_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).astype(np.float32)
     detail = cv2.resize(np.abs(cv2.Laplacian(luma, -1)), size, interpolation=cv2.INTER_AREA)
     seen = _unit(_residual(small)) + 0.5 * _unit(cv2.GaussianBlur(detail, (0, 0), 2))
-    seen = seen + 0.5 * _unit(_color_rarity(small)) + _skin(small)
+    seen = seen + 0.5 * _unit(_color_rarity(small)) + rare_skin(small)
     seen *= _middle(size)
     seen = cv2.resize(seen, (width, height), interpolation=cv2.INTER_LINEAR)
     for face in faces:
@@ -95,12 +97,12 @@ def _color_rarity(small: np.ndarray) -> np.ndarray:
     return np.linalg.norm(lab - lab.mean(axis=(0, 1)), axis=2).astype(np.float32)
 
 
-def _skin(small: np.ndarray) -> np.ndarray:
-    """Where skin is, less where much of the picture has its colour: that is sand, wood or evening light."""
+def rare_skin(small: np.ndarray) -> np.ndarray:
+    """Where skin is, H x W float32, 0..1; less where much has its colour: sand, wood or evening light."""
     if not is_colorful(small):
         return np.zeros(small.shape[:2], np.float32)
     skin = skin_map(small)
-    return max(0.0, 1 - float(skin.mean()) / _SKIN) * cv2.GaussianBlur(skin, (0, 0), 1.5)
+    return max(0.0, 1 - float(skin.mean()) / _SKIN) * cv2.GaussianBlur(skin, (0, 0), max(small.shape) * _BLUR)
 
 
 def _middle(size: tuple[int, int]) -> np.ndarray:
