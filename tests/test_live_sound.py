@@ -78,8 +78,8 @@ def test_a_stream_has_its_sound_in_step(clapper: Path):
     with session(File(str(clapper)), maker) as running:
         running.wait()
     receiver._thread.join(10)
-    flash, beep = flash_and_beep(io.BytesIO(bytes(receiver.content)))
     receiver.hang_up()
+    flash, beep = flash_and_beep(io.BytesIO(bytes(receiver.content)))
     assert abs(flash - beep) < IN_STEP
 
 
@@ -130,3 +130,23 @@ def test_gaps_are_silent_and_overlaps_are_left_out(tmp_path: Path):
     assert len(samples) == pytest.approx(1.1 * RATE, abs=2000)
     assert np.abs(samples[int(0.35 * RATE) : int(0.95 * RATE)]).max() == 0
     assert np.abs(samples[: int(0.15 * RATE)]).min() > 1000 and samples[int(1.05 * RATE)] > 1000
+
+
+@pytest.mark.parametrize(
+    ("gap", "drift"), [(0.05, 0.0), (0.09, 0.0), (-0.05, 0.0), (0.0, 0.01), (0.0, -0.01)]
+)
+def test_small_gaps_and_a_clock_that_drifts_do_not_add_up(tmp_path: Path, gap: float, drift: float):
+    """Pieces of 0.02 s whose stamps leap once, or are of a clock that runs faster or slower than theirs."""
+    path = tmp_path / "voice.mka"
+    seconds, loud = 0.0, 0.0
+    with av.open(str(path), "w") as container:
+        voice = Voice(container, "pcm_s16le")
+        for number in range(300):
+            seconds += 0.02 * (1 + drift) + (gap if number == 20 else 0.0)
+            loud = loud or (seconds if number == 250 else 0.0)
+            tone = np.full((2, RATE // 50), 0.5 * (number >= 250), np.float32)
+            container.mux(voice.packets(tone, seconds))
+        container.mux(voice.flush())
+    with av.open(str(path)) as container:
+        samples = np.concatenate([each.to_ndarray()[0, ::2] for each in container.decode(audio=0)])
+    assert np.flatnonzero(samples > 6000)[0] / RATE == pytest.approx(loud, abs=0.022)

@@ -10,6 +10,7 @@ import click
 
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.values import Rate, Seconds, Size
+from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
     from vidstyle.live.setting import LiveOptions
@@ -48,8 +49,11 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--audio", type=click.Choice(["auto", "none"]), default="auto", show_default=True,
-    help="Whether the sound of a stream or file goes along, to files and streams.",
+    help="Whether sound goes along, to files and streams.",
 )  # fmt: skip
+@click.option(
+    "--microphone", metavar="NAME", help="Take sound from here: default, hw:1,0, part of a name, or test."
+)
 @click.option("-y", "--overwrite", is_flag=True, help="Replace a file that exists.")
 @click.option("--input-format", metavar="NAME", help="Of a camera (mjpeg), or of what comes on '-' (raw).")
 @click.option("--input-size", type=Size(), help="Size of raw video that comes in on '-'.")
@@ -61,7 +65,9 @@ if TYPE_CHECKING:
 @click.option(
     "--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True, help="What runs the style."
 )
-@click.option("--list", "listing", is_flag=True, help="List cameras and their modes, and end.")
+@click.option(
+    "--list", "listing", is_flag=True, help="List cameras with their modes, and microphones, and end."
+)
 @click.option("--no-keys", is_flag=True, help="Leave the terminal's keys alone.")
 @click.option("--stats", is_flag=True, help="Say at the end how long pictures took, and how many were lost.")
 @click.option(
@@ -83,7 +89,7 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
     from vidstyle.style import load_style, override
 
     if listing:
-        _list_cameras(as_json)
+        _list_devices(as_json)
         return 0
     steady = [] if options["steady"] is None else [f"steady={options['steady']}"]
     controls = Controls(override(load_style(options["style_name"]), [*options["changes"], *steady]))
@@ -103,12 +109,14 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
     return stop.exit_code if stop.is_set() else 0
 
 
-def _list_cameras(as_json: bool) -> None:
+def _list_devices(as_json: bool) -> None:
     from vidstyle.media.camera import camera_list
+    from vidstyle.media.microphone import microphone_list
 
-    cameras = camera_list()
+    cameras, microphones = camera_list(), microphone_list()
     if as_json:
-        click.echo(json.dumps([_described(device) for _, device in cameras]))
+        heard = [{"kind": "microphone", "path": path, "name": name} for path, name in microphones]
+        click.echo(json.dumps([*(_described(device) for _, device in cameras), *heard]))
         return
     if not cameras:
         say("there is no camera here")
@@ -117,6 +125,8 @@ def _list_cameras(as_json: bool) -> None:
         click.echo(f"{name}  {device.name}{what}")
         for mode in device.modes:
             click.echo(f"    {mode}")
+    for path, name in microphones:
+        click.echo(f"{path}  {name}  (microphone)")
 
 
 def _described(device: Any) -> dict[str, Any]:
@@ -129,6 +139,7 @@ def _described(device: Any) -> dict[str, Any]:
         for mode in device.modes
     ]
     return {
+        "kind": "camera",
         "path": device.path,
         "name": device.name,
         "gives": device.gives,
@@ -168,13 +179,18 @@ def _target_options(options: dict[str, Any]) -> TargetOptions:
 
 def _live_options(options: dict[str, Any]) -> LiveOptions:
     from vidstyle.live import setting
+    from vidstyle.media.microphone import Microphone
 
+    microphone = options["microphone"]
+    if microphone is not None and options["audio"] == "none":
+        raise UsageError("--microphone", "is of no use with --audio none", "leave one of them out")
     return setting.LiveOptions(
         size=options["size"],
         rate=options["fps"],
         device=options["device"],
         budget=options["budget"] == "auto",
         sound=options["audio"] == "auto",
+        microphone=None if microphone is None else Microphone(microphone),
         frames=options["frames"],
         seconds=None if options["duration"] is None else float(options["duration"]),
     )

@@ -10,15 +10,14 @@ from dataclasses import replace
 from fractions import Fraction
 
 from vidstyle.errors import DeviceError
-from vidstyle.live.budget import Budget
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, Status
 from vidstyle.live.destinations import Destinations
 from vidstyle.live.keepsakes import Keepsakes
 from vidstyle.live.meter import Meter, Rate
-from vidstyle.live.pictures import Pictures
+from vidstyle.live.restyling import Restyling
 from vidstyle.live.setting import LiveOptions, Setting
-from vidstyle.live.styler import Styler
+from vidstyle.live.sound import Sound
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.live_input import Captured, LiveSource
@@ -52,13 +51,12 @@ class Session:
         self._destinations = Destinations(makers)
         self._message = ""
         self._options = options or LiveOptions()
-        self._styler = Styler(controls.style, self._options.device, self._tell)
-        self._capture = Capture(source, self._hear)
+        self._restyling = Restyling(controls, self._options, self._tell)
+        self._sound = Sound(self._options, self._hear)
+        self._capture = Capture(source, self._sound.heard)
         self._meter, self._restyled, self._pace = Meter(), Meter(), Rate()
         self._keepsakes = Keepsakes(self._tell)
-        self._pictures = Pictures(self._options.size)
         self._rate = self._options.rate or USUAL_RATE
-        self._budget: Budget | None = None
         self._began: float | None = None
         self._frames = self._unready = 0
         self._over = threading.Event()
@@ -76,6 +74,7 @@ class Session:
         """
         style = threading.Thread(target=self._guarded, name="vidstyle style", daemon=True)
         self._capture.start()
+        self._sound.start()
         style.start()
         try:
             while not self._over.wait(WATCH_SECONDS) and not stop.is_set() and not self._is_done():
@@ -92,17 +91,17 @@ class Session:
     def status(self) -> Status:
         """How it is now."""
         return Status(
-            style=self._styler.style.name,
+            style=self._restyling.style,
             bypass=self._controls.bypassed,
             source=self._source.name,
             source_state=self._capture.state,
-            size=self._pictures.size,
+            size=self._restyling.size,
             frames=self._frames,
             dropped=self._dropped,
             repeated=self._destinations.repeated,
             rate=self._pace.now,
             latency_ms=self._restyled.recent_latency(),
-            given_up=self._given_up,
+            given_up=self._restyling.given_up,
             targets=self._destinations.states,
             recording=self._keepsakes.recording,
             message=self._message,
@@ -111,13 +110,6 @@ class Session:
     @property
     def _dropped(self) -> int:
         return self._capture.pictures.dropped - self._unready
-
-    @property
-    def _given_up(self) -> str:
-        if self._styler.scale == 1:
-            return ""
-        width, height = self._styler.working_size(*self._pictures.size)
-        return f"works at {width}x{height}"
 
     def _is_done(self) -> bool:
         now, options = time.monotonic(), self._options
@@ -149,7 +141,8 @@ class Session:
 
     def _style(self, captured: Captured) -> None:
         begin = time.monotonic()
-        frame = self._frame(captured)
+        picture = self._restyling.frame(captured, self._capture, self._source.name)
+        frame = LiveFrame(picture, captured.time, self._frames)
         if self._began is None:
             frame = self._begin(frame)
             begin = time.monotonic()
@@ -158,18 +151,7 @@ class Session:
         self._keepsakes.offer(frame, self._controls, self._rate)
         self._frames += 1
         self._pace.count()
-        self._watch_budget(time.monotonic() - begin)
-
-    def _frame(self, captured: Captured) -> LiveFrame:
-        picture = self._pictures.picture(captured, self._capture, self._source.name)
-        style = None if self._controls.bypassed else self._controls.style
-        before = self._styler.style.name
-        result, changed = self._styler.run(picture, captured.time, self._pictures.encoding, style)
-        if self._styler.style.name != before:  # not for every step of a slider
-            self._tell(f"style {self._styler.style.name}")
-        if changed and self._budget is not None:
-            self._budget.restart()
-        return LiveFrame(self._pictures.frame(result), captured.time, self._frames)
+        self._restyling.took(time.monotonic() - begin)
 
     def _begin(self, frame: LiveFrame) -> LiveFrame:
         """Open the targets with the first frame, whose time begins when all is ready.
@@ -177,9 +159,8 @@ class Session:
         What came while the style and the targets were made ready is not counted as dropped.
         """
         self._rate = self._options.rate or self._capture.rate or USUAL_RATE
-        if self._options.budget:
-            self._budget = Budget(float(1 / self._rate))
-        sound = self._capture.has_sound and self._options.sound
+        self._restyling.hold(self._rate)
+        sound = self._sound.wait(self._capture.has_sound)
         setting = Setting(frame, self._rate, self._meter, self._controls, sound)
         self._keepsakes.sound = sound
         self._destinations.open(setting)
@@ -188,19 +169,9 @@ class Session:
         return replace(frame, captured=self._began)
 
     def _hear(self, heard: Heard) -> None:
-        """Pass sound on to the targets that take any; called from the capturing thread."""
+        """Pass sound on to the targets that take any; called from the thread that takes it."""
         self._destinations.hear(heard)
         self._keepsakes.hear(heard)
-
-    def _watch_budget(self, seconds: float) -> None:
-        if self._budget is None or self._controls.bypassed or not self._budget.spent(seconds):
-            return
-        self._styler.scale = self._budget.scale
-        rate = f"{float(self._rate):.4g} fps"
-        if self._given_up:
-            self._tell(f"{self._styler.style.name} {self._given_up} to hold {rate}")
-        else:
-            self._tell(f"{self._styler.style.name} holds {rate} at its full size again")
 
     def _tell(self, message: str) -> None:
         """Say something, here and in the status; from any thread."""
@@ -210,10 +181,11 @@ class Session:
     def _close(self, idle: bool) -> None:
         """Let go of everything; of what restyles only when it is `idle`, for else it still works there."""
         self._capture.close(END_SECONDS)
+        self._sound.close(END_SECONDS)
         failure = self._destinations.close()
         self._keepsakes.close()
         if idle:
-            self._styler.close(END_SECONDS)
+            self._restyling.close(END_SECONDS)
         self._error = self._error or failure
 
     def _summary(self) -> LiveSummary:
@@ -224,8 +196,8 @@ class Session:
             elapsed=0.0 if self._began is None else time.monotonic() - self._began,
             restyled_ms=self._restyled.latency(),
             latency_ms=self._meter.latency(),
-            size=self._pictures.size,
+            size=self._restyling.size,
             rate=float(self._rate),
-            given_up=self._given_up,
+            given_up=self._restyling.given_up,
             deliveries=self._destinations.deliveries,
         )

@@ -8,6 +8,7 @@ from fractions import Fraction
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
 from vidstyle.live.target import LiveFrame
+from vidstyle.media.microphone import Microphone
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,8 @@ class LiveOptions:
         rate: frames per second that targets show; None: the source's own.
         device: as for `open_renderer`.
         budget: whether to work on smaller pictures when the rate cannot be held otherwise.
-        sound: whether to pass on the source's sound where a target takes any.
+        sound: whether to pass on sound where a target takes any.
+        microphone: what is heard in place of the source's own sound, or None.
         frames, seconds: after which to end; None: at the end of the source.
     """
 
@@ -28,6 +30,7 @@ class LiveOptions:
     device: str = "auto"
     budget: bool = True
     sound: bool = True
+    microphone: Microphone | None = None
     frames: int | None = None
     seconds: float | None = None
 

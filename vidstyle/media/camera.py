@@ -14,6 +14,7 @@ import av
 
 from vidstyle.errors import DeviceError
 from vidstyle.media.camera_mode import choose_mode, mode_rate
+from vidstyle.media.camera_wait import noting_descriptors
 from vidstyle.media.live_input import LiveInput
 from vidstyle.media.v4l2 import Device, video_device, video_devices
 
@@ -135,6 +136,7 @@ def camera_list() -> list[tuple[str, Device]]:
     """What to call each camera, and the camera; modes only where the system tells."""
     if sys.platform in SYSTEM_FORMATS:
         found = av.device.enumerate_input_devices(SYSTEM_FORMATS[sys.platform])
+        found = [each for each in found if each.media_types != ["audio"]]
         return [(each.name, Device(each.name, each.description)) for each in found]
     return [(device.path, device) for device in video_devices()]
 
@@ -154,11 +156,13 @@ def _what_there_is() -> str:
 
 def _opened(target: str, system_format: str, options: dict[str, str], stopping: threading.Event) -> LiveInput:
     try:
-        container = av.open(target, "r", system_format, options)
+        with noting_descriptors(target) as opened:
+            container = av.open(target, "r", system_format, options)
+            wait = opened() if system_format == "v4l2" else None
     except (av.FFmpegError, OSError, ValueError) as error:
         raise _device_error(target, error) from error
     try:
-        return LiveInput(container, target, stopping, stamped=system_format == "v4l2")
+        return LiveInput(container, target, stopping, stamped=system_format == "v4l2", wait=wait)
     except BaseException:
         container.close()
         raise

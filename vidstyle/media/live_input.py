@@ -8,12 +8,14 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import av
 
-from vidstyle.errors import InputError
+from vidstyle.errors import DeviceError, InputError
+from vidstyle.media.camera_wait import Wait
 from vidstyle.media.live_sound import Ear, Heard
+from vidstyle.media.live_source import Source
 from vidstyle.media.pace import Pace
 from vidstyle.media.streams import choose_stream, frame_rate
 
@@ -21,6 +23,8 @@ log = logging.getLogger("vidstyle")
 
 OWN_CLOCK_SECONDS = 2.0
 """A camera's stamp this little before now is of our own clock, and says when the picture was taken."""
+FIRST_SECONDS, STALL_SECONDS = 5.0, 2.0
+"""A driver that gives nothing for so long is lost: before its first picture, and after it, plus a frame."""
 
 
 @dataclass(frozen=True)
@@ -34,29 +38,6 @@ class Captured:
 
     native: av.VideoFrame
     time: float
-
-
-class LiveSource(Protocol):
-    """Something that can be opened, and opened again after it was lost."""
-
-    @property
-    def name(self) -> str:
-        """What it is, for people."""
-
-    @property
-    def lasting(self) -> bool:
-        """Whether it may come back after its end."""
-
-    def open(self, stopping: threading.Event) -> LiveInput:
-        """Begin to take pictures.
-
-        Args:
-            stopping: once it is set, the wait for a first picture is over, and so is what was opened.
-
-        Raises:
-            DeviceError: a camera or screen that is missing or busy.
-            InputError: anything else that cannot be read.
-        """
 
 
 class LiveInput:
@@ -79,6 +60,7 @@ class LiveInput:
         loop: bool = False,
         stamped: bool = False,
         sound: bool = False,
+        wait: Wait | None = None,
     ) -> None:
         """Begin with an open container, which `close` closes.
 
@@ -88,6 +70,7 @@ class LiveInput:
             loop: begin again at the end.
             stamped: the driver stamps pictures by the monotonic clock when it takes them.
             sound: listen, too.
+            wait: waits for the next packet, so that nobody waits for it in a driver.
 
         Raises:
             InputError: there is no video in it.
@@ -104,7 +87,7 @@ class LiveInput:
         self.has_sound = self._ear is not None and self._ear.stream is not None
         self._loop, self._stamped = loop, stamped
         self._pace = Pace() if paced else None
-        self._stopping = stopping
+        self._stopping, self._wait = stopping, wait
         self.codec = str(context.name)
         self.rate = frame_rate(self._stream)
         self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
@@ -114,6 +97,7 @@ class LiveInput:
 
         Raises:
             InputError: the source was lost.
+            DeviceError: a driver gives nothing any more.
         """
         while not self._stopping.is_set():
             try:
@@ -121,6 +105,8 @@ class LiveInput:
                 if not self._loop:
                     return
                 self._container.seek(0)
+            except DeviceError:
+                raise
             except (av.FFmpegError, OSError) as error:
                 reason = getattr(error, "strerror", None) or error
                 raise InputError(self._name, f"was lost: {reason}") from error
@@ -136,7 +122,8 @@ class LiveInput:
 
     def _once(self) -> Iterator[Captured | Heard]:
         sound = self._ear.stream if self._ear else None
-        for packet in self._container.demux([self._stream, *([sound] if sound else [])]):
+        packets = self._container.demux([self._stream, *([sound] if sound else [])])
+        for packet in self._waited_for(packets):
             if self._ear is not None and packet.stream_index != self._stream.index:
                 yield from self._ear.hear(packet)
                 continue
@@ -145,6 +132,20 @@ class LiveInput:
                 yield captured
             if self._stopping.is_set():
                 return
+
+    def _waited_for(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
+        if self._wait is None:
+            yield from packets
+            return
+        seconds = FIRST_SECONDS
+        while self._wait(self._stopping, seconds):
+            packet = next(packets, None)
+            if packet is None:
+                return
+            yield packet
+            seconds = STALL_SECONDS + (float(1 / self.rate) if self.rate else 0.0)
+        if not self._stopping.is_set():
+            raise DeviceError(self._name, f"has given no picture for {seconds:.1f} s")
 
     def _anchor(self, captured: Captured) -> None:
         stamp = _seconds(captured.native)
@@ -175,3 +176,7 @@ def _taken(frame: av.VideoFrame, arrived: float) -> float:
     """When a frame was taken, by its stamp where that can be."""
     stamp = _seconds(frame)
     return stamp if stamp is not None and 0 <= arrived - stamp < OWN_CLOCK_SECONDS else arrived
+
+
+LiveSource = Source[LiveInput]
+"""Where live pictures come from."""

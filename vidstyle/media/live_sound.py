@@ -54,6 +54,11 @@ class Ear:
 
     def hear(self, packet: av.Packet) -> Iterator[Heard]:
         """The sound of a packet, once `anchor` has told when that is."""
+        self._waiting.extend(self.sounds(packet))
+        yield from self._anchored()
+
+    def sounds(self, packet: av.Packet) -> Iterator[tuple[float, np.ndarray]]:
+        """The sound of a packet, 2 x N, and its stamps in seconds of the source's own clock."""
         try:
             frames: list[Any] = list(packet.decode()) if packet.size else []
         except av.FFmpegError as error:
@@ -67,8 +72,7 @@ class Ear:
                 resampled = self._resampler.resample(frame)
             for part in resampled:
                 if part.pts is not None and part.time_base is not None:
-                    self._waiting.append((float(part.pts * part.time_base), part.to_ndarray()))
-        yield from self._anchored()
+                    yield float(part.pts * part.time_base), part.to_ndarray()
 
     def anchor(self, stamp: float, time: float) -> None:
         """A picture with this stamp was taken at this time; the first one decides for all that follow."""
@@ -101,7 +105,7 @@ class Voice:
         self._stream = stream
         context = stream.codec_context
         self._resampler = _resampler(context.format, context.frame_size or SAMPLES_AT_ONCE)
-        self._end = 0
+        self._end, self._begun = 0, False
 
     def packets(self, samples: np.ndarray, seconds: float) -> list[av.Packet]:
         """What comes out when sound goes in; where some is missing there is silence.
@@ -111,12 +115,13 @@ class Voice:
             seconds: when it begins, from the beginning of the container; what overlaps is left out.
         """
         begin = round(seconds * RATE)
-        if abs(begin - self._end) <= RATE // 50:  # stamps tremble; sound does not
+        if self._begun and abs(begin - self._end) <= RATE // 50:  # stamps tremble; sound does not
             begin = self._end
         samples = samples[:, max(0, self._end - begin) :]
         begin = max(begin, self._end)
         if samples.shape[1] == 0:
             return []
+        self._begun = True
         made = self._bridge() if begin - self._end > LONGEST_SILENCE * RATE else []
         self._end = begin + samples.shape[1]
         frame = av.AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", "stereo")
@@ -140,7 +145,8 @@ class Voice:
 
 def _resampler(format: Any, frame_size: int, from_zero: bool = True) -> AudioResampler:
     """To the one rate and layout; with a frame size, for an encoder: what is missing becomes silence."""
-    options = {"async": "1"} if frame_size else {}
+    # By itself the filter lets a tenth of a second go missing, so that all that follows comes early.
+    options = {"async": "1", "min_hard_comp": "0.01"} if frame_size else {}
     if frame_size and from_zero:
         options["first_pts"] = "0"
     return AudioResampler(

@@ -1,0 +1,147 @@
+"""Microphones: sound beside pictures that have none of their own, on the same clock as they."""
+
+from __future__ import annotations
+
+import errno
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import av
+
+from vidstyle.errors import DeviceError, InputError
+from vidstyle.media.alsa import alsa_microphones, open_alsa
+from vidstyle.media.camera import SYSTEM_FORMATS
+from vidstyle.media.live_sound import RATE, Ear, Heard
+
+TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
+OWN_CLOCK_SECONDS = 2.0
+"""A stamp this little before now is of the system's clock, and says when the sound was taken."""
+
+
+@dataclass(frozen=True)
+class Microphone:
+    """A microphone that can be opened again and again.
+
+    Attributes:
+        device: ALSA's name on Linux ("default", "hw:1,0"), elsewhere the system's; part of a name that
+            `microphone_list` gives; or "test", a tone with a beep in every second.
+    """
+
+    device: str
+    lasting: bool = True
+
+    @property
+    def name(self) -> str:
+        """What it is, for people."""
+        return f"microphone {self.device}"
+
+    def open(self, stopping: threading.Event) -> SoundInput:
+        """Begin to listen.
+
+        Args:
+            stopping: ends what was opened.
+
+        Raises:
+            DeviceError: missing or busy; the message says what there is.
+        """
+        if self.device == "test":
+            return SoundInput(av.open(TONE, format="lavfi"), self.name, stopping, paced=True)
+        try:
+            container = _opened(_full_name(self.device))
+        except (av.FFmpegError, OSError, ValueError) as error:
+            raise DeviceError(self.name, _reason(error), _what_there_is()) from error
+        return SoundInput(container, self.name, stopping)
+
+
+class SoundInput:
+    """Sound as it comes. Iterate over it once, in one thread."""
+
+    def __init__(
+        self,
+        container: av.container.InputContainer,
+        name: str,
+        stopping: threading.Event,
+        paced: bool = False,
+    ) -> None:
+        """Begin with an open container, which `close` closes.
+
+        Args:
+            paced: it would come at once, and is given out no faster than its stamps say.
+        """
+        self._container, self._name, self._stopping = container, name, stopping
+        self._ear = Ear(container)
+        self._zero = time.monotonic() if paced else None
+
+    def __iter__(self) -> Iterator[Heard]:
+        """Pieces of sound until it ends.
+
+        Raises:
+            InputError: it was lost.
+        """
+        try:
+            for packet in self._container.demux(self._ear.stream):
+                arrived = time.monotonic()
+                for stamp, samples in self._ear.sounds(packet):
+                    yield Heard(samples, self._taken(stamp, samples.shape[1] / RATE, arrived))
+                if self._stopping.is_set():
+                    return
+        except (av.FFmpegError, OSError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(self._name, f"was lost: {reason}") from error
+
+    def close(self) -> None:
+        """Let go of it; call it when the iteration has ended."""
+        self._container.close()
+
+    def _taken(self, stamp: float, seconds: float, arrived: float) -> float:
+        """When a piece began, in seconds of `time.monotonic`."""
+        if self._zero is not None:
+            self._stopping.wait(max(0.0, self._zero + stamp + seconds - time.monotonic()))
+            return self._zero + stamp
+        # ALSA stamps by the clock on the wall, other systems by the one that we use.
+        ages = (
+            age for age in (time.time() - stamp, time.monotonic() - stamp) if 0 <= age < OWN_CLOCK_SECONDS
+        )
+        return arrived - next(ages, seconds)
+
+
+def microphone_list() -> list[tuple[str, str]]:
+    """What to call each microphone, and its own name."""
+    if sys.platform in SYSTEM_FORMATS:
+        found = av.device.enumerate_input_devices(SYSTEM_FORMATS[sys.platform])
+        return [(each.name, each.description) for each in found if "audio" in each.media_types]
+    return alsa_microphones()
+
+
+def _full_name(text: str) -> str:
+    """What the system calls the microphone that is named in part, or the text itself."""
+    listed = microphone_list()
+    if text in (name for name, _ in listed):
+        return text
+    return next((name for name, own in listed if text.lower() in own.lower()), text)
+
+
+def _opened(name: str) -> av.container.InputContainer:
+    if sys.platform in SYSTEM_FORMATS:
+        system_format = SYSTEM_FORMATS[sys.platform]
+        return av.open(f"audio={name}" if system_format == "dshow" else f":{name}", "r", system_format)
+    return open_alsa(name, RATE)
+
+
+def _reason(error: Exception) -> str:
+    number = getattr(error, "errno", None)
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return "is in use by another program"
+    if number in (errno.EACCES, errno.EPERM):
+        return "no permission to open it"
+    if not number:
+        return "no such microphone"
+    return f"cannot be opened: {getattr(error, 'strerror', None) or error}"
+
+
+def _what_there_is() -> str:
+    there = [f"{name} ({own})" for name, own in microphone_list()]
+    return "there is " + ", ".join(there) if there else "there is no microphone here"
