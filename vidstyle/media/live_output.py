@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 import av
+from av.bitstream import BitStreamFilterContext
 
 from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.media.codecs import find_encoder
@@ -32,7 +33,10 @@ STREAM_FORMATS = {
     "https": "mpegts",
 }
 """What a URL of each scheme is given: the muxer."""
-KEY_SECONDS = 2
+JOINED = ("mpegts", "rtp_mpegts")
+"""Muxers of streams that somebody may join at any time."""
+REPEATED = "dump_extra=freq=all"
+KEY_SECONDS = 1
 """How long who joins a stream waits for a picture at most."""
 HLS = {"hls_time": "2", "hls_list_size": "6", "hls_flags": "delete_segments+append_list"}
 
@@ -83,6 +87,7 @@ class Stream:
         self.needs_every = muxer in ("yuv4mpegpipe", "rawvideo")
         any_size = muxer in RAW_FORMATS.values() and pix_fmt == "yuv420p"
         self._size = (first.width, first.height) if any_size else _even(first)
+        self._joined = muxer in JOINED
         raw = muxer in (*RAW_FORMATS.values(), "v4l2")
         try:
             # Pictures do not wait long for sound that has stopped.
@@ -93,6 +98,8 @@ class Stream:
             self._stream = self._add_stream("rawvideo" if raw else options.codec or "libx264", options, first)
             self._voice = Voice(self._container, "aac") if options.sound and not raw else None
             self._container.start_encoding()
+            # Who joins does not know the parameter sets, and may take the first frames for damaged.
+            self._repeat = BitStreamFilterContext(REPEATED, self._stream) if self._joined else None
         except (av.FFmpegError, OSError, ValueError) as error:
             raise self._failure("cannot be opened", error) from error
 
@@ -108,6 +115,8 @@ class Stream:
         context.time_base = 1 / options.rate
         context.gop_size = max(1, round(options.rate * KEY_SECONDS))
         context.max_b_frames = 0
+        if self._joined:
+            context.flags |= av.codec.context.Flags.global_header
         if options.bitrate:
             context.bit_rate = options.bitrate
         ColorTags.of(first).put_on(context)
@@ -127,10 +136,16 @@ class Stream:
         self._first = number if self._first is None else self._first
         own.pts, own.time_base, own.pict_type = number - self._first, self._stream.codec_context.time_base, 0
         try:
-            self._container.mux(self._stream.encode(own))
+            self._container.mux(self._encoded(own))
         except (av.FFmpegError, OSError) as error:
             raise self._failure("was lost", error) from error
         return float(own.pts * self._stream.codec_context.time_base)
+
+    def _encoded(self, frame: av.VideoFrame | None) -> list[av.Packet]:
+        packets = self._stream.encode(frame)
+        if self._repeat is None:
+            return packets
+        return [made for packet in packets for made in self._repeat.filter(packet)]
 
     def hear(self, heard: Heard, seconds: float) -> None:
         """Write sound that begins so many seconds after the first picture, if the stream has any.
@@ -148,7 +163,7 @@ class Stream:
     def close(self) -> None:
         """End the stream well if that can be done."""
         try:
-            self._container.mux(self._stream.encode(None))
+            self._container.mux(self._encoded(None))
             if self._voice is not None:
                 self._container.mux(self._voice.flush())
             self._container.close()
