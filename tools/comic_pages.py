@@ -1,0 +1,83 @@
+"""Makes the comic pages of the documentation: `python tools/comic_pages.py [docs]`.
+
+comic.jpg is the page of the demo, out of our own film; photographs.jpg one of a folder of photographs in the
+public domain, from scikit-image, with a file of subtitles.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import skimage.data
+
+from vidstyle.comic.options import ComicOptions
+from vidstyle.comic.page import make_comic
+from vidstyle.demo import make_film, make_page
+
+STORY = (
+    ("coffee", "<i>Seven o'clock. One coffee.</i>", ""),
+    ("rocket", "<i>Ten past seven. One rocket.</i>", "<i>[WHOOOSH]</i>"),
+    ("astronaut", "What a view!", "Wait. Who is feeding the cat?"),
+    ("chelsea", "Nobody is.", "<i>She will hear of this.</i>"),
+)
+"""A photograph, and what is said in it."""
+TITLE = "Ten past seven"
+STYLE, SIZE = "watercolor", "a5"
+CASCADE = "featuhre", "feature"
+"""A slip in the tags of scikit-image's model of faces, and what is meant."""
+WIDTH, QUALITY = 827, 88
+"""Of the pictures in the documentation, in pixels."""
+
+
+def main() -> None:
+    """Write both pictures."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("docs", nargs="?", type=Path, default=Path("docs"), help="the folder to write to")
+    docs = parser.parse_args().docs
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        make_film(folder / "film.mp4")
+        shrink(make_page(folder / "film.mp4", folder / "film.png"), docs / "comic.jpg")
+        shrink(page_of_photographs(folder), docs / "comic-photographs.jpg")
+
+
+def page_of_photographs(folder: Path) -> Path:
+    """The page of the story; the folder of photographs and the file of subtitles stay beside it."""
+    (folder / "photographs").mkdir()
+    events = []
+    for number, (name, *said) in enumerate(STORY):
+        picture = getattr(skimage.data, name)()
+        cv2.imwrite(str(folder / "photographs" / f"{number}-{name}.png"), picture[..., ::-1])
+        for part, text in enumerate(filter(None, said)):
+            # A picture of a folder is shown for a second.
+            times = (f"00:00:{number:02},{milliseconds}" for milliseconds in (f"{part}00", f"{part + 1}99"))
+            events.append(f"{len(events) + 1}\n{' --> '.join(times)}\n{text}\n")
+    (folder / "story.srt").write_text("\n".join(events), encoding="utf-8")
+    cascade = Path(skimage.data.lbp_frontal_face_cascade_filename()).read_text(encoding="utf-8")
+    (folder / "faces.xml").write_text(cascade.replace(*CASCADE), encoding="utf-8")
+    options = ComicOptions(
+        styles=(STYLE,),
+        size=SIZE,
+        title=TITLE,
+        subtitles=str(folder / "story.srt"),
+        face_model=folder / "faces.xml",
+    )
+    return make_comic(folder / "photographs", folder / "photographs.png", options).files[0]
+
+
+def shrink(page: Path, target: Path) -> None:
+    """Save a page as it is shown in the documentation."""
+    picture = cv2.imread(str(page))
+    assert picture is not None
+    size = WIDTH, round(WIDTH * picture.shape[0] / picture.shape[1])
+    smaller = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    cv2.imwrite(str(target), smaller, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+
+
+if __name__ == "__main__":
+    main()
