@@ -19,6 +19,7 @@ from PIL import Image
 from stories import PLACES, shot, story, view, write_film
 
 from vidstyle.cli import main
+from vidstyle.comic import installed
 from vidstyle.comic.bubble import Bubble, size_of
 from vidstyle.comic.draw import on_paper
 from vidstyle.comic.font import Letters
@@ -37,6 +38,12 @@ WORDS = (
     "1\n00:00:00,000 --> 00:00:00,900\nHello <b>you</b> & me.\n\n2\n00:00:01,100 --> 00:00:01,900\n[knocks]\n"
 )
 ENDINGS = "png jpg jpeg svg pdf cbz html".split()
+
+
+@pytest.fixture(autouse=True)
+def no_fonts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages are the same on every machine, whatever fonts are installed."""
+    monkeypatch.setattr(installed, "FOLDERS", ())
 
 
 def sheet(number: int) -> Sheet:

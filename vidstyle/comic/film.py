@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vidstyle.comic.choose import usual_panels
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.folder import Folder
 from vidstyle.comic.judge import SIDE, Candidate, judge
@@ -26,8 +27,8 @@ from vidstyle.stills import rgb_of, square
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""
-SPARSEST = 12
-"""Seconds between key frames on the mean, above which a long film has to be decoded whole nevertheless."""
+SPARE = 2.5
+"""Key frames for each panel: with fewer of them a long film has to be decoded whole nevertheless."""
 MOST = 3600
 """Candidates that are kept of a film, however long."""
 
@@ -81,7 +82,8 @@ class FilmFile:
         gap = max(min(_GAP, seconds / _LEAST), seconds / MOST)
         if extent.frames * extent.pixels > WHOLE:
             found = self._survey_keys(max(gap, 0.5))
-            if len(found.candidates) >= min(MOST / _LEAST, seconds / SPARSEST):
+            panels = usual_panels(len(found.begins), seconds)
+            if len(found.candidates) >= min(MOST / _LEAST, SPARE * panels):
                 self._reach = _KEY_REACH
                 return found
         return self._survey_whole(gap)

@@ -45,6 +45,8 @@ _LIKE |= {
     "„": '"',
 }
 """What a letter that is missing from a font is written as, besides the same without its accent."""
+_MARKS, _NOTES = "–—‐‑•«»„", "♪♫♩♬"
+"""Of these it goes without saying; notes are left out."""
 
 
 def check_pillow() -> None:
@@ -109,12 +111,19 @@ class Letters:
         shown = "".join(self._written(letter) for letter in unicodedata.normalize("NFC", text))
         return " ".join(shown.split())
 
+    def missing(self, text: str) -> set[str]:
+        """The letters of a text that the font has not, and that are written otherwise."""
+        return {each for each in unicodedata.normalize("NFC", text) if not self._is_written_as_it_is(each)}
+
+    def _is_written_as_it_is(self, letter: str) -> bool:
+        return letter.isspace() or self._has(letter) or letter in _MARKS or letter in _NOTES
+
     def _written(self, letter: str) -> str:
         if letter.isspace() or self._has(letter):
             return letter
-        if letter in _LIKE and letter in "–—‐‑•«»„":
+        if letter in _MARKS:
             return _LIKE[letter]
-        if unicodedata.category(letter) == "So" and letter in "♪♫♩♬":
+        if letter in _NOTES:
             return ""
         self.lacking[letter] = None
         plain = _LIKE.get(letter) or "".join(

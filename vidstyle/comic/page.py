@@ -16,6 +16,7 @@ from vidstyle.comic.film import open_film
 from vidstyle.comic.font import Letters, check_pillow, letter_size
 from vidstyle.comic.frames import Frames
 from vidstyle.comic.heading import below_title, lowered, numbers, title_of
+from vidstyle.comic.installed import letters_for
 from vidstyle.comic.layout import Layout, lay_out, pages_for
 from vidstyle.comic.lettering import Hand, Lettered, Speech, letter
 from vidstyle.comic.moment import Moment
@@ -101,8 +102,6 @@ class _Job:
         self._size = letter_size(self._paper)
         self._title: Label | None = None
         self._head = 0
-        if options.title:
-            self._title, self._head = title_of(options.title, self._paper, self._size, self._letters)
         self._lines = self._lines_of_file()
 
     @property
@@ -120,6 +119,7 @@ class _Job:
         self._step("looking through the film", 0, 0)
         film = open_film(self._source, FaceFinder(self._options.face_model))
         lines = self._spoken()
+        self._take_letters(lines)
         moments = find_moments(film, replace(self._options.wishes, least=panels_for(lines)))
         self._step("laying out", 0, 0)
         plan = self._plan(film, moments, lines)
@@ -130,6 +130,12 @@ class _Job:
             sheets = drawn(plan, film, brush, frames, partial(self._step, "drawing"))
             files = self._output.write(sheets, pages, self._options.title)
         return Comic(files, moments, pages)
+
+    def _take_letters(self, lines: Sequence[Line]) -> None:
+        title = self._options.title
+        self._letters = letters_for([title, *(line.text for line in lines)], self._options.font)
+        if title:
+            self._title, self._head = title_of(title, self._paper, self._size, self._letters)
 
     def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> Plan:
         storyboard = self._options.storyboard

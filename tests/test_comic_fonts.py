@@ -1,0 +1,82 @@
+"""Letters that the built-in font lacks are taken from an installed one, if there is one that has them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+from PIL import ImageFont
+
+from vidstyle.comic import installed
+from vidstyle.comic.font import Letters
+from vidstyle.comic.installed import letters_for
+
+PLAIN, ACCENTED = "Plain words - and “more”.", "Été à Łódź"
+
+
+def fonts_with_accents() -> Iterator[Path]:
+    return (file for file in installed._files() if not Letters(file).missing(ACCENTED))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The only one in which fonts are looked for."""
+    monkeypatch.setattr(installed, "FOLDERS", (tmp_path / "none", tmp_path))
+    return tmp_path
+
+
+def builtin(path: Path) -> Path:
+    """The font that Pillow brings, as a file."""
+    font = ImageFont.load_default(20)
+    assert isinstance(font, ImageFont.FreeTypeFont) and isinstance(font.path, BytesIO)
+    path.write_bytes(font.path.getvalue())
+    return path
+
+
+def test_what_a_font_lacks_is_known() -> None:
+    letters = Letters()
+    assert letters.missing(PLAIN + " ♪ «x» – y\n") == set()
+    assert letters.missing(ACCENTED) >= set("Łź")
+
+
+def test_the_built_in_font_stays_where_it_has_all_or_no_other_has_more(folder: Path) -> None:
+    (folder / "broken.ttf").write_bytes(b"no font")
+    builtin(folder / "another.ttf")
+    assert letters_for([PLAIN], None).path is None
+    assert letters_for([ACCENTED], None).path is None
+
+
+def test_a_font_that_was_given_stays(folder: Path) -> None:
+    path = builtin(folder / "mine.ttf")
+    assert letters_for([ACCENTED], path).path == path
+
+
+def test_an_installed_font_is_taken_for_letters_that_are_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    found = next(fonts_with_accents(), None)
+    if found is None:
+        pytest.skip("no font with these letters is installed")
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "a font.ttf").write_bytes(found.read_bytes())
+    builtin(tmp_path / "another.ttf")
+    monkeypatch.setattr(installed, "FOLDERS", (tmp_path,))
+    with caplog.at_level(logging.INFO, logger="vidstyle"):
+        letters = letters_for([PLAIN, ACCENTED], None)
+    assert letters.path == tmp_path / "deep" / "a font.ttf"
+    assert letters.writable(ACCENTED) == ACCENTED
+    assert not letters.lacking
+    assert [each.getMessage() for each in caplog.records] == [
+        f"the font {letters.family} has letters that the built-in one lacks: it is used"
+    ]
+
+
+def test_fonts_that_suit_come_first(folder: Path) -> None:
+    for name in "Some-BoldItalic.ttf SomeSans.ttf SomeMono.ttf SomeSerif.otf Comic_Sans.ttf".split():
+        (folder / name).write_bytes(b"")
+    (folder / "text.txt").write_bytes(b"")
+    assert [file.name for file in installed._files()][:2] == ["Comic_Sans.ttf", "SomeSans.ttf"]
+    assert len(list(installed._files())) == 5
