@@ -286,13 +286,31 @@ def test_a_strip_is_one_column_of_varied_heights_and_pauses(count: int) -> None:
     film = random_film(count, count)
     layout = lay_out(film, page, seed=count % 3)
     rectangles = [panel.rectangle for panel in layout.panels]
-    assert {(each.left, each.right) for each in rectangles} == {(page.inside.left, page.inside.right)}
+    inside = page.inside
+    for each in rectangles:
+        assert inside.left <= each.left < each.right <= inside.right
+        assert (each.left == inside.left) + (each.right == inside.right) == 1 + (each.width == inside.width)
+        assert each.width > 0.7 * inside.width
+    assert count % 3 or {each.width for each in rectangles} == {inside.width}
     assert layout.sizes == ((page.width, rectangles[-1].bottom + page.margin),)
     pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
     assert all(pause in (page.row_gutter, 2 * page.row_gutter, 3 * page.row_gutter) for pause in pauses)
     assert all(NARROWEST <= each.aspect <= WIDEST for each in rectangles)
     same = sum(abs(one.height / other.height - 1) < 0.03 for one, other in pairwise(rectangles))
     assert same <= 0.1 * count
+
+
+def test_seeds_draw_panels_of_a_strip_in_from_either_side() -> None:
+    page, film = paper("strip"), random_film(5, 8)
+    strips = [[panel.rectangle for panel in lay_out(film, page, seed=seed).panels] for seed in range(12)]
+    shapes = {tuple((each.left, each.width) for each in strip) for strip in strips}
+    assert len(shapes) >= 6
+    lefts = {
+        each.left > page.inside.left for strip in strips for each in strip if each.width < page.inside.width
+    }
+    assert lefts == {True, False}
+    drawn_in = [sum(each.width < page.inside.width for each in strip) for strip in strips]
+    assert drawn_in[0] == 0 and max(drawn_in) <= 5
 
 
 def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> None:

@@ -76,7 +76,11 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
     metavar="NAME|WxH",
     help="a4, a5, a3, letter, square, strip, 1200x1800 or 210x297mm.  [default: a4; for .html strip]",
 )
-@click.option("--landscape", is_flag=True, help="Lay a page that has a name on its side.")
+@click.option(
+    "--landscape",
+    is_flag=True,
+    help="Lay a page that has a name on its side; else it is upright, whatever the film.",
+)
 @click.option("--dpi", type=float, default=150, show_default=True, help="Pixels per inch.")
 @click.option("--pages", type=click.IntRange(min=1), metavar="N", help="How many pages.  [default: as suits]")
 @click.option("--bleed", "bleeding", is_flag=True, help="Lead panels as wide as the page on to its edges.")
@@ -85,7 +89,12 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
               help="Styles of the panels, in turns.  [default: comic]")  # fmt: skip
 @click.option("--subtitles", metavar="FILE|none", help="Words from .srt or .vtt.  [default: the film's own]")
 @click.option("--title", default="", help="What stands above the first page.")
-@click.option("--font", type=click.Path(path_type=Path), metavar="FILE", help="A .ttf or .otf file.")
+@click.option(
+    "--font",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A .ttf or .otf file.  [default: built-in, or an installed one where that lacks letters]",
+)
 @click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Save the frames too, with a table of their times.")  # fmt: skip
 @click.option("--storyboard", is_flag=True, help="Make a plain contact sheet with times instead.")

@@ -26,7 +26,7 @@ class ComicOptions:
         bleeding: whether panels over the whole width go on to the paper's edges.
         subtitles: a file of them, "none", or None for the film's own, if it has some.
         title: above the first page, if not empty.
-        font: a file; None: the one that Pillow brings.
+        font: a file; None: the one that Pillow brings, or an installed one where that lacks letters.
         frames: a folder for the frames themselves, and a table of their times.
         storyboard: a plain contact sheet with times instead of a comic.
         face_model: a cascade of OpenCV's (.xml) or a YuNet network (.onnx) that finds faces.
