@@ -17,6 +17,8 @@ from vidstyle.media.camera import SYSTEM_FORMATS
 from vidstyle.media.live_sound import RATE, Ear, Heard
 
 TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
+PIECE_SECONDS = 0.02
+"""How long a piece of sound is at least."""
 OWN_CLOCK_SECONDS = 2.0
 """A stamp this little before now is of the system's clock, and says when the sound was taken."""
 
@@ -82,7 +84,7 @@ class SoundInput:
             InputError: it was lost.
         """
         try:
-            for packet in self._container.demux(self._ear.stream):
+            for packet in self._pieces():
                 arrived = time.monotonic()
                 for stamp, samples in self._ear.sounds(packet):
                     yield Heard(samples, self._taken(stamp, samples.shape[1] / RATE, arrived))
@@ -96,6 +98,22 @@ class SoundInput:
         """Let go of it; call it when the iteration has ended."""
         self._container.close()
 
+    def _pieces(self) -> Iterator[av.Packet]:
+        """Packets that are worth the trouble: drivers give hundreds or thousands of small ones a second."""
+        stream = self._ear.stream
+        assert stream is not None
+        context = stream.codec_context
+        joined = context.name.startswith("pcm_")
+        least = PIECE_SECONDS * context.sample_rate * context.channels * context.format.bytes
+        waiting: list[av.Packet] = []
+        for packet in self._container.demux(stream):
+            waiting.append(packet)
+            if not joined:
+                yield waiting.pop()
+            elif sum(each.size for each in waiting) >= least or not packet.size:
+                yield _joined(waiting)
+                waiting = []
+
     def _taken(self, stamp: float, seconds: float, arrived: float) -> float:
         """When a piece began, in seconds of `time.monotonic`."""
         if self._zero is not None:
@@ -106,6 +124,13 @@ class SoundInput:
             age for age in (time.time() - stamp, time.monotonic() - stamp) if 0 <= age < OWN_CLOCK_SECONDS
         )
         return arrived - next(ages, seconds)
+
+
+def _joined(packets: list[av.Packet]) -> av.Packet:
+    """Packets of one stream of samples as one."""
+    first, whole = packets[0], av.Packet(b"".join(map(bytes, packets)))
+    whole.stream, whole.pts, whole.time_base = first.stream, first.pts, first.time_base
+    return whole
 
 
 def microphone_list() -> list[tuple[str, str]]:

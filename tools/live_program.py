@@ -1,0 +1,161 @@
+"""What the trials on real drivers share: the program while it runs, and what a camera shows."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+
+LONG = 120.0
+"""Seconds that anything may take: an emulated machine is slow."""
+SIZE = (320, 180)
+RATE = 10
+"""Pictures a second."""
+FLASH = 0.35
+"""Seconds that a flash takes: a few pictures, of which one may be lost."""
+
+
+class Program:
+    """`vidstyle live` while it runs."""
+
+    def __init__(self, *arguments: str) -> None:
+        self._process = subprocess.Popen(command(*arguments), stderr=subprocess.PIPE, text=True)
+        self.lines: list[str] = []
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def _listen(self) -> None:
+        assert self._process.stderr is not None
+        for line in self._process.stderr:
+            self.lines.append(line.strip())
+
+    @property
+    def over(self) -> bool:
+        """Whether it has ended."""
+        return self._process.poll() is not None
+
+    def expect(self, words: str) -> None:
+        """Wait until it says so."""
+        deadline = time.monotonic() + LONG
+        while not any(words in line for line in self.lines):
+            assert time.monotonic() < deadline and not self.over, f"{words!r} was not said: {self.lines}"
+            time.sleep(0.02)
+
+    def expect_file(self, path: Path) -> None:
+        """Wait until it writes a film there."""
+        deadline = time.monotonic() + LONG
+        while not any(each.stat().st_size for each in path.parent.glob(f"{path.stem}.partial.*")):
+            assert time.monotonic() < deadline and not self.over, f"{path} is not begun: {self.lines}"
+            time.sleep(0.05)
+
+    def end(self) -> None:
+        """Stop it, if it has not ended."""
+        self._process.terminate()
+        self._process.wait(LONG)
+        self._thread.join(LONG)
+
+
+@contextmanager
+def started(*arguments: str) -> Iterator[Program]:
+    """The program while it runs."""
+    program = Program(*arguments, *sized())
+    try:
+        yield program
+    finally:
+        program.end()
+
+
+def finished(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """A run of the program that ends by itself."""
+    return subprocess.run(command(*arguments), capture_output=True, text=True, timeout=LONG)
+
+
+def command(*arguments: str) -> list[str]:
+    """What starts it."""
+    return [sys.executable, "-m", "vidstyle", "live", *arguments, "--no-keys", "--device", "cpu"]
+
+
+def sized() -> list[str]:
+    """Small pictures, for machines that emulate a processor."""
+    return ["--size", "{}x{}".format(*SIZE), "--fps", str(RATE)]
+
+
+def wait_for_picture(path: str, program: Program) -> None:
+    """Wait until a virtual camera shows something."""
+    deadline = time.monotonic() + LONG
+    while True:
+        assert time.monotonic() < deadline and not program.over, f"nothing is written: {program.lines}"
+        try:
+            columns(path)
+            return
+        except (av.FFmpegError, OSError):
+            time.sleep(0.3)
+
+
+def columns(path: str) -> np.ndarray:
+    """The mean colour of the columns of a camera's picture, away from the text on it: N x 3, 0..255."""
+    with av.open(path, format="v4l2", options={"video_size": "{}x{}".format(*SIZE)}) as container:
+        frames = container.decode(video=0)
+        for _ in range(3):
+            frame = next(frames)
+        picture = frame.to_ndarray(format="rgb24", src_colorspace="ITU601").astype(float)
+    lower = picture[picture.shape[0] * 2 // 3 :]
+    middle = [lower[:, int(place * lower.shape[1])] for place in (np.arange(8) + 0.5) / 8]
+    return np.array([np.median(column, axis=0) for column in middle])
+
+
+class Flashing:
+    """Writes dark pictures to a virtual camera, and some bright ones when it is told to.
+
+    Attributes:
+        began: when the first was there, in seconds of `time.monotonic`.
+        flashed: when the first bright one was.
+    """
+
+    def __init__(self, path: str) -> None:
+        self.began = self.flashed = 0.0
+        self._flash = float("inf")
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._write, args=(path,), daemon=True)
+        self._thread.start()
+        while not self.began and self._thread.is_alive():
+            time.sleep(0.01)
+
+    def flash(self, moment: float) -> None:
+        """Let it be bright from this moment on, for a while."""
+        self._flash = moment
+
+    def end(self) -> None:
+        """Let go of the camera."""
+        self._over.set()
+        self._thread.join(LONG)
+
+    def _write(self, path: str) -> None:
+        dark, bright = (_even_picture(level) for level in (30, 220))
+        with av.open(path, "w", "v4l2") as container:
+            stream = container.add_stream("rawvideo", rate=RATE)
+            stream.width, stream.height, stream.pix_fmt = *SIZE, "yuyv422"
+            stream.codec_context.time_base = Fraction(1, RATE)
+            number = 0
+            while not self._over.wait(min(1 / RATE, max(0.0, self._flash - time.monotonic()))):
+                due = time.monotonic() >= self._flash
+                frame = bright if due or time.monotonic() - self.flashed < FLASH else dark
+                frame.pts, number = number, number + 1
+                container.mux(stream.encode(frame))
+                self.began = self.began or time.monotonic()
+                if due:
+                    self.flashed, self._flash = time.monotonic(), float("inf")
+
+
+def _even_picture(level: int) -> av.VideoFrame:
+    frame = av.VideoFrame(*SIZE, "yuyv422")
+    frame.planes[0].update(bytes([level, 128]) * (frame.planes[0].buffer_size // 2))
+    return frame
