@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -248,3 +249,24 @@ def test_means_under_boxes_are_those_of_the_cells() -> None:
     boxes = np.array([[0, 0, 40, 30], [10, 10, 20, 20], [30, 20, 40, 30], [5, 5, 15, 15]])
     found = mean_under(cells, Box(0, 0, 40, 30), boxes)
     assert found.tolist() == [5.5, 5.0, 11.0, 2.5]
+
+
+def test_a_panel_grows_where_words_would_cover_what_is_to_be_seen() -> None:
+    """Nothing else is tried where a picture is calm; where it is full, words stand in it in the end."""
+    moments = random_moments(np.random.default_rng(3), 6)
+    asked: list[list[float]] = []
+
+    def pages(growth: list[float]) -> Layout:
+        asked.append(list(growth))
+        return lay_out(moments, paper("500x700", 90), growth=growth)
+
+    words = [[Line(0, 1, "Where is everybody?")] if number == 2 else [] for number in range(6)]
+    busy = np.full((54, 96), 2.0, np.float32)
+    calm = [replace(each, attention=np.full_like(busy, 0.5)) for each in speeches(moments, words)]
+    for attention, rounds in ((busy, 3), (calm[2].attention, 1)):
+        asked.clear()
+        calm[2] = replace(calm[2], attention=attention)
+        _, panels, lost = letter(pages, calm, Hand(LETTERS, 16, 2))
+        assert len(asked) == rounds
+        assert lost == 0 and len(panels[2].bubbles) == 1
+        assert (asked[-1][2] > 1) == (rounds > 1)

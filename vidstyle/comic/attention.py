@@ -10,6 +10,7 @@ import numpy as np
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.salience import rare_skin, salience_map
 from vidstyle.comic.survey import Film
+from vidstyle.comic.things import standing_out
 
 SIDE = 96
 """Cells of a map along the longer side."""
@@ -28,7 +29,8 @@ def attention_of(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     factor = _SEEN / max(height, width)
     size = max(8, round(width * factor)), max(8, round(height * factor))
     small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
-    seen = salience_map(small, [face.scaled(factor) for face in faces]) + _BARE * rare_skin(small)
+    seen = salience_map(small, [face.scaled(factor) for face in faces])
+    seen += _BARE * rare_skin(small) + standing_out(small)
     cells = max(1, round(size[0] * SIDE / _SEEN)), max(1, round(size[1] * SIDE / _SEEN))
     coarse = cv2.resize(seen, cells, interpolation=cv2.INTER_AREA)
     above = np.ones((1 + round(_HAIR * cells[1]), 1), np.uint8)

@@ -27,8 +27,8 @@ _EYES = 0.4
 _MAIN, _CUT, _LOST, _SLICED, _OUT, _ROOM = 1000.0, 100.0, 30.0, 10.0, 8.0, 6.0
 """Prices: a part of the main face that is not shown, a face cut, a part of the salience lost, a thing cut, a
 face left out, head room missing."""
-_THIRD, _SHIFT = 1.0, 0.3
-"""Distance to a third, and to the picture's middle."""
+_TOP, _THIRD, _SHIFT = 4.0, 1.0, 0.3
+"""A part of the salience lost above, where heads are; distance to a third, and to the picture's middle."""
 _MANY = 12
 """Things beyond that number, the largest first, are not looked at: such a picture is full of them."""
 _NEARER = 4.0
@@ -145,6 +145,8 @@ def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, heig
     for each in moment.faces:
         part = lost(each)
         price = price + _CUT * ((part > _EXACT) & (part < 1 - _EXACT)) + _OUT * (part > _EXACT)
+    over = np.clip(top - moment.salience.top, 0.0, None) / max(moment.salience.height, 1.0)
+    price = price + _TOP * over
     for thing in _main_things(moment):
         part = lost(thing)
         price = price + _SLICED * ((part > _EXACT) & (part < 1 - _EXACT))

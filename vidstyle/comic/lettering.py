@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.comic.attention import within
+from vidstyle.comic.attention import mean_under, within
 from vidstyle.comic.balloons import Room, Wording, place
 from vidstyle.comic.bubble import Bubble, size_of
 from vidstyle.comic.crop import crop
@@ -30,6 +30,9 @@ _AIR = 0.35
 """Between words and the border, in sizes of the letters."""
 _BAND, _WIDEST_BAND = 0.3, 0.55
 """The part of a panel that a caption above its picture takes at most, and in the last round."""
+_CALM, _BUSY = 1.0, 1.5
+"""Words look no further for room where what they cover catches the eye no more than the first; where it does
+so more than the second, the panel is to be larger."""
 
 
 @dataclass(frozen=True)
@@ -109,24 +112,49 @@ def letter(
     return layout, [lettered for lettered, _ in ends], lines - sum(count for _, count in ends)
 
 
-def _written(panel: Panel, speech: Speech, hand: Hand, band: float = _BAND) -> Lettered | None:
+def _written(
+    panel: Panel, speech: Speech, hand: Hand, band: float = _BAND, busiest: float = _BUSY
+) -> Lettered | None:
+    """The panel with its words; None where they find no room, or only where much is to be seen."""
     inside = within_border(panel.rectangle, hand.border)
     # The border takes a little of the panel, and of its shape.
     best = crop(speech.moment, inside.aspect)
     if not speech.lines:
         return Lettered(panel, inside, best)
+    found = _calmest(panel, inside, (best, *elsewhere(best, speech.moment)), speech, hand)
+    if found is None:
+        return _with_band(panel, speech, hand, band)
+    return found[1] if found[0] <= busiest else None
+
+
+def _calmest(
+    panel: Panel, inside: Rectangle, windows: Sequence[Box], speech: Speech, hand: Hand
+) -> tuple[float, Lettered] | None:
+    """The first window in which words cover little that catches the eye, or that in which it is least.
+
+    Returns:
+        How much what is covered most catches the eye, and the panel; None where there is no room.
+    """
+    least: tuple[float, Lettered] | None = None
     for size in (hand.size, round(hand.size * _SMALLER)):
-        for window in (best, *elsewhere(best, speech.moment)):
+        for window in windows:
             bubbles = _balloons(inside, window, speech, replace(hand, size=size))
-            if bubbles is not None:
-                return Lettered(panel, inside, window, tuple(bubbles))
-    return _with_band(panel, speech, hand, band)
+            if bubbles is None:
+                continue
+            seen = within(speech.attention, speech.moment, window)
+            boxes = np.array([[*vars(bubble.box).values()] for bubble in bubbles])
+            covered = float(mean_under(seen, Box(*map(float, inside)), boxes).max())
+            if least is None or covered < least[0]:
+                least = covered, Lettered(panel, inside, window, tuple(bubbles))
+            if covered <= _CALM:
+                return least
+    return least
 
 
 def _written_at_last(panel: Panel, speech: Speech, hand: Hand) -> tuple[Lettered, int]:
     """The panel with as many of its first lines as find room, and how many these are."""
     counts = range(len(speech.lines), -1, -1)
-    tried = ((_written(panel, speech.first(count), hand, _WIDEST_BAND), count) for count in counts)
+    tried = ((_written(panel, speech.first(count), hand, _WIDEST_BAND, np.inf), count) for count in counts)
     return next((written, count) for written, count in tried if written is not None)
 
 

@@ -33,6 +33,22 @@ def things(color: np.ndarray) -> list[Box]:
     return apart
 
 
+def standing_out(color: np.ndarray) -> np.ndarray:
+    """How much each place of a picture, H x W x 3 uint8, differs from what is around it: H x W, 0..1."""
+    lab = _small_lab(color)
+    most = np.max([_standing_out(lab, scale) for scale in _SCALES[1:]], axis=0)
+    return cv2.resize(np.minimum(1, most / (2 * _OUT)), (color.shape[1], color.shape[0]))
+
+
+def _small_lab(color: np.ndarray) -> np.ndarray:
+    """A small copy, float32."""
+    height, width = color.shape[:2]
+    factor = min(1.0, _SIDE / max(height, width))
+    size = max(1, round(width * factor)), max(1, round(height * factor))
+    small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
+    return cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
+
+
 def _is_near(one: Box, other: Box, gap: float) -> bool:
     across = max(one.left, other.left) - min(one.right, other.right)
     return max(across, max(one.top, other.top) - min(one.bottom, other.bottom)) <= gap
@@ -40,11 +56,10 @@ def _is_near(one: Box, other: Box, gap: float) -> bool:
 
 def _parts(color: np.ndarray) -> Iterator[Box]:
     height, width = color.shape[:2]
-    factor = min(1.0, _SIDE / max(height, width))
-    size = max(1, round(width * factor)), max(1, round(height * factor))
-    small = cv2.cvtColor(cv2.resize(color, size, interpolation=cv2.INTER_AREA), cv2.COLOR_RGB2LAB)
+    small = _small_lab(color)
+    size = small.shape[1], small.shape[0]
     for scale in _SCALES:
-        out = _standing_out(small.astype(np.float32), scale) > _OUT
+        out = _standing_out(small, scale) > _OUT
         _, _, found, _ = cv2.connectedComponentsWithStats(out.astype(np.uint8), connectivity=8)
         for left, top, wide, high, area in found[1:]:
             if _LEAST < area / out.size and wide * high < _MOST * out.size:

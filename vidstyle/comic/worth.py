@@ -11,9 +11,9 @@ from vidstyle.comic.survey import Survey
 
 _KIN = 0.65
 """Scenes that share so much of their tones are of one kind, such as two speakers shown in turn."""
-_MIXED, _BLURRED, _SOFT = 1.0, 0.5, 0.8
+_MIXED, _BLURRED, _SOFT, _SOFTEST = 1.0, 0.5, 0.8, 0.4
 """What a picture loses in which two shots are mixed, and at most one that is less sharp than so much of what
-is usual: a near face has few edges."""
+is usual: a near face has few edges. A shot may be softer, down to the last, if all of it is."""
 _EMPTY = 0.35
 """In a picture that is less clear there is so little to be seen that it matters less how sharp that is."""
 _MOVING, _WILD = 0.5, 0.6
@@ -65,7 +65,9 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         scene: max(each.sharpness for each in pool if each.scene == scene)
         for scene in {each.scene for each in pool}
     }
-    beside = np.array([each.sharpness / max(best[each.scene], 1e-6) for each in pool])
+    sharpest = np.array([best[each.scene] for each in pool])
+    beside = sharp / np.maximum(sharpest, 1e-6)
+    wanted = np.minimum(_SOFT * usual, np.maximum(sharpest, _SOFTEST * usual))
     rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
     return (
         (0.15 * rank + 0.25 * beside) * np.minimum(1, clarity / _EMPTY)
@@ -74,7 +76,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         + 0.3 * np.sqrt(scenes[[each.scene for each in pool]])
         - _MOVING * np.minimum(1, [each.motion / _WILD for each in pool])
         - _MIXED * np.array([each.mixed for each in pool])
-        - _BLURRED * (1 - sharp / max(_SOFT * usual, 1e-6)).clip(0, 0.5) * 2
+        - _BLURRED * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
     )
 
 
