@@ -104,3 +104,14 @@ def test_key_frames_of_one_place_are_one_scene() -> None:
         frame = view(place, 30 * number)
         keys.push(5.0 * number, small_luma(frame), tones(frame))
     assert keys.begins == [0, 15]
+
+
+def test_what_moves_is_known_of_frames_that_come_twice() -> None:
+    """As in films for which the rate was raised; after a cut, and when all stands still, nothing moves."""
+    moving = shot(PLACES[0], 12, 3)
+    twice = [frame for frame in moving for _ in range(2)]
+    finder = ShotFinder()
+    film = [*twice, *[view(PLACES[1])] * 6]
+    moved = [finder.push(number / RATE, small_luma(frame)) for number, frame in enumerate(film)]
+    assert min(moved[2 : len(twice)]) > 0.01
+    assert moved[len(twice) :] == [0.0] * 6

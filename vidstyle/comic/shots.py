@@ -71,6 +71,7 @@ class ShotFinder:
         self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _SPANS[-1] + 1)
         self._mixed: list[_Mixed] = []
         self._last: tuple[float, np.ndarray] | None = None
+        self._motion = 0.0
         self.mixtures: list[tuple[float, float]] = []
 
     def push(self, time: float, luma: np.ndarray) -> float:
@@ -78,7 +79,8 @@ class ShotFinder:
 
         Returns:
             How much has moved since the frame before, in the time of a film's usual frame: the mean change,
-            in standard deviations of the picture; 0 for the first frame of a shot.
+            in standard deviations of the picture, or since the one before that if it was more, for in films
+            whose rate was raised some frames come twice; 0 for the first frame of a shot.
         """
         cut, before, self._last = self._cuts.is_cut(luma), self._last, (time, luma)
         if cut:
@@ -95,7 +97,8 @@ class ShotFinder:
         if cut:
             self._found.append(_Cut(time, moved if moves else math.inf, list(self._moves)))
         self._moves.append(moved if moves else 0.0)
-        return 0.0 if cut else moved
+        before_that, self._motion = self._motion, 0.0 if cut else moved
+        return max(self._motion, 0.0 if cut else before_that)
 
     @staticmethod
     def _moved(before: tuple[float, np.ndarray] | None, time: float, luma: np.ndarray) -> float:
