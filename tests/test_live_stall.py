@@ -15,6 +15,7 @@ import pytest
 from live import Kept, eventually, session
 
 from vidstyle.errors import DeviceError
+from vidstyle.live import capture
 from vidstyle.media import live_input
 from vidstyle.media.camera_wait import Wait, noting_descriptors
 from vidstyle.media.live_input import LiveInput
@@ -115,4 +116,10 @@ def test_one_that_never_gives_anything_is_a_device_that_failed(monkeypatch: pyte
         pytest.raises(DeviceError, match="driver: has given no picture for 0.3 s"),
         session(driver) as running,
     ):
+        running.wait()
+
+
+def test_one_that_holds_its_reader_for_long_is_not_waited_for(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(capture, "FIRST_SECONDS", 0.3)
+    with pytest.raises(DeviceError, match="driver: gave no picture in 0.3 s"), session(Driver()) as running:
         running.wait()

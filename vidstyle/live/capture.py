@@ -6,11 +6,14 @@ import time
 from collections.abc import Callable
 from fractions import Fraction
 
+from vidstyle.errors import DeviceError
 from vidstyle.live.lasting import Lasting
 from vidstyle.live.newest import Newest
 from vidstyle.media.live_input import Captured, LiveInput, LiveSource
 from vidstyle.media.live_sound import Heard
 
+FIRST_SECONDS = 10.0
+"""How long a source that was opened may take to its first picture."""
 STALL_SECONDS = 2.0
 """A source that gives nothing for so long is said to be waited for, though it is not lost yet."""
 
@@ -43,9 +46,12 @@ class Capture(Lasting[LiveInput]):
         fresh = self._last is not None and time.monotonic() - self._last < STALL_SECONDS
         return "running" if fresh and self._lost is None else "waiting"
 
-    def gives_nothing(self, seconds: float) -> bool:
-        """Whether it was opened so long ago, and no picture has come yet."""
-        return self._opened is not None and self._last is None and time.monotonic() - self._opened > seconds
+    @property
+    def failure(self) -> DeviceError | None:
+        """That it was opened long ago and no picture has come yet, or None."""
+        if self._opened is None or self._last or time.monotonic() - self._opened < FIRST_SECONDS:
+            return None
+        return DeviceError(self._source.name, f"gave no picture in {FIRST_SECONDS:g} s")
 
     def close(self, seconds: float) -> None:
         """End; a thread that hangs in a driver is left to itself."""

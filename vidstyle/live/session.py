@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from vidstyle.errors import DeviceError
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, Status
 from vidstyle.live.destinations import Destinations
@@ -27,8 +26,6 @@ log = logging.getLogger("vidstyle")
 
 USUAL_RATE = Fraction(30)
 WATCH_SECONDS = 0.1
-FIRST_SECONDS = 10.0
-"""How long a camera that was opened may take to its first picture."""
 END_SECONDS = 2.0
 
 
@@ -115,8 +112,8 @@ class Session:
         now, options = time.monotonic(), self._options
         if self._controls.quitting.is_set():
             return True
-        if self._began is None and self._capture.gives_nothing(FIRST_SECONDS):
-            self._error = DeviceError(self._source.name, f"gave no picture in {FIRST_SECONDS:g} s")
+        self._error = self._error or self._capture.failure
+        if self._error is not None:
             return True
         return options.seconds is not None and now - (self._began or now) >= options.seconds
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import av
 
-from vidstyle.errors import DeviceError, InputError
+from vidstyle.errors import DeviceError, InputError, VidstyleError
 from vidstyle.media.camera_wait import Wait
 from vidstyle.media.live_sound import Ear, Heard
 from vidstyle.media.live_source import Source
@@ -61,6 +61,7 @@ class LiveInput:
         stamped: bool = False,
         sound: bool = False,
         wait: Wait | None = None,
+        patience: float | None = None,
     ) -> None:
         """Begin with an open container, which `close` closes.
 
@@ -71,6 +72,7 @@ class LiveInput:
             stamped: the driver stamps pictures by the monotonic clock when it takes them.
             sound: listen, too.
             wait: waits for the next packet, so that nobody waits for it in a driver.
+            patience: seconds without a packet after which the source is lost, whatever comes then.
 
         Raises:
             InputError: there is no video in it.
@@ -87,7 +89,7 @@ class LiveInput:
         self.has_sound = self._ear is not None and self._ear.stream is not None
         self._loop, self._stamped = loop, stamped
         self._pace = Pace() if paced else None
-        self._stopping, self._wait = stopping, wait
+        self._stopping, self._wait, self._patience = stopping, wait, patience
         self.codec = str(context.name)
         self.rate = frame_rate(self._stream)
         self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
@@ -105,7 +107,7 @@ class LiveInput:
                 if not self._loop:
                     return
                 self._container.seek(0)
-            except DeviceError:
+            except VidstyleError:
                 raise
             except (av.FFmpegError, OSError) as error:
                 reason = getattr(error, "strerror", None) or error
@@ -135,7 +137,7 @@ class LiveInput:
 
     def _waited_for(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
         if self._wait is None:
-            yield from packets
+            yield from self._patiently(packets)
             return
         seconds = FIRST_SECONDS
         while self._wait(self._stopping, seconds):
@@ -146,6 +148,14 @@ class LiveInput:
             seconds = STALL_SECONDS + (float(1 / self.rate) if self.rate else 0.0)
         if not self._stopping.is_set():
             raise DeviceError(self._name, f"has given no picture for {seconds:.1f} s")
+
+    def _patiently(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
+        asked = time.monotonic()
+        for packet in packets:
+            if self._patience is not None and time.monotonic() - asked >= self._patience:
+                raise InputError(self._name, f"was lost: it has said nothing for {self._patience:g} s")
+            yield packet
+            asked = time.monotonic()
 
     def _anchor(self, captured: Captured) -> None:
         stamp = _seconds(captured.native)
