@@ -14,6 +14,7 @@ import pytest
 
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame, frame_from_picture
+from vidstyle.media.raw_video import RawVideo
 from vidstyle.media.reader import ReadOptions, open_reader
 from vidstyle.picture import Encoding
 
@@ -297,7 +298,7 @@ def test_raw_video_on_standard_input(monkeypatch):
     planes = [media.planes_from_rgb(rgb / 255) for rgb in media.moving_frames(3, (64, 48))]
     content = b"".join(plane.tobytes() for frame in planes for plane in frame)
     monkeypatch.setattr(sys, "stdin", type("Stdin", (), {"buffer": _Pipe(content)}))
-    frames, _ = read("-", format="rawvideo", raw_size=(64, 48), rate=Fraction(30000, 1001))
+    frames, _ = read("-", format="rawvideo", raw=RawVideo((64, 48)), rate=Fraction(30000, 1001))
     assert (frames[2].picture.luma == planes[2][0]).all() and frames[2].time == Fraction(2002, 30000)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.raw_video import raw_video, raw_video_options
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.values import Rate, Seconds, Size
 from vidstyle.errors import UsageError
@@ -56,11 +57,7 @@ if TYPE_CHECKING:
 )
 @click.option("-y", "--overwrite", is_flag=True, help="Replace a file that exists.")
 @click.option("--input-format", metavar="NAME", help="Of a camera (mjpeg), or of what comes on '-' (raw).")
-@click.option("--input-size", type=Size(), help="Size of raw video that comes in on '-'.")
-@click.option(
-    "--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True, help="Its pixel format."
-)
-@click.option("--input-fps", type=Rate(), help="Its frame rate.  [default: 30]")
+@raw_video_options("Its frame rate.  [default: 30]")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of the page.  [default: a free one]")
 @click.option(
     "--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True, help="What runs the style."
@@ -156,8 +153,7 @@ def _source_options(options: dict[str, Any]) -> SourceOptions:
         rate=options["fps"],
         loop=options["loop"],
         format=options["input_format"],
-        raw_size=options["input_size"],
-        raw_pix_fmt=options["input_pix_fmt"],
+        raw=raw_video(options),
         raw_rate=options["input_fps"],
     )
 

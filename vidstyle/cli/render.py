@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli.display import KINDS, clock, display
+from vidstyle.cli.raw_video import raw_video, raw_video_options
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.values import Rate, Seconds, Size
 from vidstyle.errors import printable
@@ -47,11 +48,7 @@ if TYPE_CHECKING:
 @click.option(
     "--format", "file_format", metavar="NAME", help="Kind of file on '-', such as nut, yuv4mpegpipe."
 )
-@click.option("--input-size", type=Size(), help="Size of raw video that comes in on '-'.")
-@click.option(
-    "--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True, help="Its pixel format."
-)
-@click.option("--input-fps", type=Rate(), help="Frame rate of raw video or an image sequence.  [default: 25]")
+@raw_video_options("Frame rate of raw video or an image sequence.  [default: 25]")
 @click.option("--hwaccel", metavar="NAME", help="Decode on this device, such as cuda.")
 @click.option(
     "--rotate", type=click.Choice(["0", "90", "180", "270"]), help="Turn clockwise by this instead."
@@ -106,8 +103,7 @@ def _read_options(options: dict[str, Any], piped: bool) -> ReadOptions:
         size=options["size"],
         fps=options["fps"],
         rate=options["input_fps"],
-        raw_size=options["input_size"],
-        raw_pix_fmt=options["input_pix_fmt"],
+        raw=raw_video(options),
         hwaccel=options["hwaccel"],
         rotate=0 if options["no_autorotate"] else None if rotate is None else int(rotate),
         allow_url=options["allow_url"],

@@ -14,7 +14,7 @@ from vidstyle.errors import UsageError
 from vidstyle.live.outlets import Filing, Nowhere, Steadily, StreamSink
 from vidstyle.live.setting import Setting
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media import live_output, virtual_camera
+from vidstyle.media import live_addresses, virtual_camera
 from vidstyle.media.containers import kind_of
 from vidstyle.media.live_output import Stream, StreamOptions
 from vidstyle.media.open import is_url, public_name
@@ -65,15 +65,15 @@ def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Targe
     if text == "page":
         return _page_maker(options.port)
     if text == "-":
-        live_output.check_pipe(options.stream(Fraction(1), sound=False))
-        return _stream_maker("standard output", options, live_output.open_pipe, lasting=False)
+        live_addresses.check_pipe(options.stream(Fraction(1), sound=False))
+        return _stream_maker("standard output", options, live_addresses.open_pipe, lasting=False)
     if text.startswith("/dev/video"):
         virtual_camera.check_virtual_camera(text)
         return _stream_maker(text, options, partial(virtual_camera.open_virtual_camera, text))
     if is_url(text) or text.endswith(".m3u8"):
-        live_output.check_url(text)
+        live_addresses.check_url(text)
         name = public_name(text) if is_url(text) else text
-        return _stream_maker(name, options, partial(live_output.open_stream, text))
+        return _stream_maker(name, options, partial(live_addresses.open_stream, text))
     return _file_maker(text, options)
 
 

@@ -6,6 +6,7 @@ import os
 import stat
 import sys
 import threading
+import time
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -13,11 +14,12 @@ from typing import BinaryIO, cast
 
 import av
 
-from vidstyle.errors import DeviceError, InputError, UsageError
+from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.camera import Camera, Screen
 from vidstyle.media.live_input import LiveInput, LiveSource
 from vidstyle.media.open import is_url, open_media, public_name
 from vidstyle.media.pipes import NamedPipe, Pipe
+from vidstyle.media.raw_video import RAW, RawVideo
 
 NETWORK_SECONDS = 5.0
 """How long a connection may say nothing; it is then taken for lost, and made anew."""
@@ -34,15 +36,14 @@ class SourceOptions:
         size, rate: wanted of a camera, a screen or the test picture; None: the usual.
         loop: begin a file again at its end.
         format: of what comes on "-", where its content does not tell ("rawvideo"), or a camera's own format.
-        raw_size, raw_pix_fmt, raw_rate: of raw video.
+        raw, raw_rate: what raw video is, and its frame rate; None: 30.
     """
 
     size: tuple[int, int] | None = None
     rate: Fraction | None = None
     loop: bool = False
     format: str | None = None
-    raw_size: tuple[int, int] | None = None
-    raw_pix_fmt: str = "yuv420p"
+    raw: RawVideo = RawVideo()
     raw_rate: Fraction | None = None
 
 
@@ -119,15 +120,19 @@ class Network:
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource."""
         options = QUICK | ({"rtsp_transport": "tcp"} if self.url.startswith("rtsp") else {})
+        asked = time.monotonic()
         try:
             container = open_media(self.url, allow_url=True, options=options, seconds=NETWORK_SECONDS)
         except InputError as error:
+            if time.monotonic() - asked >= NETWORK_SECONDS:
+                raise InputError(self.name, f"has not answered within {NETWORK_SECONDS:g} s") from error
             if isinstance(error.__cause__, av.ProtocolNotFoundError):
                 scheme = self.url.partition(":")[0]
                 reason = f"the FFmpeg in this build does not speak {scheme}"
                 raise InputError(self.name, reason, "use RTSP, RTMP or HTTP") from error
             raise InputError(self.name, error.reason, error.remedy) from error
-        return _live(container, self.name, stopping, paced=bool(container.duration))
+        film = bool(container.duration)
+        return _live(container, self.name, stopping, paced=film, patience=None if film else NETWORK_SECONDS)
 
 
 @dataclass(frozen=True)
@@ -153,19 +158,11 @@ class PipeSource:
         return _live(container, self.name, stopping, paced=True)
 
     def _format(self) -> str | None:
-        return {"y4m": "yuv4mpegpipe", "raw": "rawvideo"}.get(self.options.format or "", self.options.format)
+        return {"y4m": "yuv4mpegpipe", "raw": RAW}.get(self.options.format or "", self.options.format)
 
     def _raw(self) -> dict[str, str]:
         options = self.options
-        if self._format() != "rawvideo":
-            return {}
-        if options.raw_size is None:
-            raise UsageError("raw video", "its size is not known", "say it with --input-size")
-        return {
-            "video_size": "{}x{}".format(*options.raw_size),
-            "pixel_format": options.raw_pix_fmt,
-            "framerate": str(options.raw_rate or TEST_RATE),
-        }
+        return options.raw.demuxer_options(options.raw_rate or TEST_RATE) if self._format() == RAW else {}
 
 
 def _live(
@@ -174,9 +171,10 @@ def _live(
     stopping: threading.Event,
     paced: bool,
     loop: bool = False,
+    patience: float | None = None,
 ) -> LiveInput:
     try:
-        return LiveInput(container, name, stopping, paced=paced, loop=loop, sound=True)
+        return LiveInput(container, name, stopping, paced=paced, loop=loop, sound=True, patience=patience)
     except BaseException:
         container.close()
         raise

@@ -8,6 +8,7 @@ from fractions import Fraction
 from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.open import PIXELS
+from vidstyle.media.raw_video import RAW, RawVideo
 from vidstyle.picture import Encoding
 
 FASTEST = 1000
@@ -27,7 +28,7 @@ class ReadOptions:
         rotate: degrees clockwise to turn by, instead of what the source asks for.
         allow_url: whether the source may be a URL.
         format: of what comes on "-", where its content does not tell: "rawvideo".
-        raw_size, raw_pix_fmt: width and height and FFmpeg's pixel format of raw video.
+        raw: what raw video is.
         max_pixels: larger pictures are refused.
     """
 
@@ -40,8 +41,7 @@ class ReadOptions:
     rotate: int | None = None
     allow_url: bool = False
     format: str | None = None
-    raw_size: tuple[int, int] | None = None
-    raw_pix_fmt: str = "yuv420p"
+    raw: RawVideo = RawVideo()
     max_pixels: int = PIXELS
 
     def check(self) -> None:
@@ -54,8 +54,8 @@ class ReadOptions:
             raise UsageError("rotate", f"{self.rotate} is not a quarter turn", "give 90, 180 or 270")
         if self.fps is not None and not 0 < self.fps <= FASTEST:
             raise UsageError("fps", f"{float(self.fps):g} is not a frame rate", f"give one up to {FASTEST}")
-        if self.format == "rawvideo" and self.raw_size is None:
-            raise UsageError("raw video", "its size is not known", "say it with the input's size")
+        if self.format == RAW:
+            self.raw.check()
 
 
 @dataclass(frozen=True)

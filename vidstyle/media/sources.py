@@ -8,6 +8,7 @@ from pathlib import Path
 from vidstyle.media.film_source import USUAL_RATE, FilmSource
 from vidstyle.media.open import open_media
 from vidstyle.media.options import ReadOptions
+from vidstyle.media.raw_video import RAW
 from vidstyle.media.sequence import SequenceSource, is_animated_webp, is_pattern
 from vidstyle.media.source import Source
 
@@ -30,7 +31,7 @@ def open_source(source: str | os.PathLike[str], options: ReadOptions) -> Source:
         max_pixels=options.max_pixels,
         hwaccel=options.hwaccel,
         format=options.format,
-        options=_raw_options(options),
+        options=options.raw.demuxer_options(options.rate or USUAL_RATE) if options.format == RAW else {},
     )
     try:
         name = "standard input" if str(source) == "-" else str(source)
@@ -39,13 +40,3 @@ def open_source(source: str | os.PathLike[str], options: ReadOptions) -> Source:
     except BaseException:
         container.close()
         raise
-
-
-def _raw_options(options: ReadOptions) -> dict[str, str]:
-    if options.format != "rawvideo" or options.raw_size is None:
-        return {}
-    return {
-        "video_size": "{}x{}".format(*options.raw_size),
-        "pixel_format": options.raw_pix_fmt,
-        "framerate": str(options.rate or USUAL_RATE),
-    }
