@@ -330,3 +330,15 @@ def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
     night[:40] = 0
     assert between_bars(night) == (slice(0, 144), slice(0, 256))
     assert between_bars(np.zeros_like(night)) == (slice(0, 144), slice(0, 256))
+
+
+def test_a_long_film_with_too_few_key_frames_is_looked_through_whole(
+    told: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It has eight, and five panels tell it."""
+    monkeypatch.setattr(film_file, "WHOLE", 0)
+    counts = []
+    for spare in (1.5, 2.5):
+        monkeypatch.setattr(film_file, "SPARE", spare)
+        counts.append(len(open_film(told).survey().candidates))
+    assert counts[0] == 8 < counts[1]

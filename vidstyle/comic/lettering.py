@@ -9,7 +9,8 @@ import numpy as np
 
 from vidstyle.comic.attention import mean_under, within
 from vidstyle.comic.balloons import Room, Wording, place
-from vidstyle.comic.bubble import Bubble, size_of
+from vidstyle.comic.band import bands, below_bands
+from vidstyle.comic.bubble import Bubble
 from vidstyle.comic.crop import crop
 from vidstyle.comic.font import Letters
 from vidstyle.comic.layout import Layout, Panel
@@ -17,7 +18,7 @@ from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.paper import Rectangle
 from vidstyle.comic.subtitles import Line
 from vidstyle.comic.windows import elsewhere, on_page, within_border
-from vidstyle.comic.wrap import Block, shapes
+from vidstyle.comic.wrap import shapes
 
 GROWTH = 1.6
 """So many times as large a panel is wanted in which there is no room."""
@@ -187,21 +188,10 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, hand: Hand
 def _with_band(panel: Panel, speech: Speech, hand: Hand, most: float) -> Lettered | None:
     """The words above the picture, which is lower by them."""
     inside = within_border(panel.rectangle, hand.border)
-    blocks = [_flattest(hand, line.text, inside.width - round(1.2 * hand.size)) for line in speech.lines]
-    bubbles, top = list[Bubble](), inside.top
-    for block in blocks:
-        if block is None:
-            return None
-        _, height = size_of("band", block)
-        bubbles.append(Bubble("band", Box(inside.left, top, inside.right, top + height), block))
-        top += round(height - 0.3 * hand.size)
-    top += round(0.3 * hand.size)
-    if top + hand.border - inside.top > most * inside.height:
+    found = bands(speech.lines, inside, hand.letters, hand.size)
+    if found is None:
         return None
-    picture = inside._replace(top=top + hand.border)
-    return Lettered(panel, picture, crop(speech.moment, picture.aspect), tuple(bubbles))
-
-
-def _flattest(hand: Hand, text: str, widest: int) -> Block | None:
-    tried = shapes(hand.letters, hand.letters.writable(text), hand.size, widest) if widest > 0 else []
-    return min(tried, key=lambda block: len(block.lines), default=None)
+    picture = below_bands(found, inside, hand.border)
+    if picture.top - inside.top > most * inside.height:
+        return None
+    return Lettered(panel, picture, crop(speech.moment, picture.aspect), tuple(found))
