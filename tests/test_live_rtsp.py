@@ -1,4 +1,4 @@
-"""A camera on the network, over RTSP: played, killed, restarted, frozen, silent, asked for the wrong thing."""
+"""A camera on the network, over RTSP: killed, restarted, frozen, silent, and asked for the wrong thing."""
 
 from __future__ import annotations
 
