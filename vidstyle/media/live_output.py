@@ -19,6 +19,11 @@ RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 JOINED = ("mpegts", "rtp_mpegts")
 """Muxers of streams that somebody may join at any time."""
 REPEATED = "dump_extra=freq=all"
+AT_ONCE = {
+    "libx264": {"preset": "veryfast", "tune": "zerolatency"},
+    "libx265": {"preset": "superfast", "tune": "zerolatency", "x265-params": "log-level=error"},
+}
+"""What makes encoders give each picture out as it comes in, and be quiet."""
 KEY_SECONDS = 1
 """How long who joins a stream waits for a picture at most."""
 HLS = {"hls_time": "2", "hls_list_size": "6", "hls_flags": "delete_segments+append_list"}
@@ -88,8 +93,7 @@ class Stream:
 
     def _add_stream(self, encoder: str, options: StreamOptions, first: av.VideoFrame) -> av.VideoStream:
         settings = {"chroma_sample_location": "left"} if self._pix_fmt == "yuv420p" else {}
-        if encoder == "libx264":
-            settings |= {"preset": "veryfast", "tune": "zerolatency"}
+        settings |= AT_ONCE.get(encoder, {})
         stream = self._container.add_stream(encoder, rate=options.rate, options=settings)
         assert isinstance(stream, av.VideoStream)
         context = stream.codec_context
