@@ -46,7 +46,7 @@ def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
 
 
 def doubles(candidates: Sequence[Candidate]) -> int:
-    return int(np.triu(look_alike(candidates), 1).sum())
+    return int(np.triu(look_alike([each.small for each in candidates]), 1).sum())
 
 
 def test_moments_tell_each_shot_in_order(told: Path) -> None:

@@ -63,7 +63,7 @@ def choose(
     values = scores(pool, scene_values(survey)) + [_FORCED * each.forced for each in pool]
     kept = _thinned(pool, values, survey, max(CONSIDERED, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = likeness(pool), _places(pool, survey)
+    like, places = likeness([each.small for each in pool]), _places(pool, survey)
     wanted = _wanted(survey, like, len(forced), panels, least)
     while True:
         chosen = _best(values, _steps(pool, places, wanted), _prices(like), places, wanted)

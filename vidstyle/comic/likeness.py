@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-
-if TYPE_CHECKING:
-    from vidstyle.comic.judge import Candidate
 
 SIZE = 48, 32
 """Width and height of the copies that are compared, whatever the pictures' shape."""
@@ -35,23 +31,23 @@ _WIDE = 50
 _THUMB = 12
 
 
-def likeness(pictures: Sequence[Candidate]) -> np.ndarray:
-    """How much each picture looks like each: N x N float32, 0 not at all, 1 the same.
+def likeness(copies: Sequence[np.ndarray]) -> np.ndarray:
+    """How much each picture looks like each, by their small copies: N x N float32, 0 not at all, 1 the same.
 
     The mean of three measures, each of which is blind to something: how well blocks of one are found near
     their place in the other, whatever their brightness; how much of their colours they share; and how their
     largest forms correlate.
     """
-    small = np.stack([each.small for each in pictures])
+    small = np.stack(list(copies))
     lab = np.stack([cv2.cvtColor(each, cv2.COLOR_RGB2LAB) for each in small]).astype(np.float32)
     found = _found(lab[..., 0] / 255)
     parts = _scaled(np.minimum(found, found.T), _FOUND), _scaled(_shared(lab), _SHARED), _forms(small)
     return np.asarray(sum(parts) / len(parts), np.float32)
 
 
-def look_alike(pictures: Sequence[Candidate]) -> np.ndarray:
+def look_alike(copies: Sequence[np.ndarray]) -> np.ndarray:
     """Which of the pictures look nearly the same as which: N x N bool."""
-    return likeness(pictures) > ALIKE
+    return likeness(copies) > ALIKE
 
 
 def small_copy(color: np.ndarray) -> np.ndarray:

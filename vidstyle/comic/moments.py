@@ -115,7 +115,8 @@ def _no_liker(near: Sequence[Candidate], each: Candidate, others: Sequence[Candi
     """Those of the pictures near one that look no more like any of the others than that one."""
     if not others:
         return list(near)
-    most = likeness([each, *near, *others])[: -len(others), -len(others) :].max(axis=1)
+    like = likeness([candidate.small for candidate in (each, *near, *others)])
+    most = like[: -len(others), -len(others) :].max(axis=1)
     return [other for other, like in zip(near, most[1:], strict=True) if like <= max(UNLIKE, most[0])]
 
 

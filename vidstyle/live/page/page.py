@@ -9,6 +9,7 @@ import threading
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
+from vidstyle.live.page.exhibit import Exhibit
 from vidstyle.live.page.server import CLOSE_SECONDS, Server
 from vidstyle.live.target import LiveFrame
 
@@ -36,7 +37,8 @@ class Page:
         Raises:
             OutputError: the port is taken, or not ours to take.
         """
-        self._server = Server(controls, meter or Meter())
+        self._exhibit = Exhibit(controls, meter or Meter())
+        self._server = Server(self._exhibit)
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="vidstyle page", daemon=True)
         try:
@@ -52,7 +54,7 @@ class Page:
     @property
     def state(self) -> str:
         """How many browsers look at it."""
-        viewers = self._server.viewers
+        viewers = len(self._exhibit.viewers)
         return f"{viewers} browser{'s' * (viewers != 1)}" if viewers else "no browser"
 
     @property
@@ -63,17 +65,17 @@ class Page:
     @property
     def delivered(self) -> int:
         """Frames that a browser has shown."""
-        return self._server.delivered
+        return self._exhibit.delivered
 
     @property
     def dropped(self) -> int:
         """Frames that no browser was shown, newer ones being there."""
-        return self._server.dropped
+        return self._exhibit.dropped
 
     def offer(self, frame: LiveFrame) -> None:
         """See Target."""
         if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._server.show, frame)
+            self._loop.call_soon_threadsafe(self._exhibit.show, frame)
 
     def close(self) -> None:
         """See Target."""

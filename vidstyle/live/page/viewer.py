@@ -7,18 +7,16 @@ import json
 import logging
 import time
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
 from vidstyle.errors import VidstyleError
+from vidstyle.live.page.exhibit import Exhibit
 from vidstyle.live.page.pictures import Quality
 from vidstyle.live.page.wishes import MessageError, carry_out, read_message
-
-if TYPE_CHECKING:
-    from vidstyle.live.page.server import Server
 
 MOST_MESSAGES = 250
 """Messages a second; our page sends one for each frame and one for each answer to a slider."""
@@ -35,8 +33,8 @@ class Viewer:
         latency_ms: median from capture to the screen, of the last frames; 0 before the first.
     """
 
-    def __init__(self, socket: ServerConnection, server: Server) -> None:
-        self._socket, self._server = socket, server
+    def __init__(self, socket: ServerConnection, exhibit: Exhibit) -> None:
+        self._socket, self._exhibit = socket, exhibit
         self._quality = Quality()
         self._shown = asyncio.Event()
         self._sent = -1
@@ -53,7 +51,7 @@ class Viewer:
         """Send pictures and news, and do what is asked for, until the socket closes."""
         try:
             async with asyncio.TaskGroup() as tasks:
-                await self._tell({"names": self._server.controls.names})
+                await self._tell({"names": self._exhibit.controls.names})
                 sending = [tasks.create_task(work) for work in (self._send_pictures(), self._send_news())]
                 await self._listen()
                 for task in sending:
@@ -72,8 +70,8 @@ class Viewer:
     async def _send_pictures(self) -> None:
         frame = None
         while True:
-            frame = await self._server.newer(frame)
-            data = await self._server.jpeg(frame, self._quality.value)
+            frame = await self._exhibit.newer(frame)
+            data = await self._exhibit.jpeg(frame, self._quality.value)
             self._shown.clear()
             self._sent, begin = frame.number, time.monotonic()
             await self._socket.send(frame.number.to_bytes(8, "big") + data)
@@ -81,16 +79,16 @@ class Viewer:
             now = time.monotonic()
             self._quality.shown(now - begin)
             self._latencies.append(now - frame.captured)
-            self._server.count(frame)
+            self._exhibit.count(frame)
 
     async def _send_news(self) -> None:
         style = None
         while True:
-            if style is not self._server.controls.style:
-                style = self._server.controls.style
-                await self._tell({"panel": await self._server.panel(style)})
-            await self._tell({"status": self._server.status() | {"shown_ms": self.latency_ms}})
-            await self._server.changed.wait_for(STATUS_SECONDS)
+            if style is not self._exhibit.controls.style:
+                style = self._exhibit.controls.style
+                await self._tell({"panel": await self._exhibit.panel(style)})
+            await self._tell({"status": self._exhibit.status() | {"shown_ms": self.latency_ms}})
+            await self._exhibit.changed.wait_for(STATUS_SECONDS)
 
     async def _hear(self, text: str | bytes) -> None:
         self._count_message()
@@ -101,13 +99,13 @@ class Viewer:
             self._shown.set()
             return
         if message["do"] == "bypass":
-            self._server.bypasser = self if message["on"] else None
+            self._exhibit.bypasser = self if message["on"] else None
         try:
-            await asyncio.to_thread(carry_out, message, self._server.controls)
+            await asyncio.to_thread(carry_out, message, self._exhibit.controls)
             answer = {"done": message["do"]}
         except VidstyleError as error:
             answer = {"done": message["do"], "error": str(error)}
-        self._server.changed.tell()
+        self._exhibit.changed.tell()
         await self._tell(answer)
 
     def _count_message(self) -> None:
