@@ -22,7 +22,7 @@ from pathlib import Path
 
 import av
 import numpy as np
-from live_program import Flashing, columns, finished, sized, started, wait_for_picture
+from live_program import CHROMA, DARK, Flashing, columns, finished, sized, started, wait_for_picture
 from microphone_check import Microphones
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -88,6 +88,7 @@ class Cameras:
             self.busy,
             self.unplugged,
             self.silent,
+            self.compressed,
         )
 
     def lists(self) -> str:
@@ -176,6 +177,24 @@ class Cameras:
         writer.end()
         assert seconds < BACK_SECONDS, f"back only {seconds:.1f} s after its return"
         return f"held while it is silent, back {seconds:.1f} s after its return"
+
+    def compressed(self) -> str:
+        """A camera that gives JPEG pictures: a virtual one into which they are written; colours are right."""
+        writer = Flashing(self.virtual, "mjpeg")
+        with tempfile.TemporaryDirectory() as folder:
+            film = str(Path(folder, "film.mkv"))
+            run = finished(
+                self.virtual, "--input-format", "mjpeg", "--style", "plain", "--to", film, "--frames", "8"
+            )
+            assert run.returncode == 0, run.stderr
+            with av.open(film) as container:
+                seen = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)][-1]
+        writer.end()
+        blue, red = (code - 128 for code in CHROMA)
+        wanted = DARK + np.array([1.402 * red, -0.344 * blue - 0.714 * red, 1.772 * blue])
+        worst = float(np.abs(seen.reshape(-1, 3).mean(axis=0) - wanted.clip(0, 255)).max())
+        assert worst < 6, f"colours differ by {worst:.1f} of 255"
+        return f"colours differ by {worst:.1f} of 255 at most"
 
 
 if __name__ == "__main__":

@@ -19,6 +19,9 @@ LONG = 120.0
 SIZE = (320, 180)
 RATE = 10
 """Pictures a second."""
+PIX_FMTS = {"rawvideo": "yuyv422", "mjpeg": "yuvj422p"}
+DARK, BRIGHT, CHROMA = 30, 220, (110, 150)
+"""What is written to a virtual camera: luma, and blue and red difference."""
 FLASH = 0.35
 """Seconds that a flash takes: a few pictures, of which one may be lost."""
 
@@ -115,16 +118,20 @@ def columns(path: str) -> np.ndarray:
 class Flashing:
     """Writes dark pictures to a virtual camera, and some bright ones when it is told to.
 
+    Args:
+        path: of the camera.
+        codec: "rawvideo" or "mjpeg".
+
     Attributes:
         began: when the first was there, in seconds of `time.monotonic`.
         flashed: when the first bright one was.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, codec: str = "rawvideo") -> None:
         self.began = self.flashed = 0.0
         self._flash = float("inf")
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._write, args=(path,), daemon=True)
+        self._thread = threading.Thread(target=self._write, args=(path, codec), daemon=True)
         self._thread.start()
         while not self.began and self._thread.is_alive():
             time.sleep(0.01)
@@ -138,11 +145,12 @@ class Flashing:
         self._over.set()
         self._thread.join(LONG)
 
-    def _write(self, path: str) -> None:
-        dark, bright = (_even_picture(level) for level in (30, 220))
+    def _write(self, path: str, codec: str) -> None:
+        pix_fmt = PIX_FMTS[codec]
+        dark, bright = (_even_picture(level, pix_fmt) for level in (DARK, BRIGHT))
         with av.open(path, "w", "v4l2") as container:
-            stream = container.add_stream("rawvideo", rate=RATE)
-            stream.width, stream.height, stream.pix_fmt = *SIZE, "yuyv422"
+            stream = container.add_stream(codec, rate=RATE)
+            stream.width, stream.height, stream.pix_fmt = *SIZE, pix_fmt
             stream.codec_context.time_base = Fraction(1, RATE)
             number = 0
             while not self._over.wait(min(1 / RATE, max(0.0, self._flash - time.monotonic()))):
@@ -155,7 +163,11 @@ class Flashing:
                     self.flashed, self._flash = time.monotonic(), float("inf")
 
 
-def _even_picture(level: int) -> av.VideoFrame:
-    frame = av.VideoFrame(*SIZE, "yuyv422")
-    frame.planes[0].update(bytes([level, 128]) * (frame.planes[0].buffer_size // 2))
+def _even_picture(level: int, pix_fmt: str) -> av.VideoFrame:
+    frame = av.VideoFrame(*SIZE, pix_fmt)
+    samples = [[level], [CHROMA[0]], [CHROMA[1]]]
+    if len(frame.planes) == 1:
+        samples = [[level, CHROMA[0], level, CHROMA[1]]]
+    for plane, pattern in zip(frame.planes, samples, strict=True):
+        plane.update(bytes(pattern * (plane.buffer_size // len(pattern))))
     return frame
