@@ -10,7 +10,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 import av
+import pytest
 
+from vidstyle.errors import DeviceError
+from vidstyle.live import styler
 from vidstyle.live.control import Controls
 from vidstyle.live.session import Session
 from vidstyle.live.setting import LiveOptions, Setting
@@ -126,3 +129,20 @@ def eventually(fact: Callable[[], object], what: object = "") -> None:
     while not fact():
         assert time.monotonic() < deadline, what() if callable(what) else what or "it never came to be"
         time.sleep(0.01)
+
+
+def before_opening(name: str, do: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let something happen whenever a live session makes the style of this name ready."""
+    original = styler.open_renderer
+
+    def open_renderer(style: object, *given: object, **named: object) -> object:
+        if getattr(style, "name", "") == name:
+            do()
+        return original(style, *given, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(styler, "open_renderer", open_renderer)
+
+
+def refuse() -> None:
+    """What a device that has gone says."""
+    raise DeviceError("gpu:7", "is gone")

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from live import POSTER, SMALL, Kept, eventually, generated, session
+from live import POSTER, SMALL, Kept, before_opening, eventually, generated, refuse, session
 from media import rgb_from_frame
 
 from vidstyle.cpu import CpuRenderer
-from vidstyle.errors import DeviceError, OutputError
+from vidstyle.errors import OutputError
 from vidstyle.live import styler
 from vidstyle.live.control import Status
 from vidstyle.picture import Picture
@@ -161,14 +161,7 @@ def test_bypass_and_back():
 
 
 def test_a_style_that_cannot_be_had_leaves_the_old_one_running(monkeypatch: pytest.MonkeyPatch):
-    original = styler.open_renderer
-
-    def refuse(style: object, *given: object, **named: object) -> object:
-        if getattr(style, "name", "") == "poster":
-            raise DeviceError("gpu:7", "is gone")
-        return original(style, *given, **named)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(styler, "open_renderer", refuse)
+    before_opening("poster", refuse, monkeypatch)
     kept = Kept()
     with session(generated(), kept, style=POSTER) as running:
         eventually(lambda: kept.numbers)

@@ -8,9 +8,8 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from live import LONG, eventually
+from live import LONG, before_opening, eventually, refuse
 
-from vidstyle.errors import DeviceError
 from vidstyle.gpu.devices import list_devices
 from vidstyle.live import styler
 from vidstyle.live.styler import Styler
@@ -96,15 +95,13 @@ def test_a_gpu_gets_no_values_without_making_ready():
 
 
 def test_what_was_asked_for_earlier_never_comes_later(monkeypatch: pytest.MonkeyPatch):
-    original, begun, go = styler.open_renderer, threading.Event(), threading.Event()
+    begun, go = threading.Event(), threading.Event()
 
-    def open_late(style: object, *given: object, **named: object) -> object:
-        if getattr(style, "name", "") == "poster":
-            begun.set()
-            go.wait(LONG)
-        return original(style, *given, **named)  # type: ignore[arg-type]
+    def wait() -> None:
+        begun.set()
+        go.wait(LONG)
 
-    monkeypatch.setattr(styler, "open_renderer", open_late)
+    before_opening("poster", wait, monkeypatch)
     changed = override(FEW, ["luma_posterize.levels=9"])
     with running() as (film, _, made):
         film.tones(FEW)
@@ -120,14 +117,7 @@ def test_what_was_asked_for_earlier_never_comes_later(monkeypatch: pytest.Monkey
 
 
 def test_values_take_over_at_once_after_a_style_that_could_not_be_had(monkeypatch: pytest.MonkeyPatch):
-    original = styler.open_renderer
-
-    def refuse(style: object, *given: object, **named: object) -> object:
-        if getattr(style, "name", "") == "poster":
-            raise DeviceError("gpu:7", "is gone")
-        return original(style, *given, **named)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(styler, "open_renderer", refuse)
+    before_opening("poster", refuse, monkeypatch)
     changed = override(FEW, ["luma_posterize.levels=9"])
     with running() as (film, told, made):
         film.tones(FEW)
