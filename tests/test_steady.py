@@ -162,6 +162,19 @@ def test_no_size_is_too_small(shape: tuple[int, int]) -> None:
     assert all(each.shape == shape for each in film)
 
 
+def test_the_order_of_samples_in_memory_does_not_matter() -> None:
+    film = list(panned_film(3))
+    turned = [
+        replace(
+            each, luma=np.asfortranarray(each.luma), chroma=tuple(map(np.asfortranarray, each.chroma or ()))
+        )
+        for each in film
+    ]
+
+    pairs = zip(restyled(LINES, film, 0.5), restyled(LINES, turned, 0.5), strict=True)
+    assert all(same_bits(*pair) for pair in pairs)
+
+
 def test_the_result_does_not_depend_on_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = restyled(LINES, panned_film(4), 0.5)
     monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1)

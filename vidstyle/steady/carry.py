@@ -50,7 +50,7 @@ def carried(
     Args:
         plane: H x W, of any type.
         scale: gain and offset that bring its codes to units of the result.
-        before: what this function returned for the plane before, float32 or uint16.
+        before: what this function returned for the plane before, float32 or uint16, contiguous.
         flow: as in `Motion`, in luma pixels.
 
     Returns:

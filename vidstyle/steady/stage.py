@@ -150,7 +150,8 @@ def code_scale(old: Levels, new: Levels) -> tuple[Levels, float]:
 
 
 def _scaled(plane: np.ndarray, gain: float, offset: float, floats: bool) -> np.ndarray:
-    values = np.multiply(plane, np.float32(gain), dtype=np.float32)
+    # In rows, whatever the order of the plane: the next picture looks for samples by their number.
+    values = np.multiply(plane, np.float32(gain), dtype=np.float32, order="C")
     values += np.float32(offset if floats else offset + 0.5)
     return values if floats else np.clip(values, 0, 65535, out=values).astype(np.uint16)
 
