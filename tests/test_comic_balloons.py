@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vidstyle.comic.attention import attention_in_box, attention_of, mean_under, within
-from vidstyle.comic.balloons import Room, Wording, is_in_order, place
+from vidstyle.comic.balloons import Room, Wording, place
 from vidstyle.comic.bubble import Bubble, size_of
 from vidstyle.comic.font import Letters, letter_size
 from vidstyle.comic.heading import lowered
@@ -26,6 +26,12 @@ LETTERS = Letters()
 WORDS = (
     "the robot says that you have to follow our passions in space awesome incomprehensibilities a I".split()
 )
+
+
+def is_in_order(earlier: Box, later: Box, right_to_left: bool) -> bool:
+    """Whether one of two balloons is read before the other: below, or beside it and no higher."""
+    beside = later.right <= earlier.left if right_to_left else later.left >= earlier.right
+    return later.top >= earlier.bottom or (beside and later.top >= earlier.top)
 
 
 def box_in(random: np.random.Generator, width: float, height: float, least: float, most: float) -> Box:

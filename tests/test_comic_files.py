@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -81,6 +82,13 @@ def test_every_kind_of_file_opens_again(ending: str, count: int, tmp_path: Path)
     else:
         assert [file.name for file in files] == [f"page.{ending}"]
     assert pages_in(files) == [(200, 160)] * count
+
+
+def test_a_page_of_several_has_one_font_and_a_name_for_each_panel(tmp_path: Path) -> None:
+    (file,) = written(tmp_path / "strip.html", 3)
+    text = file.read_text(encoding="utf-8")
+    assert re.findall(r'id="(panel-\d+)"', text) == ["panel-1", "panel-2", "panel-3"]
+    assert text.count("@font-face") == 1
 
 
 def pages_in(files: Sequence[Path]) -> list[tuple[int, int]]:

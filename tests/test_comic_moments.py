@@ -20,7 +20,7 @@ from vidstyle.comic.choose import choose
 from vidstyle.comic.faces import FaceFinder
 from vidstyle.comic.film import open_film
 from vidstyle.comic.judge import Candidate, judge
-from vidstyle.comic.likeness import look_alike
+from vidstyle.comic.likeness import ALIKE, likeness
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.moments import Wishes, find_moments
 from vidstyle.errors import InputError, UsageError
@@ -46,7 +46,7 @@ def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
 
 
 def doubles(candidates: Sequence[Candidate]) -> int:
-    return int(np.triu(look_alike([each.small for each in candidates]), 1).sum())
+    return int(np.triu(likeness([each.small for each in candidates]) > ALIKE, 1).sum())
 
 
 def test_moments_tell_each_shot_in_order(told: Path) -> None:
@@ -219,6 +219,7 @@ def test_of_a_long_film_only_key_frames_are_looked_at(told: Path, monkeypatch: p
     """A limit that this film is beyond; a key frame comes each second."""
     monkeypatch.setattr(film_file, "WHOLE", 0)
     monkeypatch.setattr(film_file, "MOST", 8)
+    monkeypatch.setattr(film_file, "SPARE", 0.1)
     film = open_film(told)
     times = [each.time for each in film.survey().candidates]
     assert times == pytest.approx(range(8))

@@ -12,6 +12,7 @@ import click
 
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.values import Seconds
+from vidstyle.comic.paper import DPI
 from vidstyle.errors import printable
 
 
@@ -81,7 +82,7 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
     is_flag=True,
     help="Lay a page that has a name on its side; else it is upright, whatever the film.",
 )
-@click.option("--dpi", type=float, default=150, show_default=True, help="Pixels per inch.")
+@click.option("--dpi", type=float, default=DPI, show_default=True, help="Pixels per inch.")
 @click.option("--pages", type=click.IntRange(min=1), metavar="N", help="How many pages.  [default: as suits]")
 @click.option("--bleed", "bleeding", is_flag=True, help="Lead panels as wide as the page on to its edges.")
 @click.option("--right-to-left", is_flag=True, help="Read from the right.")

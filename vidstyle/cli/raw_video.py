@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from vidstyle.cli.values import Rate, Size
-
-if TYPE_CHECKING:
-    from vidstyle.media.raw_video import RawVideo
+from vidstyle.media.raw_video import RawVideo
 
 
 def raw_video_options(rate_help: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -23,7 +21,7 @@ def raw_video_options(rate_help: str) -> Callable[[Callable[..., Any]], Callable
                 click.option(
                     "--input-pix-fmt",
                     metavar="NAME",
-                    default="yuv420p",
+                    default=RawVideo.pix_fmt,
                     show_default=True,
                     help="Its pixel format.",
                 ),
@@ -38,6 +36,4 @@ def raw_video_options(rate_help: str) -> Callable[[Callable[..., Any]], Callable
 
 def raw_video(options: dict[str, Any]) -> RawVideo:
     """What they say."""
-    from vidstyle.media import raw_video
-
-    return raw_video.RawVideo(options["input_size"], options["input_pix_fmt"])
+    return RawVideo(options["input_size"], options["input_pix_fmt"])

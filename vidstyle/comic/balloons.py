@@ -18,6 +18,8 @@ _GRID = 11
 """Places that are tried along each side."""
 _TRIED = 28
 """Places of each balloon for which one for the next is looked for."""
+_APART = 2.0
+"""Pixels between one balloon and the next."""
 _TALLEST, _WIDEST = 1.0, 4.5
 """Width by height of balloons."""
 _WIDEST_CAPTION = 12.0
@@ -95,12 +97,6 @@ def place(wordings: Sequence[Wording], room: Room, right_to_left: bool = False) 
         with_tail(bubble, each.face, faces + [other.box for other in bubbles if other is not bubble])
         for bubble, each in zip(bubbles, wordings, strict=True)
     ]
-
-
-def is_in_order(earlier: Box, later: Box, right_to_left: bool = False) -> bool:
-    """Whether one of two balloons is read before the other: below, or beside it and no higher."""
-    beside = later.right <= earlier.left if right_to_left else later.left >= earlier.right
-    return later.top >= earlier.bottom or (beside and later.top >= earlier.top)
 
 
 def _places(wording: Wording, room: Room) -> _Places:
@@ -191,12 +187,11 @@ def _best(places: Sequence[_Places], taken: np.ndarray, left: float) -> tuple[fl
 
 
 def _after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
-    """Which of the boxes are read after all that are taken, as `is_in_order` has it, and apart from them."""
+    """Which of the boxes are read after all that are taken: below, or beside them and no higher."""
     free = np.ones(len(boxes), bool)
     for earlier in taken:
-        gap = 2.0
-        below = boxes[:, 1] >= earlier[3] + gap
-        free &= below | ((boxes[:, 0] >= earlier[2] + gap) & (boxes[:, 1] >= earlier[1]))
+        below = boxes[:, 1] >= earlier[3] + _APART
+        free &= below | ((boxes[:, 0] >= earlier[2] + _APART) & (boxes[:, 1] >= earlier[1]))
     return free
 
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.moment import Box
-from vidstyle.comic.paper import Rectangle
+from vidstyle.comic.paper import INCH, Rectangle
 from vidstyle.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import Style
@@ -30,7 +30,7 @@ def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
     Args:
         height, width: of the picture that it is for, in pixels.
     """
-    printed = HEIGHT * dpi / 25.4
+    printed = HEIGHT * dpi / INCH
     lines = style.height or LINES
     # A still has nothing to hold.
     return replace(style, height=min(height, width) * lines / printed, steady=0.0)

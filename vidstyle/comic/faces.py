@@ -26,6 +26,8 @@ _TRIAL = 64
 _SKIN = 0.25
 """A face in a colour picture has at least this share of skin, if a cascade has found it."""
 
+_HAS_CASCADES = hasattr(cv2, "CascadeClassifier")
+
 _Finder = Callable[[np.ndarray], list[Box]]
 
 
@@ -34,6 +36,9 @@ class FaceFinder:
 
     Without a model it takes the cascade that comes with OpenCV; not every version brings one, and then no
     faces are found.
+
+    Attributes:
+        has_model: whether there is one.
     """
 
     def __init__(self, model: Path | None = None) -> None:
@@ -43,7 +48,8 @@ class FaceFinder:
             InputError: it is none.
         """
         usual = Path(cv2.__file__).parent / "data" / _USUAL
-        path = model or (usual if usual.is_file() and hasattr(cv2, "CascadeClassifier") else None)
+        path = model or (usual if usual.is_file() and _HAS_CASCADES else None)
+        self.has_model = path is not None
         self._finder: _Finder | None = None
         if path is not None:
             self._finder = _network(path) if path.suffix.lower() == ".onnx" else _cascade(path)
@@ -70,7 +76,8 @@ def _cascade(path: Path) -> _Finder:
     # OpenCV reports what it cannot parse on standard error, and in exceptions of its own.
     text = _content(path).decode("utf-8", "replace")
     try:
-        cascade = cv2.CascadeClassifier(str(path)) if "<cascade" in text or "opencv-" in text else None
+        is_one = _HAS_CASCADES and ("<cascade" in text or "opencv-" in text)
+        cascade = cv2.CascadeClassifier(str(path)) if is_one else None
     except cv2.error:
         cascade = None
     if cascade is None or cascade.empty():

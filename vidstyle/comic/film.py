@@ -83,7 +83,7 @@ class FilmFile:
         if extent.frames * extent.pixels > WHOLE:
             found = self._survey_keys(max(gap, 0.5))
             panels = usual_panels(len(found.begins), seconds)
-            if len(found.candidates) >= min(MOST / _LEAST, SPARE * panels):
+            if len(found.candidates) >= SPARE * panels:
                 self._reach = _KEY_REACH
                 return found
         return self._survey_whole(gap)
@@ -100,7 +100,7 @@ class FilmFile:
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
         return [
-            replace(each, scene=candidate.scene, mixed=each.mixed or shots.is_mixed(each.time))
+            replace(each, scene=candidate.scene, mixed=shots.is_mixed(each.time))
             for each in judged
             if bisect_right(begins, each.time) == shot and _clear(each.time, begins)
         ] or [candidate]

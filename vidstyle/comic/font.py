@@ -45,7 +45,7 @@ _LIKE |= {
     "„": '"',
 }
 """What a letter that is missing from a font is written as, besides the same without its accent."""
-_MARKS, _NOTES = "–—‐‑•«»„", "♪♫♩♬"
+_MARKS, NOTES = "–—‐‑•«»„", "♪♫♩♬"
 """Of these it goes without saying; notes are left out."""
 
 
@@ -116,14 +116,14 @@ class Letters:
         return {each for each in unicodedata.normalize("NFC", text) if not self._is_written_as_it_is(each)}
 
     def _is_written_as_it_is(self, letter: str) -> bool:
-        return letter.isspace() or self._has(letter) or letter in _MARKS or letter in _NOTES
+        return letter.isspace() or self._has(letter) or letter in _MARKS or letter in NOTES
 
     def _written(self, letter: str) -> str:
         if letter.isspace() or self._has(letter):
             return letter
         if letter in _MARKS:
             return _LIKE[letter]
-        if letter in _NOTES:
+        if letter in NOTES:
             return ""
         self.lacking[letter] = None
         plain = _LIKE.get(letter) or "".join(

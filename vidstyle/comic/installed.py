@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 
 from vidstyle.comic.font import Letters
 from vidstyle.errors import InputError
 
-FOLDERS: Sequence[Path] = (
-    Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share") / "fonts",
-    Path.home() / ".fonts",
-    Path("/usr/local/share/fonts"),
-    Path("/usr/share/fonts"),
-    Path.home() / "Library/Fonts",
-    Path("/Library/Fonts"),
-    Path("/System/Library/Fonts"),
-    Path(os.environ.get("WINDIR", "C:/Windows")) / "Fonts",
+FOLDERS = (
+    "$XDG_DATA_HOME/fonts",
+    "~/.local/share/fonts",
+    "~/.fonts",
+    "/usr/local/share/fonts",
+    "/usr/share/fonts",
+    "~/Library/Fonts",
+    "/Library/Fonts",
+    "/System/Library/Fonts",
+    "$WINDIR/Fonts",
 )
-"""Where systems keep them."""
+"""Where systems keep them; one whose variable is not set is not there."""
 
 _ENDINGS = (".ttf", ".otf", ".ttc")
 _MOST = 400
@@ -45,16 +46,12 @@ _DISLIKED = (
 _log = logging.getLogger("vidstyle")
 
 
-def letters_for(texts: Iterable[str], path: Path | None) -> Letters:
-    """The font of a file, or the one that Pillow brings; where that lacks letters, an installed one.
-
-    Raises:
-        InputError: the file is no font.
-    """
-    letters, wanted = Letters(path), "".join(texts)
-    best, fewest = letters, len(letters.missing(wanted))
-    if path is not None:
+def letters_for(texts: Iterable[str], letters: Letters) -> Letters:
+    """The font at hand, or where it is the built-in one and lacks letters, an installed one that has more."""
+    if letters.path is not None:
         return letters
+    wanted = "".join(texts)
+    best, fewest = letters, len(letters.missing(wanted))
     for file in islice(_files(), _MOST) if fewest else ():
         try:
             found = Letters(file)
@@ -71,7 +68,14 @@ def letters_for(texts: Iterable[str], path: Path | None) -> Letters:
 
 def _files() -> Iterator[Path]:
     """Files of fonts, those first that suit."""
-    found = {file for folder in FOLDERS for file in folder.rglob("*") if file.suffix.lower() in _ENDINGS}
+    folders = (Path(os.path.expanduser(os.path.expandvars(folder))) for folder in FOLDERS)
+    found = {
+        file
+        for folder in folders
+        if folder.is_absolute()
+        for file in folder.rglob("*")
+        if file.suffix.lower() in _ENDINGS
+    }
     yield from sorted(found, key=lambda file: (_dislike(file.stem.lower()), file.name, str(file)))
 
 

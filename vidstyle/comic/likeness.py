@@ -45,11 +45,6 @@ def likeness(copies: Sequence[np.ndarray]) -> np.ndarray:
     return np.asarray(sum(parts) / len(parts), np.float32)
 
 
-def look_alike(copies: Sequence[np.ndarray]) -> np.ndarray:
-    """Which of the pictures look nearly the same as which: N x N bool."""
-    return likeness(copies) > ALIKE
-
-
 def small_copy(color: np.ndarray) -> np.ndarray:
     """What is compared of a picture, H x W x 3 uint8."""
     return cv2.resize(color, SIZE, interpolation=cv2.INTER_AREA)

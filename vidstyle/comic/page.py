@@ -117,8 +117,11 @@ class _Job:
     def run(self) -> Comic:
         """Look, choose, lay out, write in, draw."""
         self._step("looking through the film", 0, 0)
-        film = open_film(self._source, FaceFinder(self._options.face_model))
+        faces = FaceFinder(self._options.face_model)
+        film = open_film(self._source, faces)
         lines = self._spoken()
+        if lines and not faces.has_model:
+            _log.info("no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one")
         self._take_letters(lines)
         moments = find_moments(film, replace(self._options.wishes, least=panels_for(lines)))
         self._step("laying out", 0, 0)
@@ -133,7 +136,7 @@ class _Job:
 
     def _take_letters(self, lines: Sequence[Line]) -> None:
         title = self._options.title
-        self._letters = letters_for([title, *(line.text for line in lines)], self._options.font)
+        self._letters = letters_for([title, *(line.text for line in lines)], self._letters)
         if title:
             self._title, self._head = title_of(title, self._paper, self._size, self._letters)
 

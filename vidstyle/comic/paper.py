@@ -29,7 +29,8 @@ BORDER = 1.5
 """Points."""
 
 _POINTS = 72.0
-_INCH = 25.4
+INCH = 25.4
+"""Millimetres."""
 _USUAL = 210.0
 """Millimetres: on paper narrower than this, margins and gutters are smaller in proportion."""
 _LEAST, _MOST = 64, 30000
@@ -158,4 +159,4 @@ def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:
 
 
 def _pixels(millimetres: float, dpi: float) -> float:
-    return millimetres * dpi / _INCH
+    return millimetres * dpi / INCH

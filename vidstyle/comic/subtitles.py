@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from vidstyle.comic.font import NOTES
 from vidstyle.errors import InputError
 from vidstyle.media.reader import ReadOptions
 from vidstyle.media.subtitles import SubtitleEvent, read_subtitles
@@ -23,7 +24,6 @@ _ITALIC = re.compile(
 _DRAWING = re.compile(r"\{[^}]*\\p[1-9]")
 _DASH = re.compile(r"^\s*[-‐‑–—]+\s*(?=\S)")
 _BRACKETS = re.compile(r"^[\[(][^\])]*[\])]$")
-_MUSIC = "♪♫♩♬"
 
 
 @dataclass(frozen=True)
@@ -140,8 +140,8 @@ def _lines_of(event: SubtitleEvent) -> Iterator[Line]:
     voices = _voices(html.unescape(_TAG.sub("", marked)).split("\n"))
     for number, voice in enumerate(voices):
         text = _plain(voice)
-        narrated = italic or text[:1] in tuple(_MUSIC) or bool(_BRACKETS.match(text))
-        if text.strip(_MUSIC + " "):
+        narrated = italic or text[:1] in tuple(NOTES) or bool(_BRACKETS.match(text))
+        if text.strip(NOTES + " "):
             speaker = event.speaker or (str(number + 1) if len(voices) > 1 else "")
             yield Line(event.start, event.end, text, narrated, speaker)
 

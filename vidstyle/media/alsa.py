@@ -25,8 +25,7 @@ MOST_COMPLAINTS = 100
 def alsa_microphones() -> list[tuple[str, str]]:
     """What to call each sound device that can be heard, and its own name; empty where there is none.
 
-    >>> alsa_microphones()  # doctest: +SKIP
-    [('hw:1,0', 'HD Webcam C270, USB Audio')]
+    Such as ("hw:1,0", "HD Webcam C270, USB Audio").
     """
     try:
         cards, devices = (SOUND / "cards").read_text(), (SOUND / "pcm").read_text()

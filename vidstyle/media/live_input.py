@@ -15,14 +15,12 @@ import av
 from vidstyle.errors import DeviceError, InputError, VidstyleError
 from vidstyle.media.camera_wait import Wait
 from vidstyle.media.live_sound import Ear, Heard
-from vidstyle.media.live_source import Source
+from vidstyle.media.live_source import OWN_CLOCK_SECONDS, Source
 from vidstyle.media.pace import Pace
 from vidstyle.media.streams import choose_stream, frame_rate
 
 log = logging.getLogger("vidstyle")
 
-OWN_CLOCK_SECONDS = 2.0
-"""A camera's stamp this little before now is of our own clock, and says when the picture was taken."""
 FIRST_SECONDS, STALL_SECONDS = 5.0, 2.0
 """A driver that gives nothing for so long is lost: before its first picture, and after it, plus a frame."""
 

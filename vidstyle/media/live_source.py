@@ -5,6 +5,9 @@ from __future__ import annotations
 import threading
 from typing import Protocol, TypeVar
 
+OWN_CLOCK_SECONDS = 2.0
+"""A driver's stamp so little before now is of a clock that we know, and says when something was taken."""
+
 
 class Opened(Protocol):
     """What a source opens: pictures or sound."""

@@ -15,12 +15,11 @@ from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.alsa import alsa_microphones, open_alsa
 from vidstyle.media.camera import SYSTEM_FORMATS
 from vidstyle.media.live_sound import RATE, Ear, Heard
+from vidstyle.media.live_source import OWN_CLOCK_SECONDS
 
 TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
 PIECE_SECONDS = 0.02
 """How long a piece of sound is at least."""
-OWN_CLOCK_SECONDS = 2.0
-"""A stamp this little before now is of the system's clock, and says when the sound was taken."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.comic.bubble import Bubble
 from vidstyle.comic.formats.jpeg import QUALITY
-from vidstyle.comic.paper import Rectangle
+from vidstyle.comic.paper import INCH, Rectangle
 from vidstyle.comic.sheet import Label, Sheet, Shown
 
 SEVERAL = False
@@ -23,16 +23,21 @@ def content(sheets: Iterable[Sheet], title: str) -> bytes:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{svg_of(sheet, title)}'.encode()
 
 
-def svg_of(sheet: Sheet, title: str) -> str:
-    """The sheet as an element `svg`, as large as it is on paper."""
-    wide, high = (f"{length * 25.4 / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
+def svg_of(sheet: Sheet, title: str, before: int = 0, with_font: bool = True) -> str:
+    """The sheet as an element `svg`, as large as it is on paper.
+
+    Args:
+        before: how many panels stand before it in the document.
+        with_font: whether it brings the font, which one of a document does.
+    """
+    wide, high = (f"{length * INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
     rows = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}"'
         f' viewBox="0 0 {sheet.width} {sheet.height}" font-family="{_families(sheet)}">',
         f"<title>{escape(title)}</title>" if title else "",
-        _font_face(sheet),
+        _font_face(sheet) if with_font else "",
         '<rect width="100%" height="100%" fill="#fff"/>',
-        *(row for number, panel in enumerate(sheet.panels, 1) for row in _panel(panel, number)),
+        *(row for number, panel in enumerate(sheet.panels, before + 1) for row in _panel(panel, number)),
         *map(_label, sheet.labels),
         "</svg>",
     ]
