@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from media import photograph
 
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 
 VIDEO = Encoding()
 RATE = 25

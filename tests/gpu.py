@@ -11,10 +11,10 @@ import numpy as np
 from media import photograph
 from pictures import FLOAT, RGB8, VIDEO, run, style
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.devices import Device, choose
 from vidstyle.gpu.plan import Form
 from vidstyle.gpu.session import Request, Session
-from vidstyle.picture import Encoding, Picture
 from vidstyle.style import Style
 
 FORMS: tuple[Form, ...] = ("compute", "fragment")

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.planes import color_rows
 from vidstyle.cpu import CpuRenderer
-from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import color_rows
 from vidstyle.style import Step, Style
 
 VIDEO = Encoding()

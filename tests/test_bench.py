@@ -20,6 +20,7 @@ from vidstyle.bench.results import as_dict
 from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.bench.table import markdown
 from vidstyle.blocks import all_blocks
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.context import close_context, open_context
@@ -31,7 +32,6 @@ from vidstyle.gpu.plan import Plan, make_plan
 from vidstyle.gpu.runner import Equipment
 from vidstyle.gpu.timed_runner import Clock, TimedRunner
 from vidstyle.gpu.timing import GpuTimes
-from vidstyle.picture import Encoding, Picture
 from vidstyle.prepared import prepare
 from vidstyle.style import Style, load_style, style_names
 

@@ -10,7 +10,7 @@ from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 
 from vidstyle.block import Block, Choice, LumaWeights, Measured, Place, Saved, Slider, Switch
 from vidstyle.blocks import all_blocks
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Style
 
 BLOCKS = list(all_blocks().values())
@@ -107,10 +107,10 @@ def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size
 def test_bands_and_threads_change_no_bit(block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
     for source in sources((97, 61)).values():
         for values in settings(block):
-            monkeypatch.setattr("vidstyle.bands.CORES", 1)
-            monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1 << 30)
+            monkeypatch.setattr("vidstyle.core.bands.CORES", 1)
+            monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1 << 30)
             whole = run(style_of(block, values), source, threads=1)
-            monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1)
+            monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)
             for threads in (1, 4):
                 banded = run(style_of(block, values), source, threads=threads)
                 assert same_bits(whole, banded), (values, threads)

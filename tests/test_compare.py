@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vidstyle.compare import compared
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 
 
 def flat(luma: int, chroma: int, width: int, step: tuple[int, int] = (2, 2), height: int = 6) -> Picture:

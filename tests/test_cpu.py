@@ -21,7 +21,7 @@ from pictures import (
 )
 
 from vidstyle.blocks import all_blocks
-from vidstyle.picture import SITINGS, Encoding, Picture
+from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.style import Step
 
 TARGETS = [

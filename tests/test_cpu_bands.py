@@ -21,9 +21,9 @@ from pictures import (
     style,
 )
 
+from vidstyle.core.picture import SITINGS, Encoding, Picture
+from vidstyle.core.planes import chroma_rows
 from vidstyle.cpu import CpuRenderer
-from vidstyle.picture import SITINGS, Encoding, Picture
-from vidstyle.planes import chroma_rows
 
 LONG = style(
     step("gaussian", sigma=1.0, save="soft"),
@@ -45,8 +45,8 @@ def test_bands_change_no_bit_of_a_long_style(
 ) -> None:
     results = []
     for size, threads in ((1 << 30, 1), (1, 1), (1, 4), (9000, 3)):
-        monkeypatch.setattr("vidstyle.bands.CORES", threads)
-        monkeypatch.setattr("vidstyle.bands.BAND_BYTES", size)
+        monkeypatch.setattr("vidstyle.core.bands.CORES", threads)
+        monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", size)
         results.append(run(LONG, SOURCES[name], threads=threads, target=target))
     assert all(same_bits(results[0], result) for result in results[1:])
 

@@ -20,7 +20,7 @@ from pictures import (
     style,
 )
 
-from vidstyle.picture import Picture
+from vidstyle.core.picture import Picture
 from vidstyle.style import Style
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)

@@ -10,7 +10,7 @@ import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
-from vidstyle.cuts import PAUSE, CutDetector, Scene, find_scenes
+from vidstyle.core.scene_cuts import PAUSE, CutDetector, Scene, find_scenes
 
 PAIRS = [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea"), ("chelsea", "astronaut")]
 WHITE, BLACK = np.ones((144, 256), np.float32), np.zeros((144, 256), np.float32)

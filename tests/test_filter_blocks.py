@@ -7,7 +7,7 @@ import pytest
 from media import photograph
 from pictures import noise, run, run_color, run_luma, step, style
 
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Step
 
 

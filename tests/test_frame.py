@@ -10,11 +10,11 @@ import media
 import numpy as np
 import pytest
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame, shuffled
 from vidstyle.media.layout import SHUFFLED, layout_of
-from vidstyle.picture import Encoding, Picture
 
 ODD = (101, 37)
 PLAIN = [

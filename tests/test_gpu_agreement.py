@@ -15,7 +15,7 @@ from test_blocks import settings
 
 from vidstyle.block import Asset, Block, Saved, Slider
 from vidstyle.blocks import all_blocks
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Step, Style, load_style, style_names
 
 

@@ -14,6 +14,7 @@ from vidstyle.bench.subjects import subjects
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.cli.bench import FORMS
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.cost import (
     Room,
     Traffic,
@@ -28,7 +29,6 @@ from vidstyle.gpu.formats import WORKING, plane_format
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.picture import Encoding
 from vidstyle.prepared import prepare
 from vidstyle.style import Style, expand, load_style, style_names
 

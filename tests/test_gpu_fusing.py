@@ -22,10 +22,10 @@ from pictures import VIDEO, run, step
 
 from vidstyle.block import Asset, Block, Choice, Color, Saved, Switch
 from vidstyle.blocks import all_blocks
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.passes import MOST_STORED
 from vidstyle.gpu.plan import make_plan
-from vidstyle.picture import Encoding, Picture
 from vidstyle.prepared import prepare
 from vidstyle.style import LAYERS, Step, Style
 

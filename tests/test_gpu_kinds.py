@@ -10,7 +10,7 @@ import pytest
 from gpu import FORMS, Sessions, faults, film_picture, gray_picture, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, planes, run, same_bits, step, style
 
-from vidstyle.picture import SITINGS, Encoding, Picture
+from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.style import Style
 
 SHAPE = (181, 243)

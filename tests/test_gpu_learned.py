@@ -11,13 +11,13 @@ from pictures import step, style
 
 from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.features import choose_filters
+from vidstyle.core.planes import luma_rows
 from vidstyle.gpu import devices
 from vidstyle.gpu.explain import plan_for_video
 from vidstyle.gpu.formats import working_format
 from vidstyle.gpu.nodes import Node
 from vidstyle.gpu.plan import Form
 from vidstyle.gpu.session import Request, Session
-from vidstyle.planes import luma_rows
 from vidstyle.style import Style
 
 ONCE = style(step("etf", passes=3, reselect=False))

@@ -9,8 +9,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from vidstyle.core.measured import Settling
 from vidstyle.gpu.percentiles import Percentiles
-from vidstyle.measured import Settling
 
 LOW, SPAN = -0.125, 1.25
 CLOSE = 2e-5

@@ -11,6 +11,7 @@ from pictures import RGB8, VIDEO, step, style
 import vidstyle
 from vidstyle.block import Asset, Block, Choice, Color, Parameter, Saved, Slider, Switch
 from vidstyle.blocks import all_blocks
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.jobs import jobs_of
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.passes import MOST_STORED
@@ -18,7 +19,6 @@ from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.signature import functions_of_block
 from vidstyle.gpu.slots import ending
-from vidstyle.picture import Encoding
 from vidstyle.prepared import prepare
 from vidstyle.style import Style, override, style_names
 

@@ -18,6 +18,7 @@ from media import make_clip, rgb_from_frame
 from pictures import VIDEO, codes, step, style
 
 import vidstyle
+from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError, StyleError
 from vidstyle.gpu import devices, includes, session
@@ -25,7 +26,6 @@ from vidstyle.gpu import renderer as gpu_renderer
 from vidstyle.gpu.plan import Form
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.gpu.session import Request, Session
-from vidstyle.picture import Picture
 from vidstyle.pipeline import render
 from vidstyle.renderer import open_renderer
 from vidstyle.style import Style

@@ -8,8 +8,8 @@ import pytest
 from gpu import SHAPES, Sessions, faults, film_picture, gray_picture, packed_picture
 from pictures import VIDEO, step, style
 
-from vidstyle.picture import SITINGS, Encoding
-from vidstyle.resample import METHODS
+from vidstyle.core.picture import SITINGS, Encoding
+from vidstyle.core.resample import METHODS
 from vidstyle.style import Style
 
 SHAPE = (181, 243)

@@ -8,13 +8,13 @@ import pytest
 from gpu import FORMS, Sessions, disagreements, faults, film_picture
 from pictures import FLOAT, step, style
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu import shared
 from vidstyle.gpu.explain import plan_for_video
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.plan import Form, make_plan
 from vidstyle.gpu.shader import Shader
 from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.picture import Encoding, Picture
 from vidstyle.prepared import prepare
 from vidstyle.style import Style
 

@@ -11,9 +11,9 @@ from films import RATE, VIDEO, panned_film, still_film
 from gpu import FORMS, Sessions, disagreements
 from pictures import RGB8, noise, step, style
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.gpu.plan import Form
-from vidstyle.picture import Encoding, Picture
 from vidstyle.style import Style
 
 LINES = style(step("gaussian", sigma=1), step("sobel"), steady=0.5)

@@ -9,9 +9,9 @@ import pytest
 from gpu import FORMS, Sessions, film_picture, gray_picture, most_off, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
+from vidstyle.core.picture import SITINGS, Encoding, Picture
+from vidstyle.core.resample import METHODS
 from vidstyle.gpu.session import Request
-from vidstyle.picture import SITINGS, Encoding, Picture
-from vidstyle.resample import METHODS
 from vidstyle.style import Style, load_style, style_names
 
 SHAPE = (361, 641)

@@ -10,10 +10,10 @@ import pytest
 from gpu import FORMS, Sessions, disagreements, scene
 from pictures import FLOAT, RGB8, VIDEO, run, same_bits, step, style
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.gpu.plan import Form
 from vidstyle.gpu.session import Request
-from vidstyle.picture import Encoding, Picture
 from vidstyle.style import Style
 
 SHAPE = (121, 163)

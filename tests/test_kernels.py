@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vidstyle import kernels
 from vidstyle.cli.reporting import Reporting
-from vidstyle.kernels import compiled, user_cache
+from vidstyle.core import kernels
+from vidstyle.core.kernels import compiled, user_cache
 
 
 @compiled
@@ -38,7 +38,7 @@ def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):
     """Nowhere to write: neither the cache folder, nor beside the code, nor the home."""
     source = tmp_path / "somewhere.py"
     source.write_text(
-        "from vidstyle.kernels import compiled\n"
+        "from vidstyle.core.kernels import compiled\n"
         "@compiled\ndef double(number):\n    return 2 * number\n"
         "print(double(21))\n"
     )
@@ -52,7 +52,7 @@ def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):
 
 
 def test_importing_kernels_imports_no_numba():
-    check = "import sys, vidstyle.kernels; print('numba' in sys.modules)"
+    check = "import sys, vidstyle.core.kernels; print('numba' in sys.modules)"
     ran = subprocess.run(
         [sys.executable, "-c", check], capture_output=True, text=True, cwd=Path(__file__).parents[1]
     )

@@ -15,11 +15,11 @@ import pytest
 from live import POSTER, SMALL, Kept, before_opening, eventually, generated, refuse, session
 from media import rgb_from_frame
 
+from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import OutputError
 from vidstyle.live import styler
 from vidstyle.live.control import Status
-from vidstyle.picture import Picture
 
 
 def slow_down(monkeypatch: pytest.MonkeyPatch, seconds: Callable[[Picture], float]) -> None:

@@ -9,9 +9,9 @@ import pytest
 from media import photograph
 from pictures import FLOAT, noise, step, style
 
+from vidstyle.core.measured import SAMPLES, Settling, sampled
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.measured import SAMPLES, Settling, sampled
-from vidstyle.picture import Encoding, Picture
 from vidstyle.style import Style
 
 

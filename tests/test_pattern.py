@@ -112,7 +112,7 @@ def test_tiles_are_repeated_over_the_page_darkest_first(
     repeated = [np.tile(tile, (16, 25))[:64, :100] / 255 for tile in tiles.values()]
     expected = np.choose(level, repeated)
     np.testing.assert_allclose(run_luma(chosen, luma), expected, atol=1e-6)
-    monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1)
+    monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)
     np.testing.assert_allclose(run_luma(chosen, luma), expected, atol=1e-6)
 
 

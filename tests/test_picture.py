@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vidstyle.picture import LUMA_WEIGHTS, SITINGS, Encoding, Picture
+from vidstyle.core.picture import LUMA_WEIGHTS, SITINGS, Encoding, Picture
 
 PUBLISHED = {
     "bt601": [[1, 0, 1.402], [1, -0.344136, -0.714136], [1, 1.772, 0]],

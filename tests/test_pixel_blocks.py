@@ -9,7 +9,7 @@ import pytest
 from pictures import FLOAT, noise, run, run_color, run_luma, step, style
 
 from vidstyle.blocks.blend import MODES, blend
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 

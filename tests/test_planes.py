@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from pictures import codes
 
-from vidstyle.picture import SITINGS, Encoding, Picture
-from vidstyle.planes import (
+from vidstyle.core.picture import SITINGS, Encoding, Picture
+from vidstyle.core.planes import (
     chroma_reach,
     chroma_rows,
     color_rows,

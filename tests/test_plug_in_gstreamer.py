@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import vidstyle
+from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.picture import SITINGS, Encoding, Picture
 from vidstyle.style import override
 
 ROOT = Path(__file__).parent.parent

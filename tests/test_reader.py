@@ -12,11 +12,11 @@ import media
 import numpy as np
 import pytest
 
+from vidstyle.core.picture import Encoding
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.raw_video import RawVideo
 from vidstyle.media.reader import ReadOptions, open_reader
-from vidstyle.picture import Encoding
 
 
 def read(path: object, **options: object) -> tuple[list[Frame], list[av.Packet]]:

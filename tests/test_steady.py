@@ -12,8 +12,8 @@ import pytest
 from films import RATE, VIDEO, noisy, page, panned_film, picture, still_film
 from pictures import SOURCES, planes, run, same_bits, step, style
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.picture import Encoding, Picture
 from vidstyle.steady.carry import Mix, carried
 from vidstyle.steady.motion import Motion, noise_level
 from vidstyle.steady.stage import Steady
@@ -177,7 +177,7 @@ def test_the_order_of_samples_in_memory_does_not_matter() -> None:
 
 def test_the_result_does_not_depend_on_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = restyled(LINES, panned_film(4), 0.5)
-    monkeypatch.setattr("vidstyle.bands.BAND_BYTES", 1)
+    monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)
     monkeypatch.setattr("vidstyle.steady.carry.AROUND", 1)
 
     assert all(same_bits(*pair) for pair in zip(whole, restyled(LINES, panned_film(4), 0.5), strict=True))

@@ -17,7 +17,7 @@ from vidstyle.blade.references import detail_base, edge_tangent_flow, flow_dog, 
 from vidstyle.blade.run import BankRun
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import main
-from vidstyle.picture import Encoding
+from vidstyle.core.picture import Encoding
 from vidstyle.pipeline import render
 from vidstyle.style import load_style
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.film import write_film
-from vidstyle.picture import Encoding, Picture
 from vidstyle.pipeline import render
 from vidstyle.progress import Progress
 

@@ -13,9 +13,9 @@ from itertools import cycle
 import numpy as np
 from soak import MOST_MEGABYTES, growth, pictures, resident_bytes
 
+from vidstyle.core.picture import Picture
 from vidstyle.gpu.devices import choose
 from vidstyle.gpu.session import Drawn, Request, Session
-from vidstyle.picture import Picture
 from vidstyle.style import load_style, style_names
 
 STYLE_FRAMES = 100

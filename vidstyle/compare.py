@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from vidstyle.picture import Picture
+from vidstyle.core.picture import Picture
 
 if TYPE_CHECKING:
     from vidstyle.media.reader import VideoInfo

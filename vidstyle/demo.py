@@ -13,13 +13,13 @@ from vidstyle.comic.font import check_pillow
 from vidstyle.comic.moments import Wishes
 from vidstyle.comic.options import ComicOptions
 from vidstyle.comic.page import make_comic
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.demo_film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.film import write_film
 from vidstyle.media.whole_file import whole_file
 from vidstyle.media.writer import WriteOptions
-from vidstyle.picture import Encoding, Picture
 from vidstyle.pipeline import render
 from vidstyle.style import load_style
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Protocol, overload
 
 import numpy as np
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.gpu.devices import DEVICES, choose
 from vidstyle.gpu.renderer import GpuRenderer
-from vidstyle.picture import Encoding, Picture
 from vidstyle.style import Style, load_style
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from fractions import Fraction
 import cv2
 import numpy as np
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.picture import Encoding, Picture
 from vidstyle.style import load_style
 
 _RGB = Encoding(full_range=True, step=(1, 1))

@@ -8,11 +8,11 @@ from typing import Literal
 
 from vidstyle.block import Block, Saved
 from vidstyle.blocks import all_blocks
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.resample import resample
 from vidstyle.cpu import CpuRenderer
 from vidstyle.demo_film import film_picture
 from vidstyle.errors import UsageError
-from vidstyle.picture import Encoding, Picture
-from vidstyle.resample import resample
 from vidstyle.style import Step, Style, load_style, style_names
 from vidstyle.style.values import nearest
 

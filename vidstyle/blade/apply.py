@@ -6,7 +6,7 @@ import numpy as np
 
 from vidstyle.blade.features import LANES, repeated
 from vidstyle.blade.vectors import eight_pixels
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 
 def padded_filters(filters: np.ndarray) -> np.ndarray:

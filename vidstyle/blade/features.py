@@ -15,7 +15,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 LANES = 8
 """Pixels that are filtered at once."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from vidstyle.blade.features import Bins, choose_filters, window_reach
 from vidstyle.blade.symmetry import as_weights, folded, pairs
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 STRIPES = 8
 """A picture is summed up in so many parts, always the same, so that the number of cores changes no digit."""

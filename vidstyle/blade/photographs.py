@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from vidstyle.core.picture import Picture
+from vidstyle.core.planes import color_rows
+from vidstyle.core.resample import resample
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import open_reader
-from vidstyle.picture import Picture
-from vidstyle.planes import color_rows
-from vidstyle.resample import resample
 
 ENDINGS = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
 """What counts as a picture in a folder."""

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import Choice, Place, Slider, block
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 ANGLES = (15.0, 75.0, 0.0, 45.0)
 """Degrees by which the screens of cyan, magenta, yellow and black are turned."""

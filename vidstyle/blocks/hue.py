@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import LumaWeights, Slider, block
-from vidstyle.kernels import mix_channels
+from vidstyle.core.kernels import mix_channels
 
 
 @block("pixel", on="color")

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import Asset, Choice, Place, Slider, block
-from vidstyle.kernels import TIE_LIFT, compiled
+from vidstyle.core.kernels import TIE_LIFT, compiled
 
 TILE_SIDE = 1024
 """The longest side of a tile in pixels."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from vidstyle.block import Choice, Slider, block
-from vidstyle.resample import METHODS
+from vidstyle.core.resample import METHODS
 
 
 @block("resize", on="channels")

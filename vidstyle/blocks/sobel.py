@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Slider, Switch, block
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 
 def _reach() -> int:

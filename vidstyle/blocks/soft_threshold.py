@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Slider, block
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 
 @block("pixel", on="channels")

@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.comic.moment import Box
 from vidstyle.comic.paper import INCH, Rectangle
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import Style
 

@@ -17,8 +17,8 @@ from vidstyle.comic.folder import Folder
 from vidstyle.comic.judge import SIDE, Candidate, judge
 from vidstyle.comic.shots import KeyShots, ShotFinder
 from vidstyle.comic.survey import Film, Survey
+from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
-from vidstyle.measured import small_luma
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import ReadOptions, open_reader
 from vidstyle.media.sampling import measure_extent, sample_all, sample_keys

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.mixture import is_mixture, is_moved
-from vidstyle.cuts import CutDetector
+from vidstyle.core.scene_cuts import CutDetector
 
 STEP = 0.075
 """Seconds between the pictures that are looked at for dissolves."""

@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from vidstyle.bands import CORES
 from vidstyle.blade.run import BankRun
+from vidstyle.core.bands import CORES
+from vidstyle.core.measured import Settling, small_luma
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.resample import resample
+from vidstyle.core.scene_cuts import CutDetector
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.output import Page, at_size, finish
 from vidstyle.cpu.work import Call, Work, run_bank
-from vidstyle.cuts import CutDetector
-from vidstyle.measured import Settling, small_luma
-from vidstyle.picture import Encoding, Picture
 from vidstyle.prepared import PreparedStep, has_fixed_marks, prepare
-from vidstyle.resample import resample
 from vidstyle.steady.stage import Steady
 from vidstyle.style import SOURCE, Style
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import Chroma, chroma_rows, color_rows, luma_rows, rgb_from_yuv, yuv_from_rgb
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.planes import Chroma, chroma_rows, color_rows, luma_rows, rgb_from_yuv, yuv_from_rgb
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.bands import in_bands
 from vidstyle.block import rgb_from_text
+from vidstyle.core.bands import in_bands
+from vidstyle.core.kernels import mix_channels
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.planes import Chroma, alpha_in_depth, chroma_reach, shrunk_chroma, store
+from vidstyle.core.resample import resample
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.work import Work
-from vidstyle.kernels import mix_channels
-from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import Chroma, alpha_in_depth, chroma_reach, shrunk_chroma, store
-from vidstyle.resample import resample
 from vidstyle.style import Style
 
 Triple = tuple[float, float, float]

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.bands import in_bands
 from vidstyle.blade.run import BankRun
 from vidstyle.block import LumaWeights, Measured, Place, Saved
+from vidstyle.core.bands import in_bands
+from vidstyle.core.picture import Picture
 from vidstyle.cpu.band import Band, Whole
-from vidstyle.picture import Picture
 from vidstyle.prepared import PreparedStep
 
 

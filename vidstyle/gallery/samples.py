@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.bands import CORES
+from vidstyle.core.bands import CORES
+from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.picture import Picture
 from vidstyle.style import Style
 
 

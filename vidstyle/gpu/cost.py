@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import cast
 
+from vidstyle.core.measured import Sampling
 from vidstyle.gpu.formats import Format, plane_format, working_format
 from vidstyle.gpu.jobs import jobs_of
 from vidstyle.gpu.nodes import Node, Shape
@@ -20,7 +21,6 @@ from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.slots import Slots
 from vidstyle.gpu.targets import Target
 from vidstyle.gpu.textures import TexturePool
-from vidstyle.measured import Sampling
 
 
 @dataclass(frozen=True)

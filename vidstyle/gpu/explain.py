@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from typing import Any
 
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.cost import (
     download_bytes,
     held_textures,
@@ -20,7 +21,6 @@ from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.session import LARGEST
 from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.targets import Target
-from vidstyle.picture import Encoding
 from vidstyle.prepared import prepare
 from vidstyle.style import Style
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.nodes import Kind, Node
-from vidstyle.picture import Encoding
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.formats import levels, plane_format, working_format
 from vidstyle.gpu.includes import TYPES
 from vidstyle.gpu.nodes import CHANNELS, Node
 from vidstyle.gpu.shader import ImageOf, Shader
-from vidstyle.picture import Encoding
 
 SWIZZLES = {1: "r", 2: "rg", 3: "rgb", 4: "rgba"}
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from vidstyle.core.measured import Sampling
 from vidstyle.gpu.nodes import Node
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
 from vidstyle.gpu.windows import TILE_STEP, Window, tiles, windows_for
-from vidstyle.measured import Sampling
 
 Pair = tuple[int, int]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from vidstyle.core.picture import Encoding
+from vidstyle.core.resample import METHODS, fitting_method
 from vidstyle.gpu.nodes import CHANNELS, Function, Kind, Layout, Node, Shape
-from vidstyle.picture import Encoding
-from vidstyle.resample import METHODS, fitting_method
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vidstyle.block import rgb_from_text
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.graph import Graph
 from vidstyle.gpu.looks import Look
 from vidstyle.gpu.nodes import Function, Layout, Node, Shape
 from vidstyle.gpu.passes import Pass, Result, cut
-from vidstyle.picture import Encoding
 from vidstyle.prepared import PreparedStep
 from vidstyle.style import Style
 

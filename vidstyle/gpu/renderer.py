@@ -8,11 +8,11 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
 from typing import Protocol
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.devices import Device
 from vidstyle.gpu.plan import Form
 from vidstyle.gpu.session import Drawn, Request, Session
-from vidstyle.picture import Encoding, Picture
 from vidstyle.style import Style
 
 log = logging.getLogger("vidstyle")

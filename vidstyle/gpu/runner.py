@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vidstyle.core.measured import Sampling
+from vidstyle.core.picture import Picture
 from vidstyle.gpu.assets import AssetTextures
 from vidstyle.gpu.formats import WORKING
 from vidstyle.gpu.jobs import Job, jobs_of
@@ -23,8 +25,6 @@ from vidstyle.gpu.steady import SteadyTextures
 from vidstyle.gpu.textures import TexturePool
 from vidstyle.gpu.transfer import Download, Transfer, Upload
 from vidstyle.gpu.windows import Window
-from vidstyle.measured import Sampling
-from vidstyle.picture import Picture
 from vidstyle.steady.motion import Carry
 
 if TYPE_CHECKING:

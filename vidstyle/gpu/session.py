@@ -11,7 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.cuts import CutDetector
+from vidstyle.core.measured import Settling, small_luma
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.planes import alpha_in_depth
+from vidstyle.core.scene_cuts import CutDetector
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.context import close_context, open_context
 from vidstyle.gpu.devices import Device
@@ -20,9 +23,6 @@ from vidstyle.gpu.owner import Owner
 from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares
 from vidstyle.gpu.steadier import Steadier, plain_layout, steady_layout
-from vidstyle.measured import Settling, small_luma
-from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import alpha_in_depth
 from vidstyle.prepared import PreparedStep, has_fixed_marks, prepare
 from vidstyle.steady.stage import Steadied
 from vidstyle.style import Style

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from vidstyle.core.planes import chroma_reach
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.images import declare_image
 from vidstyle.gpu.includes import TYPES, Assembly
@@ -19,7 +20,6 @@ from vidstyle.gpu.shader import GROUPS, Shader
 from vidstyle.gpu.shared import BYTES, Pair, sharing_of
 from vidstyle.gpu.signature import Parameter, signatures
 from vidstyle.gpu.targets import declare_targets, shrinks, store_planes, store_working, targets_of
-from vidstyle.planes import chroma_reach
 
 TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
 """Pixels across and down that a group makes together where chroma is averaged."""

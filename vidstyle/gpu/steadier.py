@@ -6,11 +6,11 @@ import logging
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from vidstyle.bands import CORES
+from vidstyle.core.bands import CORES
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares, Steadying
 from vidstyle.gpu.steady import SteadyTextures
-from vidstyle.picture import Encoding, Picture
 from vidstyle.steady.motion import Motion
 from vidstyle.steady.stage import Steadied, Steady, steady_encoding, with_planes
 

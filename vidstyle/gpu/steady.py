@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.formats import Format, plane_format
 from vidstyle.gpu.includes import Assembly
 from vidstyle.gpu.programs import Programs
 from vidstyle.gpu.textures import TexturePool
-from vidstyle.picture import Encoding
 from vidstyle.steady.carry import STILL
 from vidstyle.steady.motion import Carry
 from vidstyle.steady.stage import chroma_ends, code_scale, result_gain, steady_encoding

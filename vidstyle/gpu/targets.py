@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vidstyle.core.measured import Sampling
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.formats import WORKING, Format, levels, plane_format, working_format
 from vidstyle.gpu.includes import Assembly
 from vidstyle.gpu.nodes import CHANNELS, Kind, Node
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
-from vidstyle.measured import Sampling
-from vidstyle.picture import Encoding
 
 
 @dataclass(frozen=True)

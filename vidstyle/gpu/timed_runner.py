@@ -9,11 +9,11 @@ from itertools import product
 from statistics import median
 from typing import Literal
 
+from vidstyle.core.picture import Picture
 from vidstyle.gpu.jobs import Job
 from vidstyle.gpu.passes import Pass
 from vidstyle.gpu.plan import Plan
 from vidstyle.gpu.runner import Equipment, Runner, Shares, _arrays_of
-from vidstyle.picture import Picture
 
 Clock = Literal["timer queries", "wall clock"]
 """What passes are timed with: the GPU's own clock, or this program's, waiting before and after each pass."""

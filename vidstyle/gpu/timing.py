@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
+from vidstyle.core.picture import Picture
 from vidstyle.gpu.context import close_context, open_context
 from vidstyle.gpu.cost import result_targets
 from vidstyle.gpu.devices import Device
@@ -19,7 +20,6 @@ from vidstyle.gpu.runner import Equipment, _arrays_of
 from vidstyle.gpu.session import END_SECONDS, LARGEST, Drawn, Request, Session, driver_errors
 from vidstyle.gpu.timed_runner import Clock, TimedRunner
 from vidstyle.gpu.transfer import Download, Upload
-from vidstyle.picture import Picture
 from vidstyle.prepared import prepare
 from vidstyle.style import Style
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import ceil, floor
 
+from vidstyle.core.picture import Encoding
+from vidstyle.core.planes import chroma_reach
 from vidstyle.gpu.nodes import Node, Shape
 from vidstyle.gpu.passes import Pass
-from vidstyle.picture import Encoding
-from vidstyle.planes import chroma_reach
 
 RESAMPLING_REACH = 5
 """Pixels beyond its own area that any resampling method reads, one more than Lanczos does."""

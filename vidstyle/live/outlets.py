@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vidstyle.core.picture import Picture
 from vidstyle.live.meter import Meter
 from vidstyle.live.outlet import Outlet, Sink
 from vidstyle.live.target import LiveFrame
@@ -18,7 +19,6 @@ from vidstyle.media.frame import Frame, picture_from_frame
 from vidstyle.media.live_sound import Heard
 from vidstyle.media.options import VideoInfo
 from vidstyle.media.writer import WriteOptions, open_writer
-from vidstyle.picture import Picture
 from vidstyle.renderer import open_renderer
 from vidstyle.style import PLAIN
 

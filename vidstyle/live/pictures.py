@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.live.capture import Capture
 from vidstyle.media.color_tags import HD_LINES, usual_tags
 from vidstyle.media.fit import letterboxed, resized, wanted_size
 from vidstyle.media.frame import frame_from_picture
 from vidstyle.media.live_input import Captured
 from vidstyle.media.pictures import PictureMaker
-from vidstyle.picture import SITINGS, Encoding, Picture
 
 if TYPE_CHECKING:
     import av

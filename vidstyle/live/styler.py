@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 from vidstyle.block import Asset, Color, Slider
 from vidstyle.blocks import all_blocks
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import VidstyleError
 from vidstyle.live.newest import Newest
 from vidstyle.media.fit import resized
-from vidstyle.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import LAYERS, PLAIN, Step, Style
 

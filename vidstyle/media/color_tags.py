@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import InputError
-from vidstyle.picture import SITINGS, Encoding
 
 UNSPECIFIED = 2
 """The H.273 code of primaries, transfer or matrix for "not said"."""

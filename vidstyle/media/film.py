@@ -9,8 +9,8 @@ from pathlib import Path
 import av
 import numpy as np
 
+from vidstyle.core.picture import Picture
 from vidstyle.media.frame import frame_from_picture
-from vidstyle.picture import Picture
 
 SAMPLES = 1024
 """Samples of sound in one packet of AAC."""

@@ -7,8 +7,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
-from vidstyle.picture import Encoding, Picture
 
 LEAST_BLUR = 0.1
 """A Gaussian of this many samples changes nothing."""

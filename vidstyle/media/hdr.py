@@ -16,6 +16,7 @@ import av
 import numpy as np
 from av.sidedata.sidedata import Type as SideDataType
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.color_tags import BT2020_PRIMARIES, HLG, LIMITED, PQ, ColorTags
 from vidstyle.media.frame import side_data_of
 from vidstyle.media.hdr_curves import (
@@ -28,7 +29,6 @@ from vidstyle.media.hdr_curves import (
     pq_to_nits,
 )
 from vidstyle.media.hdr_kernels import map_colors, map_planes
-from vidstyle.picture import Encoding, Picture
 
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
 TABLE = 32768

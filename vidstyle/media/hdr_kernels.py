@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 
 @compiled(fastmath=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from vidstyle.core.picture import Encoding
 from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.open import PIXELS
 from vidstyle.media.raw_video import RAW, RawVideo
-from vidstyle.picture import Encoding
 
 FASTEST = 1000
 """Frames a second that may be asked for."""

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from av.sidedata.sidedata import Type as SideDataType
 
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.frame import side_data_of
-from vidstyle.picture import Encoding, Picture
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import av
 
-from vidstyle.picture import Encoding
+from vidstyle.core.picture import Encoding
 
 if TYPE_CHECKING:
     from vidstyle.media.frame import Frame

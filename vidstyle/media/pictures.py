@@ -7,12 +7,12 @@ from fractions import Fraction
 
 import av
 
+from vidstyle.core.picture import Picture
 from vidstyle.media.color_tags import ColorTags, usual_tags
 from vidstyle.media.fit import letterboxed, resized, wanted_size
 from vidstyle.media.frame import picture_from_frame, shuffled
 from vidstyle.media.hdr import SDR_TAGS, ToneMap
 from vidstyle.media.orientation import Orientation, orientation_of
-from vidstyle.picture import Picture
 
 log = logging.getLogger("vidstyle")
 

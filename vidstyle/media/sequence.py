@@ -13,6 +13,7 @@ import av
 import cv2
 import numpy as np
 
+from vidstyle.core.picture import Picture
 from vidstyle.errors import InputError
 from vidstyle.media.clock import fine_time_base
 from vidstyle.media.damage import Damage
@@ -23,7 +24,6 @@ from vidstyle.media.orientation import Orientation
 from vidstyle.media.picture_header import picture_size
 from vidstyle.media.source import Stamped
 from vidstyle.media.streams import choose_stream
-from vidstyle.picture import Picture
 
 log = logging.getLogger("vidstyle")
 

@@ -6,11 +6,11 @@ from fractions import Fraction
 
 import av
 
+from vidstyle.core.picture import Picture
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.orientation import orientation_of
 from vidstyle.media.pictures import PictureMaker
 from vidstyle.media.source import Source
-from vidstyle.picture import Picture
 
 
 class Sample:

@@ -11,9 +11,9 @@ from fractions import Fraction
 import av
 import numpy as np
 
+from vidstyle.core.picture import Picture
 from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.video_plan import VideoPlan
-from vidstyle.picture import Picture
 
 FEWEST_TO_REORDER = 3
 """Frames from which on one may be decoded before its turn. Of fewer, libx265 gives decoding times that are

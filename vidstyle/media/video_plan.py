@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import av
 
+from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import (
     choose_pix_fmt,
@@ -22,7 +23,6 @@ from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags, usual_tags
 from vidstyle.media.containers import ContainerKind
 from vidstyle.media.layout import Layout
 from vidstyle.media.output import WriteOptions
-from vidstyle.picture import SITINGS, Encoding
 
 if TYPE_CHECKING:
     from vidstyle.media.reader import VideoInfo

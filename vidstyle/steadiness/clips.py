@@ -11,14 +11,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vidstyle.cuts import CutDetector
+from vidstyle.core.measured import sampled
+from vidstyle.core.picture import Picture
+from vidstyle.core.planes import color_rows
+from vidstyle.core.scene_cuts import CutDetector
 from vidstyle.errors import InputError
-from vidstyle.measured import sampled
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.reader import Reader, open_reader
-from vidstyle.picture import Picture
-from vidstyle.planes import color_rows
 from vidstyle.steadiness.warping import Motion, find_motion
 
 RATE = 25

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.bands import in_bands
-from vidstyle.kernels import compiled
+from vidstyle.core.bands import in_bands
+from vidstyle.core.kernels import compiled
 from vidstyle.steady.move import move_row
 
 STILL = np.zeros((1, 1, 2), np.float32)

@@ -9,9 +9,9 @@ from typing import Any
 import cv2
 import numpy as np
 
-from vidstyle.kernels import compiled
-from vidstyle.measured import Sampling
-from vidstyle.picture import Picture
+from vidstyle.core.kernels import compiled
+from vidstyle.core.measured import Sampling
+from vidstyle.core.picture import Picture
 
 REDUCED = 480
 """Motion is looked for in a copy with at most this many pixels on a side."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 
 @compiled

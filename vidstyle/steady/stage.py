@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.picture import Encoding, Picture
-from vidstyle.planes import alpha_in_depth, color_rows, store, yuv_from_rgb
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.planes import alpha_in_depth, color_rows, store, yuv_from_rgb
 from vidstyle.steady.carry import Mix, carried
 from vidstyle.steady.motion import Carry, Motion
 

@@ -14,8 +14,8 @@ gi.require_version("GstBase", "1.0")
 gi.require_version("GstVideo", "1.0")
 from gi.repository import GObject, Gst, GstBase, GstVideo  # noqa: E402
 
+from vidstyle.core.picture import SITINGS, Encoding, Picture  # noqa: E402
 from vidstyle.errors import VidstyleError  # noqa: E402
-from vidstyle.picture import SITINGS, Encoding, Picture  # noqa: E402
 from vidstyle.renderer import Backend, open_renderer  # noqa: E402
 from vidstyle.style import Style, load_style, override  # noqa: E402
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vidstyle.blade.references.flow_lines import gaussian
 from vidstyle.blade.references.rows import for_all_rows, require_positive
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 REACH = 4
 """Pixels to each side from which the base is averaged: windows of 9 x 9."""

@@ -14,7 +14,7 @@ from vidstyle.blade.references.flow_lines import (
     tangent_at,
 )
 from vidstyle.blade.references.rows import for_all_rows, require_positive
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 WIDER = 1.6
 """The second Gaussian by the first; their difference is nearly a Laplacian (Marr and Hildreth 1980)."""

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from vidstyle.blade.references.rows import for_all_rows
-from vidstyle.kernels import compiled
+from vidstyle.core.kernels import compiled
 
 CUT = 3
 """Standard deviations at which a Gaussian ends. At 2 it would lose a twentieth of its weight and an eighth of

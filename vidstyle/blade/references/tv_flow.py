@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from vidstyle.blade.references.rows import for_all_rows, require_positive
+from vidstyle.core.kernels import compiled
 from vidstyle.errors import UsageError
-from vidstyle.kernels import compiled
 
 LEVELS = 255
 """Both flows run on luma 0..255."""

@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from vidstyle.kernels import compiled
-from vidstyle.picture import Encoding, Picture
+from vidstyle.core.kernels import compiled
+from vidstyle.core.picture import Encoding, Picture
 
 Chroma = tuple[np.ndarray, np.ndarray]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.picture import Picture
-from vidstyle.planes import luma_rows
+from vidstyle.core.picture import Picture
+from vidstyle.core.planes import luma_rows
 
 SAMPLES = 320
 """A small copy has at most this many pixels on a side."""
