@@ -32,8 +32,8 @@ from vidstyle.gpu.plan import Plan, make_plan
 from vidstyle.gpu.runner import Equipment
 from vidstyle.gpu.timed_runner import Clock, TimedRunner
 from vidstyle.gpu.timing import GpuTimes
-from vidstyle.prepared import prepare
 from vidstyle.style import Style, load_style, style_names
+from vidstyle.style.resolve import prepare
 
 SKETCH = Subject("style", "sketch", load_style("sketch"))
 

@@ -32,8 +32,8 @@ from vidstyle.comic.wrap import shapes
 from vidstyle.comic.write import Output
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.subtitles import read_subtitles
-from vidstyle.prepared import prepare
 from vidstyle.style import load_style
+from vidstyle.style.resolve import prepare
 
 WORDS = (
     "1\n00:00:00,000 --> 00:00:00,900\nHello <b>you</b> & me.\n\n2\n00:00:01,100 --> 00:00:01,900\n[knocks]\n"

@@ -29,8 +29,8 @@ from vidstyle.gpu.formats import WORKING, plane_format
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.prepared import prepare
 from vidstyle.style import Style, expand, load_style, style_names
+from vidstyle.style.resolve import prepare
 
 SUBJECTS = subjects()
 BLOCKS = [subject for subject in SUBJECTS if subject.kind == "block"]

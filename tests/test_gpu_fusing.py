@@ -26,8 +26,8 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.passes import MOST_STORED
 from vidstyle.gpu.plan import make_plan
-from vidstyle.prepared import prepare
 from vidstyle.style import LAYERS, Step, Style
+from vidstyle.style.resolve import prepare
 
 SHAPE = (61, 97)
 SOURCES = (

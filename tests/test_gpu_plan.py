@@ -19,8 +19,8 @@ from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.signature import functions_of_block
 from vidstyle.gpu.slots import ending
-from vidstyle.prepared import prepare
 from vidstyle.style import Style, override, style_names
+from vidstyle.style.resolve import prepare
 
 SHAPE = (360, 640)
 GIVEN = {"at": "ivec2", "page": "ivec2", "weights": "vec3", "measured": "vec2"}

@@ -15,8 +15,8 @@ from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.plan import Form, make_plan
 from vidstyle.gpu.shader import Shader
 from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.prepared import prepare
 from vidstyle.style import Style
+from vidstyle.style.resolve import prepare
 
 TWICE = style(
     step("to_gray", save="gray"),

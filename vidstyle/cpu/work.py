@@ -17,7 +17,7 @@ from vidstyle.block import LumaWeights, Measured, Place, Saved
 from vidstyle.core.bands import in_bands
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.band import Band, Whole
-from vidstyle.prepared import PreparedStep
+from vidstyle.style.resolve import PreparedStep
 
 
 @dataclass(frozen=True)

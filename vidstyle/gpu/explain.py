@@ -21,8 +21,8 @@ from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.session import LARGEST
 from vidstyle.gpu.shader_writer import write_shader
 from vidstyle.gpu.targets import Target
-from vidstyle.prepared import prepare
 from vidstyle.style import Style
+from vidstyle.style.resolve import prepare
 
 
 def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:

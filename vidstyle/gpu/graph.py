@@ -15,8 +15,8 @@ from vidstyle.gpu.learned import choice_values, filter_values
 from vidstyle.gpu.looks import Look, Looks
 from vidstyle.gpu.nodes import CHANNELS, Function, Layout, Measure, Node
 from vidstyle.gpu.signature import functions_of_block
-from vidstyle.prepared import PreparedStep
 from vidstyle.style import SOURCE
+from vidstyle.style.resolve import PreparedStep
 
 
 class Graph(Looks):

@@ -12,8 +12,8 @@ from vidstyle.gpu.graph import Graph
 from vidstyle.gpu.looks import Look
 from vidstyle.gpu.nodes import Function, Layout, Node, Shape
 from vidstyle.gpu.passes import Pass, Result, cut
-from vidstyle.prepared import PreparedStep
 from vidstyle.style import Style
+from vidstyle.style.resolve import PreparedStep
 
 Form = Literal["compute", "fragment"]
 """How a pass runs: as a compute shader (OpenGL 4.3) or as a fragment shader (3.3)."""

@@ -23,9 +23,9 @@ from vidstyle.gpu.owner import Owner
 from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares
 from vidstyle.gpu.steadier import Steadier, plain_layout, steady_layout
-from vidstyle.prepared import PreparedStep, has_fixed_marks, prepare
 from vidstyle.steady.stage import Steadied
 from vidstyle.style import Style
+from vidstyle.style.resolve import PreparedStep, has_fixed_marks, prepare
 
 LARGEST = 8192
 """A page with a longer side is done in tiles, even where the device says that it takes more: what drivers

@@ -20,8 +20,8 @@ from vidstyle.gpu.runner import Equipment, _arrays_of
 from vidstyle.gpu.session import END_SECONDS, LARGEST, Drawn, Request, Session, driver_errors
 from vidstyle.gpu.timed_runner import Clock, TimedRunner
 from vidstyle.gpu.transfer import Download, Upload
-from vidstyle.prepared import prepare
 from vidstyle.style import Style
+from vidstyle.style.resolve import prepare
 
 if TYPE_CHECKING:
     import moderngl

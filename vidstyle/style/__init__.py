@@ -11,7 +11,7 @@ from vidstyle.errors import StyleError
 from vidstyle.style.change import expand, override, vary
 from vidstyle.style.check import style_from_table
 from vidstyle.style.files import read_style_file, save_style
-from vidstyle.style.graph import LAYERS, SOURCE, Step, Style, table_from_style
+from vidstyle.style.model import LAYERS, SOURCE, Step, Style, table_from_style
 from vidstyle.style.schema import describe, style_schema
 from vidstyle.style.values import asset_path, nearest
 

@@ -11,7 +11,7 @@ from vidstyle.block import Asset, Block, Choice, Color, Control, On, Saved
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
-from vidstyle.style.graph import LAYERS, Step, Style, table_from_style
+from vidstyle.style.model import LAYERS, Step, Style, table_from_style
 from vidstyle.style.paths import find_place
 from vidstyle.style.variants import varied_table
 

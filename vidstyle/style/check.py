@@ -12,7 +12,7 @@ from typing import Any
 
 from vidstyle.block import Parameter
 from vidstyle.errors import StyleError
-from vidstyle.style.graph import FIELDS, LAYERS, Style
+from vidstyle.style.model import FIELDS, LAYERS, Style
 from vidstyle.style.steps import StepReader
 from vidstyle.style.values import MOST_MISTAKES, nearest, read_values, shown
 from vidstyle.style.variants import read_variants, varied_table

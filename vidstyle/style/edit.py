@@ -19,7 +19,7 @@ from typing import Any, cast
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from vidstyle.style.graph import FIELDS, LAYERS, Style
+from vidstyle.style.model import FIELDS, LAYERS, Style
 from vidstyle.style.variants import VARIANT_PATTERN
 
 log = logging.getLogger("vidstyle")

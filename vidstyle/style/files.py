@@ -12,7 +12,7 @@ import tomlkit
 from vidstyle.errors import OutputError, StyleError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.edit import edited_text
-from vidstyle.style.graph import Style, table_from_style
+from vidstyle.style.model import Style, table_from_style
 
 LARGEST_FILE = 64 * 1024
 """Bytes; a hand-written style stays well below."""

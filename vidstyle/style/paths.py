@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from vidstyle.block import Parameter
 from vidstyle.blocks import all_blocks
-from vidstyle.style.graph import FIELDS, LAYERS
+from vidstyle.style.model import FIELDS, LAYERS
 from vidstyle.style.values import listed, nearest, shown
 
 _STEP = re.compile(rf"(?:({'|'.join(LAYERS)})\.)?(\w+)(?:#([0-9]{{1,3}}))?")

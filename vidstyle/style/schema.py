@@ -7,7 +7,7 @@ from typing import Any
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
 from vidstyle.style.check import FORMAT, TEXTS
-from vidstyle.style.graph import FIELDS, LAYERS, Step, Style
+from vidstyle.style.model import FIELDS, LAYERS, Step, Style
 from vidstyle.style.steps import MOST_STEPS
 from vidstyle.style.variants import MOST_VARIANTS, VARIANT_PATTERN
 

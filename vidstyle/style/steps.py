@@ -9,7 +9,7 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, Saved
 from vidstyle.blocks import all_blocks
-from vidstyle.style.graph import SOURCE, Step
+from vidstyle.style.model import SOURCE, Step
 from vidstyle.style.values import asset_path, nearest, read_values, shown
 
 MOST_STEPS = 256

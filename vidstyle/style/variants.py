@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from vidstyle.errors import StyleError
-from vidstyle.style.graph import Style, table_from_style
+from vidstyle.style.model import Style, table_from_style
 from vidstyle.style.paths import find_place
 from vidstyle.style.values import MOST_MISTAKES, nearest, read_values, shown
 

@@ -10,7 +10,7 @@ from typing import Any
 from vidstyle.block import Asset, Block, Choice, Color, Control, Saved, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.style import SOURCE, Style, override, table_from_style
-from vidstyle.style.graph import FIELDS, LAYERS
+from vidstyle.style.model import FIELDS, LAYERS
 from vidstyle.style.paths import find_place, step_paths
 
 WORDS = re.compile(r"`([^`]+)`")
