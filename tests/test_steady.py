@@ -14,9 +14,9 @@ from pictures import SOURCES, planes, run, same_bits, step, style
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.steady.carry import Mix, carried
-from vidstyle.steady.motion import Motion, noise_level
-from vidstyle.steady.stage import Steady
+from vidstyle.stabilize.blend import Mix, carried
+from vidstyle.stabilize.motion import Motion, noise_level
+from vidstyle.stabilize.stabilizer import Steady
 from vidstyle.style import Style, load_style, override
 
 PLAIN = style()
@@ -178,7 +178,7 @@ def test_the_order_of_samples_in_memory_does_not_matter() -> None:
 def test_the_result_does_not_depend_on_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = restyled(LINES, panned_film(4), 0.5)
     monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)
-    monkeypatch.setattr("vidstyle.steady.carry.AROUND", 1)
+    monkeypatch.setattr("vidstyle.stabilize.blend.AROUND", 1)
 
     assert all(same_bits(*pair) for pair in zip(whole, restyled(LINES, panned_film(4), 0.5), strict=True))
 

@@ -16,7 +16,7 @@ from vidstyle.core.scene_cuts import CutDetector
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.output import Page, at_size, finish
 from vidstyle.cpu.work import Call, Work, run_bank
-from vidstyle.steady.stage import Steady
+from vidstyle.stabilize.stabilizer import Steady
 from vidstyle.style import SOURCE, Style
 from vidstyle.style.resolve import PreparedStep, has_fixed_marks, prepare
 

@@ -25,7 +25,7 @@ from vidstyle.gpu.steady import SteadyTextures
 from vidstyle.gpu.textures import TexturePool
 from vidstyle.gpu.transfer import Download, Transfer, Upload
 from vidstyle.gpu.windows import Window
-from vidstyle.steady.motion import Carry
+from vidstyle.stabilize.motion import Carry
 
 if TYPE_CHECKING:
     import moderngl

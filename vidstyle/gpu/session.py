@@ -23,7 +23,7 @@ from vidstyle.gpu.owner import Owner
 from vidstyle.gpu.plan import Form, Plan, make_plan
 from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares
 from vidstyle.gpu.steadier import Steadier, plain_layout, steady_layout
-from vidstyle.steady.stage import Steadied
+from vidstyle.stabilize.stabilizer import Steadied
 from vidstyle.style import Style
 from vidstyle.style.resolve import PreparedStep, has_fixed_marks, prepare
 

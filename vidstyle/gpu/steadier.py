@@ -11,8 +11,8 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.nodes import Layout
 from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares, Steadying
 from vidstyle.gpu.steady import SteadyTextures
-from vidstyle.steady.motion import Motion
-from vidstyle.steady.stage import Steadied, Steady, steady_encoding, with_planes
+from vidstyle.stabilize.motion import Motion
+from vidstyle.stabilize.stabilizer import Steadied, Steady, steady_encoding, with_planes
 
 log = logging.getLogger("vidstyle")
 

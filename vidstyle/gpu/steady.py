@@ -14,9 +14,9 @@ from vidstyle.gpu.formats import Format, plane_format
 from vidstyle.gpu.includes import Assembly
 from vidstyle.gpu.programs import Programs
 from vidstyle.gpu.textures import TexturePool
-from vidstyle.steady.carry import STILL
-from vidstyle.steady.motion import Carry
-from vidstyle.steady.stage import chroma_ends, code_scale, result_gain, steady_encoding
+from vidstyle.stabilize.blend import STILL
+from vidstyle.stabilize.motion import Carry
+from vidstyle.stabilize.stabilizer import chroma_ends, code_scale, result_gain, steady_encoding
 
 if TYPE_CHECKING:
     import moderngl
@@ -39,7 +39,7 @@ class _Kept:
 
 
 class SteadyTextures:
-    """As `vidstyle.steady.stage.Steady`, for textures. Whoever calls it owns the context.
+    """As `vidstyle.stabilize.stabilizer.Steady`, for textures. Whoever calls it owns the context.
 
     Args:
         source: how the planes are encoded that come in.

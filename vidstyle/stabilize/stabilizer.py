@@ -10,8 +10,8 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, color_rows, store, yuv_from_rgb
-from vidstyle.steady.carry import Mix, carried
-from vidstyle.steady.motion import Carry, Motion
+from vidstyle.stabilize.blend import Mix, carried
+from vidstyle.stabilize.motion import Carry, Motion
 
 Levels = tuple[float, float]
 

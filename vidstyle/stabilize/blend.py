@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.core.bands import in_bands
 from vidstyle.core.kernels import compiled
-from vidstyle.steady.move import move_row
+from vidstyle.stabilize.warp import move_row
 
 STILL = np.zeros((1, 1, 2), np.float32)
 """The flow of a film in which nothing moves."""
