@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from vidstyle.channel import Channel, ChannelClosedError
+from vidstyle.pipeline.bounded_queue import Channel, ChannelClosedError
 
 
 def test_items_arrive_in_order_and_the_giver_waits_for_room():

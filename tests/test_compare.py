@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vidstyle.compare import compared
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.pipeline.compare import compared
 
 
 def flat(luma: int, chroma: int, width: int, step: tuple[int, int] = (2, 2), height: int = 6) -> Picture:

@@ -133,7 +133,7 @@ def test_29_what_cannot_be_written_is_said_before_the_work(
 ):
     clip = make_clip(program.folder / "clip.mp4", frames=30, audio_tracks=1)
     worked = []
-    monkeypatch.setattr("vidstyle.stages.Stages.run", lambda *_: worked.append(True))
+    monkeypatch.setattr("vidstyle.pipeline.stages.Stages.run", lambda *_: worked.append(True))
     outcome = program(clip, target, *options)
     assert outcome.exit_code in exit_codes, outcome.said
     assert len(outcome.lines) == 1 and not worked

@@ -26,7 +26,7 @@ from vidstyle.gpu import renderer as gpu_renderer
 from vidstyle.gpu.plan import Form
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.gpu.session import Request, Session
-from vidstyle.pipeline import render
+from vidstyle.pipeline.render import render
 from vidstyle.renderer import open_renderer
 from vidstyle.style import Style
 

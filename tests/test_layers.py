@@ -105,7 +105,7 @@ def test_every_folder_with_code_is_a_package() -> None:
         ("vidstyle/cpu/x.py", "import vidstyle.media.reader", "cpu must not know media"),
         ("vidstyle/style_x.py", "def f():\n    import vidstyle.cpu", "style must not know cpu"),
         ("vidstyle/blocks/x.py", "import av", "av belongs to media"),
-        ("vidstyle/pipeline.py", "from rich.progress import Progress", "rich belongs to cli"),
+        ("vidstyle/pipeline/render.py", "from rich.progress import Progress", "rich belongs to cli"),
     ],
 )
 def test_a_wrong_import_is_seen(

@@ -20,9 +20,9 @@ from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError, StyleError
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import Reader
-from vidstyle.pipeline import first_frames, render
-from vidstyle.progress import Progress
-from vidstyle.stages import ROOM, batches
+from vidstyle.pipeline.progress import Progress
+from vidstyle.pipeline.render import first_frames, render
+from vidstyle.pipeline.stages import ROOM, batches
 
 ROOT = Path(__file__).parent.parent
 POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
@@ -51,7 +51,7 @@ def test_plain_hands_over_the_decoders_own_frames(
     clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     written = []
-    monkeypatch.setattr("vidstyle.stages.Stages._count", lambda self, frame: written.append(frame))
+    monkeypatch.setattr("vidstyle.pipeline.stages.Stages._count", lambda self, frame: written.append(frame))
     render(clip, tmp_path / "out.mp4", "plain")
     assert len(written) == 90 and all(frame.native is not None for frame in written)
 
@@ -73,7 +73,7 @@ def test_the_queues_are_short(clip: Path, tmp_path: Path, monkeypatch: pytest.Mo
 
     written: list[int] = []
     monkeypatch.setattr(Reader, "__iter__", iterate)
-    monkeypatch.setattr("vidstyle.stages.Stages._count", count)
+    monkeypatch.setattr("vidstyle.pipeline.stages.Stages._count", count)
     render(clip, tmp_path / "out.mp4", "plain")
     assert written == read and len(read) == 90
     # Two queues, and what each of the three threads has in its hands.

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from vidstyle.progress import Progress
+from vidstyle.pipeline.progress import Progress
 
 
 def test_rates_and_the_rest_follow_from_what_is_known():

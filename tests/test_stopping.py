@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from vidstyle.stopping import stop_on_signals
+from vidstyle.pipeline.stopping import stop_on_signals
 
 
 @pytest.mark.parametrize(("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -25,7 +25,7 @@ def test_a_signal_asks_to_stop_and_the_handlers_come_back(number, exit_code):
 
 def test_a_second_signal_ends_the_program_at_once():
     program = (
-        "import os, signal, time; from vidstyle.stopping import stop_on_signals\n"
+        "import os, signal, time; from vidstyle.pipeline.stopping import stop_on_signals\n"
         "with stop_on_signals() as stop:\n"
         "    os.kill(os.getpid(), signal.SIGINT); assert stop.wait(1)\n"
         "    os.kill(os.getpid(), signal.SIGINT); time.sleep(10); print('still here')\n"

@@ -18,7 +18,7 @@ import pytest
 from media import make_clip, read_all, rgb_from_frame, rms_error
 
 from vidstyle.media.writer import WriteOptions
-from vidstyle.pipeline import render
+from vidstyle.pipeline.render import render
 
 LARGE = (1280, 720)
 HALVED = [Fraction(number, 30) for number in range(12)] + [Fraction(6 + number, 15) for number in range(8)]

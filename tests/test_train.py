@@ -18,7 +18,7 @@ from vidstyle.blade.run import BankRun
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import main
 from vidstyle.core.picture import Encoding
-from vidstyle.pipeline import render
+from vidstyle.pipeline.render import render
 from vidstyle.style import load_style
 
 BILATERAL = """

@@ -20,7 +20,7 @@ from vidstyle.media.reader import ReadOptions, open_reader
 from vidstyle.media.video_encoder import picture_frame
 from vidstyle.media.video_plan import plan_video
 from vidstyle.media.writer import WriteOptions, open_writer
-from vidstyle.pipeline import render
+from vidstyle.pipeline.render import render
 
 
 def copy(source: Path, target: Path, read: ReadOptions | None = None, **options: object) -> Path:

@@ -15,8 +15,8 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.film import write_film
-from vidstyle.pipeline import render
-from vidstyle.progress import Progress
+from vidstyle.pipeline.progress import Progress
+from vidstyle.pipeline.render import render
 
 WARM_UP = 500
 """Frames after which every buffer has been made once."""

@@ -19,7 +19,7 @@ from pathlib import Path
 import av
 
 from vidstyle.errors import VidstyleError
-from vidstyle.pipeline import render
+from vidstyle.pipeline.render import render
 from vidstyle.style import style_names
 
 

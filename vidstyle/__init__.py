@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from vidstyle.errors import VidstyleError as VidstyleError
     from vidstyle.media.reader import ReadOptions as ReadOptions
     from vidstyle.media.writer import WriteOptions as WriteOptions
-    from vidstyle.pipeline import render as render
-    from vidstyle.progress import Progress as Progress
-    from vidstyle.progress import Summary as Summary
+    from vidstyle.pipeline.progress import Progress as Progress
+    from vidstyle.pipeline.progress import Summary as Summary
+    from vidstyle.pipeline.render import render as render
     from vidstyle.renderer import Renderer as Renderer
     from vidstyle.renderer import stylize as stylize
     from vidstyle.style import Style as Style
@@ -39,8 +39,8 @@ _HOMES = {
     "vidstyle.errors": "DeviceError InputError OutputError StyleError UsageError VidstyleError",
     "vidstyle.media.reader": "ReadOptions",
     "vidstyle.media.writer": "WriteOptions",
-    "vidstyle.pipeline": "render",
-    "vidstyle.progress": "Progress Summary",
+    "vidstyle.pipeline.render": "render",
+    "vidstyle.pipeline.progress": "Progress Summary",
     "vidstyle.renderer": "Renderer stylize",
     "vidstyle.style": "Style load_style save_style style_names",
 }

@@ -20,7 +20,7 @@ from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.film import write_film
 from vidstyle.media.whole_file import whole_file
 from vidstyle.media.writer import WriteOptions
-from vidstyle.pipeline import render
+from vidstyle.pipeline.render import render
 from vidstyle.style import load_style
 
 STYLES = ("comic", "sketch", "poster")

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import click
 
 from vidstyle.cli.reporting import say
-from vidstyle.progress import Progress
+from vidstyle.pipeline.progress import Progress
 
 KINDS = ("auto", "bar", "plain", "json", "none")
 LINE_SECONDS = 3.0

@@ -82,7 +82,7 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
     from vidstyle.live.session import Session
     from vidstyle.live.targets import target_maker
     from vidstyle.media.live_sources import live_source
-    from vidstyle.stopping import stop_on_signals
+    from vidstyle.pipeline.stopping import stop_on_signals
     from vidstyle.style import load_style, override
 
     if listing:

@@ -16,7 +16,7 @@ from vidstyle.errors import printable
 if TYPE_CHECKING:
     from vidstyle.media.reader import ReadOptions
     from vidstyle.media.writer import WriteOptions
-    from vidstyle.progress import Summary
+    from vidstyle.pipeline.progress import Summary
 
 
 @click.command(short_help="Restyle a film, a picture, an image sequence or a pipe.")
@@ -66,8 +66,8 @@ if TYPE_CHECKING:
 @reporting_options
 def render(source: str, target: str, as_json: bool, progress: str, **options: Any) -> int:
     """Restyle INPUT into OUTPUT: a film, a picture, an image sequence (%05d.png) or a pipe (-)."""
-    from vidstyle.pipeline import render as render_film
-    from vidstyle.stopping import stop_on_signals
+    from vidstyle.pipeline.render import render as render_film
+    from vidstyle.pipeline.stopping import stop_on_signals
     from vidstyle.style import load_style, override
 
     changes = list(options["changes"])

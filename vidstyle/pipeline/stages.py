@@ -12,9 +12,9 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from vidstyle.channel import Channel, ChannelClosedError
 from vidstyle.errors import OutputError
 from vidstyle.media.frame import Frame
+from vidstyle.pipeline.bounded_queue import Channel, ChannelClosedError
 
 if TYPE_CHECKING:
     from vidstyle.media.output import Writer

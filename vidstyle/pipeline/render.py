@@ -9,13 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vidstyle.compare import Compare, compared, compared_info
 from vidstyle.media.frame import Frame
 from vidstyle.media.reader import Reader, ReadOptions, VideoInfo, open_reader
 from vidstyle.media.writer import WriteOptions, Writer, open_writer
-from vidstyle.progress import Progress, Summary
+from vidstyle.pipeline.compare import Compare, compared, compared_info
+from vidstyle.pipeline.progress import Progress, Summary
+from vidstyle.pipeline.stages import Stages
 from vidstyle.renderer import Backend, StyleLike, open_renderer
-from vidstyle.stages import Stages
 
 DAMAGED_EXIT_CODE = 4
 """Done, but the input was damaged (design, section 6)."""
