@@ -15,7 +15,7 @@ import skimage.data
 
 from vidstyle.comic.options import ComicOptions
 from vidstyle.comic.page import make_comic
-from vidstyle.demo import make_film, make_page
+from vidstyle.demo.make import make_film, make_page
 
 STORY = (
     ("coffee", "<i>Seven o'clock. One coffee.</i>", ""),

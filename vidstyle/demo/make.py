@@ -15,7 +15,7 @@ from vidstyle.comic.options import ComicOptions
 from vidstyle.comic.page import make_comic
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.demo_film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
+from vidstyle.demo.film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.film import write_film
 from vidstyle.media.whole_file import whole_file
