@@ -12,8 +12,8 @@ from media import photograph
 from pictures import FLOAT, RGB8, VIDEO, run, style
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.devices import Device, choose
-from vidstyle.gpu.plan import Form
+from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.device.choose import Device, choose
 from vidstyle.gpu.session import Request, Session
 from vidstyle.style import Style
 

@@ -23,15 +23,14 @@ from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.context import close_context, open_context
-from vidstyle.gpu.cost import plan_traffic
-from vidstyle.gpu.devices import choose
-from vidstyle.gpu.explain import plan_for_video
-from vidstyle.gpu.nodes import Layout
-from vidstyle.gpu.plan import Plan, make_plan
-from vidstyle.gpu.runner import Equipment
-from vidstyle.gpu.timed_runner import Clock, TimedRunner
-from vidstyle.gpu.timing import GpuTimes
+from vidstyle.gpu.compile.cost import plan_traffic
+from vidstyle.gpu.compile.explain import plan_for_video
+from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.plan import Plan, make_plan
+from vidstyle.gpu.device.choose import choose
+from vidstyle.gpu.device.context import close_context, open_context
+from vidstyle.gpu.device.runner import Equipment
+from vidstyle.gpu.timing import Clock, GpuTimes, TimedRunner
 from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.resolve import prepare
 

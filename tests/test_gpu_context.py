@@ -14,9 +14,9 @@ import psutil
 import pytest
 
 from vidstyle.errors import DeviceError, UsageError
-from vidstyle.gpu import devices
-from vidstyle.gpu.context import close_context, count_devices, open_context
-from vidstyle.gpu.devices import Choice, choose, has_gpu_hardware, list_devices
+from vidstyle.gpu.device import choose as devices
+from vidstyle.gpu.device.choose import Choice, choose, has_gpu_hardware, list_devices
+from vidstyle.gpu.device.context import close_context, count_devices, open_context
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is Linux's")
 
@@ -35,9 +35,10 @@ def answer(*lines: str, **environment: str) -> str:
     """What a program prints in a process without a display, in which OpenGL was never used."""
     program = f"""
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu import context, devices
-from vidstyle.gpu.context import close_context, open_context
-from vidstyle.gpu.devices import choose, list_devices
+from vidstyle.gpu.device import context
+from vidstyle.gpu.device import choose as devices
+from vidstyle.gpu.device.context import close_context, open_context
+from vidstyle.gpu.device.choose import choose, list_devices
 try:
     {f"{chr(10)}    ".join(lines)}
 except VidstyleError as error:

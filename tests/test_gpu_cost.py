@@ -15,7 +15,7 @@ from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.cli.bench import FORMS
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.cost import (
+from vidstyle.gpu.compile.cost import (
     Room,
     Traffic,
     download_bytes,
@@ -24,11 +24,11 @@ from vidstyle.gpu.cost import (
     plan_traffic,
     upload_bytes,
 )
-from vidstyle.gpu.explain import calls_of, explain, lines_of, plan_for_video
-from vidstyle.gpu.formats import WORKING, plane_format
-from vidstyle.gpu.nodes import Layout
-from vidstyle.gpu.plan import Form, Plan, make_plan
-from vidstyle.gpu.shader_writer import write_shader
+from vidstyle.gpu.compile.explain import calls_of, explain, lines_of, plan_for_video
+from vidstyle.gpu.compile.formats import WORKING, plane_format
+from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style, expand, load_style, style_names
 from vidstyle.style.resolve import prepare
 

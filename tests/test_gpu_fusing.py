@@ -23,9 +23,9 @@ from pictures import VIDEO, run, step
 from vidstyle.block import Asset, Block, Choice, Color, Saved, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.nodes import Layout
-from vidstyle.gpu.passes import MOST_STORED
-from vidstyle.gpu.plan import make_plan
+from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.passes import MOST_STORED
+from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.style import LAYERS, Step, Style
 from vidstyle.style.resolve import prepare
 

@@ -12,11 +12,11 @@ from pictures import step, style
 from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.features import choose_filters
 from vidstyle.core.planes import luma_rows
-from vidstyle.gpu import devices
-from vidstyle.gpu.explain import plan_for_video
-from vidstyle.gpu.formats import working_format
-from vidstyle.gpu.nodes import Node
-from vidstyle.gpu.plan import Form
+from vidstyle.gpu.compile.explain import plan_for_video
+from vidstyle.gpu.compile.formats import working_format
+from vidstyle.gpu.compile.nodes import Node
+from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.device import choose as devices
 from vidstyle.gpu.session import Request, Session
 from vidstyle.style import Style
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vidstyle.core.measured import Settling
-from vidstyle.gpu.percentiles import Percentiles
+from vidstyle.gpu.device.percentiles import Percentiles
 
 LOW, SPAN = -0.125, 1.25
 CLOSE = 2e-5

@@ -12,13 +12,13 @@ import vidstyle
 from vidstyle.block import Asset, Block, Choice, Color, Parameter, Saved, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.jobs import jobs_of
-from vidstyle.gpu.nodes import Layout
-from vidstyle.gpu.passes import MOST_STORED
-from vidstyle.gpu.plan import Form, Plan, make_plan
-from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.gpu.signature import functions_of_block
-from vidstyle.gpu.slots import ending
+from vidstyle.gpu.compile.glsl import functions_of_block
+from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.passes import MOST_STORED
+from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.shader_writer import write_shader
+from vidstyle.gpu.compile.slots import ending
+from vidstyle.gpu.compile.tiles import jobs_of
 from vidstyle.style import Style, override, style_names
 from vidstyle.style.resolve import prepare
 

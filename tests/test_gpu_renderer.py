@@ -21,9 +21,11 @@ import vidstyle
 from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError, StyleError
-from vidstyle.gpu import devices, includes, session
 from vidstyle.gpu import renderer as gpu_renderer
-from vidstyle.gpu.plan import Form
+from vidstyle.gpu import session
+from vidstyle.gpu.compile import glsl as includes
+from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.device import choose as devices
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.gpu.session import Request, Session
 from vidstyle.pipeline.render import render

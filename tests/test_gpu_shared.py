@@ -9,12 +9,12 @@ from gpu import FORMS, Sessions, disagreements, faults, film_picture
 from pictures import FLOAT, step, style
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu import shared
-from vidstyle.gpu.explain import plan_for_video
-from vidstyle.gpu.nodes import Layout
-from vidstyle.gpu.plan import Form, make_plan
-from vidstyle.gpu.shader import Shader
-from vidstyle.gpu.shader_writer import write_shader
+from vidstyle.gpu.compile import shared
+from vidstyle.gpu.compile.explain import plan_for_video
+from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.plan import Form, make_plan
+from vidstyle.gpu.compile.shader import Shader
+from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style
 from vidstyle.style.resolve import prepare
 

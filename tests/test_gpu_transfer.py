@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.lib.array_utils import byte_bounds
 
-from vidstyle.gpu.transfer import Download, Transfer, Upload, _as_it_lies
+from vidstyle.gpu.device.transfer import Download, Transfer, Upload, _as_it_lies
 
 TYPES = {"f1": np.uint8, "nu2": np.uint16, "f4": np.float32}
 SIZES = [(1, 1), (1, 9), (9, 1), (361, 641), (8192, 16)]

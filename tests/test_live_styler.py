@@ -11,7 +11,7 @@ import pytest
 from live import LONG, before_opening, eventually, refuse
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.devices import list_devices
+from vidstyle.gpu.device.choose import list_devices
 from vidstyle.live import styler
 from vidstyle.live.styler import Styler
 from vidstyle.style import Style, load_style, override

@@ -14,7 +14,7 @@ import numpy as np
 from soak import MOST_MEGABYTES, growth, pictures, resident_bytes
 
 from vidstyle.core.picture import Picture
-from vidstyle.gpu.devices import choose
+from vidstyle.gpu.device.choose import choose
 from vidstyle.gpu.session import Drawn, Request, Session
 from vidstyle.style import load_style, style_names
 

@@ -12,7 +12,7 @@ from typing import Any
 import vidstyle
 from vidstyle.core.kernels import user_cache
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.devices import Device, choose, list_devices
+from vidstyle.gpu.device.choose import Device, choose, list_devices
 from vidstyle.media.probe import cameras, decoder_devices, encoders, ffmpeg_version
 
 LIBRARIES = ("av", "numpy", "opencv-contrib-python-headless", "numba", "moderngl", "click", "rich", "tomlkit")

@@ -12,7 +12,7 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.gpu.devices import DEVICES, choose
+from vidstyle.gpu.device.choose import DEVICES, choose
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style
 

@@ -12,8 +12,8 @@ from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.devices import Device, choose
-from vidstyle.gpu.plan import Form
+from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.device.choose import Device, choose
 from vidstyle.gpu.timing import RATE, GpuTimes, median_time, time_style
 from vidstyle.style import Style
 

@@ -18,7 +18,7 @@ from vidstyle.cli.values import Seconds, Size
 from vidstyle.errors import UsageError, printable
 
 if TYPE_CHECKING:
-    from vidstyle.gpu.plan import Form
+    from vidstyle.gpu.compile.plan import Form
     from vidstyle.style import Style
 
 
@@ -124,7 +124,7 @@ def _variants(name: str, style: Style) -> str:
 
 
 def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bool) -> None:
-    from vidstyle.gpu.explain import explain, lines_of, plan_for_video
+    from vidstyle.gpu.compile.explain import explain, lines_of, plan_for_video
     from vidstyle.style import load_style
 
     if name is None:

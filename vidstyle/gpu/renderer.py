@@ -10,8 +10,8 @@ from typing import Protocol
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.devices import Device
-from vidstyle.gpu.plan import Form
+from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.session import Drawn, Request, Session
 from vidstyle.style import Style
 

@@ -16,13 +16,12 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth
 from vidstyle.core.scene_cuts import CutDetector
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.context import close_context, open_context
-from vidstyle.gpu.devices import Device
-from vidstyle.gpu.nodes import Layout, Measure
-from vidstyle.gpu.owner import Owner
-from vidstyle.gpu.plan import Form, Plan, make_plan
-from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares
-from vidstyle.gpu.steadier import Steadier, plain_layout, steady_layout
+from vidstyle.gpu.compile.nodes import Layout, Measure
+from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.device.choose import Device
+from vidstyle.gpu.device.context import Owner, close_context, open_context
+from vidstyle.gpu.device.runner import Equipment, Fetch, Runner, Shares
+from vidstyle.gpu.device.stabilizer import Steadier, plain_layout, steady_layout
 from vidstyle.stabilize.stabilizer import Steadied
 from vidstyle.style import Style
 from vidstyle.style.resolve import PreparedStep, has_fixed_marks, prepare

@@ -8,10 +8,9 @@ from typing import Literal
 
 from vidstyle.block import rgb_from_text
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.graph import Graph
-from vidstyle.gpu.looks import Look
-from vidstyle.gpu.nodes import Function, Layout, Node, Shape
-from vidstyle.gpu.passes import Pass, Result, cut
+from vidstyle.gpu.compile.builder import Graph, Look
+from vidstyle.gpu.compile.nodes import Function, Layout, Node, Shape
+from vidstyle.gpu.compile.passes import Pass, Result, cut
 from vidstyle.style import Style
 from vidstyle.style.resolve import PreparedStep
 

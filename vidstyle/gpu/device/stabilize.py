@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.formats import Format, plane_format
-from vidstyle.gpu.includes import Assembly
-from vidstyle.gpu.programs import Programs
-from vidstyle.gpu.textures import TexturePool
+from vidstyle.gpu.compile.formats import Format, plane_format
+from vidstyle.gpu.compile.glsl import Assembly
+from vidstyle.gpu.device.programs import Programs
+from vidstyle.gpu.device.textures import TexturePool
 from vidstyle.stabilize.blend import STILL
 from vidstyle.stabilize.motion import Carry
 from vidstyle.stabilize.stabilizer import chroma_ends, code_scale, result_gain, steady_encoding

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from vidstyle.core.bands import CORES
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.nodes import Layout
-from vidstyle.gpu.runner import Equipment, Fetch, Runner, Shares, Steadying
-from vidstyle.gpu.steady import SteadyTextures
+from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.device.runner import Equipment, Fetch, Runner, Shares, Steadying
+from vidstyle.gpu.device.stabilize import SteadyTextures
 from vidstyle.stabilize.motion import Motion
 from vidstyle.stabilize.stabilizer import Steadied, Steady, steady_encoding, with_planes
 

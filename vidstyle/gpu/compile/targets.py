@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.formats import WORKING, Format, levels, plane_format, working_format
-from vidstyle.gpu.includes import Assembly
-from vidstyle.gpu.nodes import CHANNELS, Kind, Node
-from vidstyle.gpu.passes import Pass
-from vidstyle.gpu.plan import Plan
+from vidstyle.gpu.compile.formats import WORKING, Format, levels, plane_format, working_format
+from vidstyle.gpu.compile.glsl import Assembly
+from vidstyle.gpu.compile.nodes import CHANNELS, Kind, Node
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Plan
 
 
 @dataclass(frozen=True)

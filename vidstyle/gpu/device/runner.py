@@ -10,21 +10,19 @@ import numpy as np
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
-from vidstyle.gpu.assets import AssetTextures
-from vidstyle.gpu.formats import WORKING
-from vidstyle.gpu.jobs import Job, jobs_of
-from vidstyle.gpu.nodes import Measure, Node
-from vidstyle.gpu.passes import Pass
-from vidstyle.gpu.percentiles import Percentiles
-from vidstyle.gpu.plan import Plan
-from vidstyle.gpu.programs import Programs
-from vidstyle.gpu.shader import ImageOf, Shader
-from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.gpu.slots import Slots
-from vidstyle.gpu.steady import SteadyTextures
-from vidstyle.gpu.textures import TexturePool
-from vidstyle.gpu.transfer import Download, Transfer, Upload
-from vidstyle.gpu.windows import Window
+from vidstyle.gpu.compile.formats import WORKING
+from vidstyle.gpu.compile.nodes import Measure, Node
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader import ImageOf, Shader
+from vidstyle.gpu.compile.shader_writer import write_shader
+from vidstyle.gpu.compile.slots import Slots
+from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
+from vidstyle.gpu.device.percentiles import Percentiles
+from vidstyle.gpu.device.programs import Programs
+from vidstyle.gpu.device.stabilize import SteadyTextures
+from vidstyle.gpu.device.textures import AssetTextures, TexturePool
+from vidstyle.gpu.device.transfer import Download, Transfer, Upload
 from vidstyle.stabilize.motion import Carry
 
 if TYPE_CHECKING:

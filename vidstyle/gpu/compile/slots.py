@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vidstyle.gpu.formats import Format, working_format
-from vidstyle.gpu.jobs import Job
-from vidstyle.gpu.nodes import Measure, Node, Shape
-from vidstyle.gpu.passes import Pass
-from vidstyle.gpu.plan import Plan
-from vidstyle.gpu.shader import Shader
-from vidstyle.gpu.textures import TexturePool, fits
+from vidstyle.gpu.compile.formats import Format, working_format
+from vidstyle.gpu.compile.nodes import Measure, Node, Shape
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader import Shader
+from vidstyle.gpu.compile.tiles import Job
+from vidstyle.gpu.device.textures import TexturePool, fits
 
 if TYPE_CHECKING:
     import moderngl

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.signature import Signature, signatures
+from vidstyle.gpu.compile.glsl import Signature, signatures
 
 Kind = Literal["luma", "chroma", "color", "choices"]
 """Choices are the numbers of the filters that 2 x 2 pixels choose."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.nodes import Kind, Node
+from vidstyle.gpu.compile.nodes import Kind, Node
 
 
 @dataclass(frozen=True)

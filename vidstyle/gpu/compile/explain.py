@@ -7,20 +7,20 @@ from itertools import groupby
 from typing import Any
 
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.cost import (
+from vidstyle.gpu.compile.cost import (
     download_bytes,
     held_textures,
     pass_traffic,
     plan_traffic,
     upload_bytes,
 )
-from vidstyle.gpu.formats import Format, plane_format, working_format
-from vidstyle.gpu.nodes import Layout, Node, Shape
-from vidstyle.gpu.passes import Pass
-from vidstyle.gpu.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.formats import Format, plane_format, working_format
+from vidstyle.gpu.compile.nodes import Layout, Node, Shape
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.shader_writer import write_shader
+from vidstyle.gpu.compile.targets import Target
 from vidstyle.gpu.session import LARGEST
-from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.gpu.targets import Target
 from vidstyle.style import Style
 from vidstyle.style.resolve import prepare
 

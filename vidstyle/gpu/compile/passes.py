@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from vidstyle.gpu.nodes import CHANNELS, Measure, Node, Shape
+from vidstyle.gpu.compile.nodes import CHANNELS, Measure, Node, Shape
 
 RECOMPUTED = 12
 """So many calls that need no neighbour are made anew in each pass rather than kept in a texture: arithmetic

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import prod
 
-from vidstyle.gpu.nodes import CHANNELS, Node
-from vidstyle.gpu.passes import Pass
+from vidstyle.gpu.compile.nodes import CHANNELS, Node
+from vidstyle.gpu.compile.passes import Pass
 
 MOST_BYTES = 32768
 """Shared memory for each group that OpenGL promises. Filters that read more than fits read the texture."""

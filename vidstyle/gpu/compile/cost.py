@@ -12,15 +12,15 @@ from dataclasses import dataclass
 from typing import cast
 
 from vidstyle.core.measured import Sampling
-from vidstyle.gpu.formats import Format, plane_format, working_format
-from vidstyle.gpu.jobs import jobs_of
-from vidstyle.gpu.nodes import Node, Shape
-from vidstyle.gpu.passes import Pass
-from vidstyle.gpu.plan import Plan
-from vidstyle.gpu.shader_writer import write_shader
-from vidstyle.gpu.slots import Slots
-from vidstyle.gpu.targets import Target
-from vidstyle.gpu.textures import TexturePool
+from vidstyle.gpu.compile.formats import Format, plane_format, working_format
+from vidstyle.gpu.compile.nodes import Node, Shape
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader_writer import write_shader
+from vidstyle.gpu.compile.slots import Slots
+from vidstyle.gpu.compile.targets import Target
+from vidstyle.gpu.compile.tiles import jobs_of
+from vidstyle.gpu.device.textures import TexturePool
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from vidstyle.errors import DeviceError, UsageError
-from vidstyle.gpu.context import close_context, count_devices, open_context
+from vidstyle.gpu.device.context import close_context, count_devices, open_context
 
 if TYPE_CHECKING:
-    from vidstyle.gpu.plan import Form
+    from vidstyle.gpu.compile.plan import Form
 
 DEVICES = ("auto", "cpu", "gpu", "gpu:N")
 """The words that choose a device; N is its number."""

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.includes import Assembly
-from vidstyle.gpu.signature import read_source
+from vidstyle.gpu.compile.glsl import Assembly, read_source
 
 if TYPE_CHECKING:
     import moderngl

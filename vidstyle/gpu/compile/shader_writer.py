@@ -11,15 +11,13 @@ from typing import Any
 
 from vidstyle.core.planes import chroma_reach
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu.images import declare_image
-from vidstyle.gpu.includes import TYPES, Assembly
-from vidstyle.gpu.nodes import CHANNELS, Node
-from vidstyle.gpu.passes import Pass
-from vidstyle.gpu.plan import Plan
-from vidstyle.gpu.shader import GROUPS, Shader
-from vidstyle.gpu.shared import BYTES, Pair, sharing_of
-from vidstyle.gpu.signature import Parameter, signatures
-from vidstyle.gpu.targets import declare_targets, shrinks, store_planes, store_working, targets_of
+from vidstyle.gpu.compile.glsl import TYPES, Assembly, Parameter, signatures
+from vidstyle.gpu.compile.nodes import CHANNELS, Node
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader import GROUPS, Shader, declare_image
+from vidstyle.gpu.compile.shared import BYTES, Pair, sharing_of
+from vidstyle.gpu.compile.targets import declare_targets, shrinks, store_planes, store_working, targets_of
 
 TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
 """Pixels across and down that a group makes together where chroma is averaged."""
