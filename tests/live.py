@@ -19,8 +19,8 @@ from vidstyle.live.session import Session
 from vidstyle.live.setting import LiveOptions, Setting
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media.live_input import LiveSource
-from vidstyle.media.live_sources import GeneratedPicture
+from vidstyle.media.capture.input import LiveSource
+from vidstyle.media.capture.sources import GeneratedPicture
 from vidstyle.style import load_style
 
 LONG = 20.0

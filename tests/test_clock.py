@@ -8,9 +8,9 @@ import av
 import media
 import pytest
 
-from vidstyle.media.clock import FrameClock, PacketClock, fine_time_base
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import open_reader
+from vidstyle.media.read.clock import FrameClock, PacketClock, fine_time_base
+from vidstyle.media.read.reader import open_reader
 
 
 def stamps(clock: FrameClock, given: list[int | None]) -> list[int]:

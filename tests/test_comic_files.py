@@ -31,7 +31,7 @@ from vidstyle.comic.sheet import Label, Sheet, Shown
 from vidstyle.comic.wrap import shapes
 from vidstyle.comic.write import Output
 from vidstyle.errors import OutputError, UsageError
-from vidstyle.media.subtitles import read_subtitles
+from vidstyle.media.read.subtitles import read_subtitles
 from vidstyle.style import load_style
 from vidstyle.style.resolve import prepare
 

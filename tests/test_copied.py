@@ -11,10 +11,10 @@ import pytest
 from media import make_clip, read_all
 
 from vidstyle.errors import UsageError
-from vidstyle.media.copied import kept_tags
-from vidstyle.media.interleaver import Interleaver
-from vidstyle.media.reader import open_reader
-from vidstyle.media.writer import WriteOptions, open_writer
+from vidstyle.media.read.reader import open_reader
+from vidstyle.media.write.interleaver import Interleaver
+from vidstyle.media.write.stream_copy import kept_tags
+from vidstyle.media.write.writer import WriteOptions, open_writer
 
 
 def copy(source: Path, target: Path, audio: str = "copy") -> Path:

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from vidstyle.errors import InputError
-from vidstyle.media.damage import Damage
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import open_reader
+from vidstyle.media.read.decoder import Damage
+from vidstyle.media.read.reader import open_reader
 
 
 def read(path: Path) -> tuple[list[Frame], Damage]:

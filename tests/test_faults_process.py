@@ -18,8 +18,8 @@ from media import make_clip
 
 from vidstyle import cli
 from vidstyle.cpu import CpuRenderer
-from vidstyle.media.film_writer import FilmWriter
-from vidstyle.media.reader import Reader
+from vidstyle.media.read.reader import Reader
+from vidstyle.media.write.film import FilmWriter
 
 ROOT = Path(__file__).parent.parent
 RENDER = [sys.executable, "-m", "vidstyle", "render", "--style", "plain"]

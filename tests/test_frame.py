@@ -14,7 +14,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame, shuffled
-from vidstyle.media.layout import SHUFFLED, layout_of
+from vidstyle.media.pixel_formats import SHUFFLED, layout_of
 
 ODD = (101, 37)
 PLAIN = [

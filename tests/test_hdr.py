@@ -10,9 +10,16 @@ import pytest
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.color_tags import HLG, PQ, ColorTags
 from vidstyle.media.frame import Frame, picture_from_frame
-from vidstyle.media.hdr import BT2020_TO_BT709, ToneMap, brightest
-from vidstyle.media.hdr_curves import compressed_nits, hlg_to_scene, nits_to_pq, pq_to_nits
-from vidstyle.media.reader import open_reader
+from vidstyle.media.hdr import (
+    BT2020_TO_BT709,
+    ToneMap,
+    brightest,
+    compressed_nits,
+    hlg_to_scene,
+    nits_to_pq,
+    pq_to_nits,
+)
+from vidstyle.media.read.reader import open_reader
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,7 @@ def test_every_folder_with_code_is_a_package() -> None:
     ("place", "line", "wrong"),
     [
         ("vidstyle/media/x.py", "from vidstyle.style import load_style", "media must not know style"),
-        ("vidstyle/cpu/x.py", "import vidstyle.media.reader", "cpu must not know media"),
+        ("vidstyle/cpu/x.py", "import vidstyle.media.read.reader", "cpu must not know media"),
         ("vidstyle/style_x.py", "def f():\n    import vidstyle.cpu", "style must not know cpu"),
         ("vidstyle/blocks/x.py", "import av", "av belongs to media"),
         ("vidstyle/pipeline/render.py", "from rich.progress import Progress", "rich belongs to cli"),

@@ -22,9 +22,10 @@ from vidstyle.live.listening import Listening
 from vidstyle.live.setting import LiveOptions
 from vidstyle.live.sound import Sound
 from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.media import alsa, microphone
-from vidstyle.media.live_sound import RATE, Heard
-from vidstyle.media.microphone import Microphone
+from vidstyle.media.audio import RATE, Heard
+from vidstyle.media.capture import microphone
+from vidstyle.media.capture import microphone as alsa
+from vidstyle.media.capture.microphone import Microphone
 
 PIECE = 0.02
 """Seconds."""
@@ -249,7 +250,7 @@ def test_the_command_records_a_microphone(tmp_path: Path):
 
 HEAR = """
 import sys, threading, time
-from vidstyle.media.microphone import Microphone
+from vidstyle.media.capture.microphone import Microphone
 opened = Microphone(sys.argv[1]).open(threading.Event())
 heard = next(iter(opened))
 print(abs(time.monotonic() - heard.time) < 2.5, heard.samples.shape[0])

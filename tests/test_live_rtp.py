@@ -10,7 +10,7 @@ import av
 from live import LONG, Kept, eventually, generated, session
 
 from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.media.microphone import Microphone
+from vidstyle.media.capture.microphone import Microphone
 
 JOIN_SECONDS = 6.0
 """How soon who joins has a picture: a key frame comes every second, and FFmpeg looks at the stream first."""

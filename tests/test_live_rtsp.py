@@ -14,8 +14,8 @@ from live import Kept, eventually, session
 
 from vidstyle import cli
 from vidstyle.errors import InputError
-from vidstyle.media import live_sources
-from vidstyle.media.live_sources import Network
+from vidstyle.media.capture import sources as live_sources
+from vidstyle.media.capture.sources import Network
 
 RATE, SIZE = 25, (128, 96)
 DESCRIPTION = (

@@ -13,8 +13,8 @@ from live import session
 from test_live_targets import Receiver
 
 from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.media.live_sound import RATE, Voice
-from vidstyle.media.live_sources import File
+from vidstyle.media.audio import RATE, Voice
+from vidstyle.media.capture.sources import File
 
 BEEP = 1.5
 """When the film flashes and beeps, in seconds."""

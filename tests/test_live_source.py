@@ -20,10 +20,9 @@ from media import make_clip
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError, UsageError
-from vidstyle.media.camera import Camera, Screen
-from vidstyle.media.camera_mode import choose_mode, mode_rate
-from vidstyle.media.live_input import LiveInput
-from vidstyle.media.live_sources import (
+from vidstyle.media.capture.camera import Camera, Screen, choose_mode, mode_rate
+from vidstyle.media.capture.input import LiveInput, Pace
+from vidstyle.media.capture.sources import (
     File,
     GeneratedPicture,
     Network,
@@ -31,7 +30,6 @@ from vidstyle.media.live_sources import (
     SourceOptions,
     live_source,
 )
-from vidstyle.media.pace import Pace
 from vidstyle.media.v4l2 import Mode
 
 Y4M = b"YUV4MPEG2 W64 H48 F30:1 Ip A1:1 C420jpeg\n"

@@ -16,9 +16,9 @@ from live import Kept, eventually, session
 
 from vidstyle.errors import DeviceError
 from vidstyle.live import capture
-from vidstyle.media import live_input
-from vidstyle.media.camera_wait import Wait, noting_descriptors
-from vidstyle.media.live_input import LiveInput
+from vidstyle.media.capture import input as live_input
+from vidstyle.media.capture.camera_wait import Wait, noting_descriptors
+from vidstyle.media.capture.input import LiveInput
 
 LAVFI = "testsrc2=size=64x48:rate=30"
 

@@ -25,8 +25,8 @@ from vidstyle.live.outlets import Nowhere, Steadily
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.targets import TargetOptions, target_maker
 from vidstyle.live.ticks import Ticks
-from vidstyle.media.live_sound import Heard
-from vidstyle.media.writer import WriteOptions
+from vidstyle.media.audio import Heard
+from vidstyle.media.write.writer import WriteOptions
 
 
 def live(*arguments: str) -> subprocess.Popen[bytes]:

@@ -14,8 +14,8 @@ import pytest
 
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame
-from vidstyle.media.open import FORMATS
-from vidstyle.media.reader import ReadOptions, open_reader
+from vidstyle.media.read.open import FORMATS
+from vidstyle.media.read.reader import ReadOptions, open_reader
 
 
 def reason_of(path: object, options: ReadOptions | None = None) -> str:

@@ -10,8 +10,8 @@ import pytest
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
-from vidstyle.media.fit import letterboxed, resized, wanted_size
 from vidstyle.media.orientation import Orientation
+from vidstyle.media.resize import letterboxed, resized, wanted_size
 
 ALL = [Orientation(*flags) for flags in itertools.product((False, True), repeat=3)]
 

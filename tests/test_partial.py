@@ -9,11 +9,11 @@ import pytest
 from media import make_clip, read_all
 
 from vidstyle.errors import OutputError, UsageError
-from vidstyle.media import partial
-from vidstyle.media.film_writer import frames_in
-from vidstyle.media.partial import PartialFile, output_error
-from vidstyle.media.reader import open_reader
-from vidstyle.media.writer import WriteOptions, open_writer
+from vidstyle.media.read.reader import open_reader
+from vidstyle.media.write import atomic as partial
+from vidstyle.media.write.atomic import PartialFile, output_error
+from vidstyle.media.write.film import frames_in
+from vidstyle.media.write.writer import WriteOptions, open_writer
 
 
 def test_it_gets_its_name_only_when_it_is_whole(tmp_path):

@@ -19,7 +19,7 @@ import vidstyle
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError, StyleError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import Reader
+from vidstyle.media.read.reader import Reader
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import first_frames, render
 from vidstyle.pipeline.stages import ROOM, batches
@@ -103,7 +103,7 @@ def test_so_many_frames_at_most_and_their_sound(clip: Path, tmp_path: Path, coun
 
 
 def test_first_frames_lets_the_source_go(clip: Path):
-    with vidstyle.media.reader.open_reader(clip) as reader:
+    with vidstyle.media.read.reader.open_reader(clip) as reader:
         items = first_frames(reader, 3)
         assert sum(isinstance(item, Frame) for item in items) == 3
 

@@ -26,7 +26,7 @@ from vidstyle.gallery.progression import progression
 from vidstyle.gallery.samples import Sample, restyled, samples_of
 from vidstyle.gallery.sheet import GAP, LABEL, sheet_of_samples
 from vidstyle.gallery.still import read_still
-from vidstyle.media.reader import ReadOptions
+from vidstyle.media.read.reader import ReadOptions
 from vidstyle.style import Step, Style, load_style, style_names
 
 FLAT = Style("flat", note="Two tones; tune `posterize.levels`.", base=(Step("posterize", {"levels": 2}),))

@@ -11,8 +11,8 @@ import pytest
 
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import ReadOptions, open_reader
-from vidstyle.media.sequence import numbered_files
+from vidstyle.media.read.reader import ReadOptions, open_reader
+from vidstyle.media.read.sequence import numbered_files
 
 
 def read(path: object, **options: object) -> list[Frame]:

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from media import make_clip, read_all, rgb_from_frame, rms_error
 
-from vidstyle.media.writer import WriteOptions
+from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.render import render
 
 LARGE = (1280, 720)

@@ -14,12 +14,12 @@ from PIL import Image
 
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import choose_pix_fmt, encoder_options, find_encoder
-from vidstyle.media.containers import kind_of
-from vidstyle.media.faststart import move_index_first
-from vidstyle.media.reader import ReadOptions, open_reader
-from vidstyle.media.video_encoder import picture_frame
-from vidstyle.media.video_plan import plan_video
-from vidstyle.media.writer import WriteOptions, open_writer
+from vidstyle.media.read.reader import ReadOptions, open_reader
+from vidstyle.media.write.containers import kind_of
+from vidstyle.media.write.encoder import picture_frame
+from vidstyle.media.write.faststart import move_index_first
+from vidstyle.media.write.plan import plan_video
+from vidstyle.media.write.writer import WriteOptions, open_writer
 from vidstyle.pipeline.render import render
 
 

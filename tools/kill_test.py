@@ -18,7 +18,7 @@ from pathlib import Path
 from vidstyle.demo.make import make_film
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import Reader, open_reader
+from vidstyle.media.read.reader import Reader, open_reader
 
 MAY_MISS_SECONDS = 2.0
 

@@ -17,7 +17,7 @@ import av
 import numpy as np
 from live_program import Flashing, finished, sized, started
 
-from vidstyle.media.alsa import prepared_alsa
+from vidstyle.media.capture.microphone import prepared_alsa
 
 DRIVER = Path("/sys/bus/platform/drivers/snd_aloop")
 CARD = "Loopback"

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.media.film import write_film
+from vidstyle.media.write.memory import write_film
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import render
 

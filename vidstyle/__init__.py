@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from vidstyle.errors import StyleError as StyleError
     from vidstyle.errors import UsageError as UsageError
     from vidstyle.errors import VidstyleError as VidstyleError
-    from vidstyle.media.reader import ReadOptions as ReadOptions
-    from vidstyle.media.writer import WriteOptions as WriteOptions
+    from vidstyle.media.read.reader import ReadOptions as ReadOptions
+    from vidstyle.media.write.writer import WriteOptions as WriteOptions
     from vidstyle.pipeline.progress import Progress as Progress
     from vidstyle.pipeline.progress import Summary as Summary
     from vidstyle.pipeline.render import render as render
@@ -37,8 +37,8 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "vidstyle.errors": "DeviceError InputError OutputError StyleError UsageError VidstyleError",
-    "vidstyle.media.reader": "ReadOptions",
-    "vidstyle.media.writer": "WriteOptions",
+    "vidstyle.media.read.reader": "ReadOptions",
+    "vidstyle.media.write.writer": "WriteOptions",
     "vidstyle.pipeline.render": "render",
     "vidstyle.pipeline.progress": "Progress Summary",
     "vidstyle.renderer": "Renderer stylize",

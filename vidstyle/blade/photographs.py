@@ -14,7 +14,7 @@ from vidstyle.core.planes import color_rows
 from vidstyle.core.resample import resample
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import open_reader
+from vidstyle.media.read.reader import open_reader
 
 ENDINGS = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
 """What counts as a picture in a folder."""

@@ -16,7 +16,7 @@ from vidstyle.errors import UsageError
 if TYPE_CHECKING:
     from vidstyle.live.setting import LiveOptions
     from vidstyle.live.targets import TargetOptions
-    from vidstyle.media.live_sources import SourceOptions
+    from vidstyle.media.capture.sources import SourceOptions
 
 
 @click.command(short_help="Restyle a camera, a screen or a stream as it comes.")
@@ -81,7 +81,7 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
     from vidstyle.live.keys import HELP, keys
     from vidstyle.live.session import Session
     from vidstyle.live.targets import target_maker
-    from vidstyle.media.live_sources import live_source
+    from vidstyle.media.capture.sources import live_source
     from vidstyle.pipeline.stopping import stop_on_signals
     from vidstyle.style import load_style, override
 
@@ -107,8 +107,8 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
 
 
 def _list_devices(as_json: bool) -> None:
-    from vidstyle.media.camera import camera_list
-    from vidstyle.media.microphone import microphone_list
+    from vidstyle.media.capture.camera import camera_list
+    from vidstyle.media.capture.microphone import microphone_list
 
     cameras, microphones = camera_list(), microphone_list()
     if as_json:
@@ -146,7 +146,7 @@ def _described(device: Any) -> dict[str, Any]:
 
 
 def _source_options(options: dict[str, Any]) -> SourceOptions:
-    from vidstyle.media import live_sources
+    from vidstyle.media.capture import sources as live_sources
 
     return live_sources.SourceOptions(
         size=options["size"],
@@ -160,7 +160,7 @@ def _source_options(options: dict[str, Any]) -> SourceOptions:
 
 def _target_options(options: dict[str, Any]) -> TargetOptions:
     from vidstyle.live import targets
-    from vidstyle.media.writer import WriteOptions
+    from vidstyle.media.write.writer import WriteOptions
 
     names = ("codec", "crf", "pix_fmt", "overwrite")
     return targets.TargetOptions(
@@ -175,7 +175,7 @@ def _target_options(options: dict[str, Any]) -> TargetOptions:
 
 def _live_options(options: dict[str, Any]) -> LiveOptions:
     from vidstyle.live import setting
-    from vidstyle.media.microphone import Microphone
+    from vidstyle.media.capture.microphone import Microphone
 
     microphone = options["microphone"]
     if microphone is not None and options["audio"] == "none":

@@ -14,8 +14,8 @@ from vidstyle.cli.values import Rate, Seconds, Size
 from vidstyle.errors import printable
 
 if TYPE_CHECKING:
-    from vidstyle.media.reader import ReadOptions
-    from vidstyle.media.writer import WriteOptions
+    from vidstyle.media.read.reader import ReadOptions
+    from vidstyle.media.write.writer import WriteOptions
     from vidstyle.pipeline.progress import Summary
 
 
@@ -94,7 +94,7 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
 
 
 def _read_options(options: dict[str, Any], piped: bool) -> ReadOptions:
-    from vidstyle.media import reader
+    from vidstyle.media.read import reader
 
     rotate = options["rotate"]
     return reader.ReadOptions(
@@ -112,7 +112,7 @@ def _read_options(options: dict[str, Any], piped: bool) -> ReadOptions:
 
 
 def _write_options(options: dict[str, Any], piped: bool) -> WriteOptions:
-    from vidstyle.media import writer
+    from vidstyle.media.write import writer
 
     names = ("codec", "crf", "preset", "pix_fmt", "audio", "overwrite")
     file_format = options["file_format"] if piped else None

@@ -89,7 +89,7 @@ def _write_preview(
     **_: Any,
 ) -> None:
     from vidstyle.gallery.preview import write_preview
-    from vidstyle.media.reader import ReadOptions
+    from vidstyle.media.read.reader import ReadOptions
     from vidstyle.style import PLAIN, load_style, style_names
 
     wanted = style_names() if name is None else [name]
@@ -102,7 +102,7 @@ def _write_preview(
 def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
     from vidstyle.diagram.graph import graph_of
     from vidstyle.diagram.svg import svg_of
-    from vidstyle.media.whole_file import whole_file
+    from vidstyle.media.write.atomic import whole_file
     from vidstyle.style import load_style
 
     if name is None:

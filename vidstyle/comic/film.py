@@ -20,9 +20,8 @@ from vidstyle.comic.survey import Film, Survey
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import ReadOptions, open_reader
-from vidstyle.media.sampling import measure_extent, sample_all, sample_keys
-from vidstyle.media.small_copies import Sample
+from vidstyle.media.read.reader import ReadOptions, open_reader
+from vidstyle.media.read.samples import Sample, measure_extent, sample_all, sample_keys
 from vidstyle.stills import rgb_of, square
 
 WHOLE = 2 * 10**9

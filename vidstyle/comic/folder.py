@@ -15,8 +15,8 @@ from vidstyle.comic.judge import SIDE, Candidate, judge
 from vidstyle.comic.survey import Survey
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import ReadOptions, open_reader
-from vidstyle.media.sampling import sample_all
+from vidstyle.media.read.reader import ReadOptions, open_reader
+from vidstyle.media.read.samples import sample_all
 from vidstyle.stills import rgb_of, square
 
 log = logging.getLogger("vidstyle")

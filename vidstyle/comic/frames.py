@@ -13,7 +13,7 @@ import numpy as np
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.storyboard import timecode
 from vidstyle.errors import OutputError
-from vidstyle.media.whole_file import whole_file
+from vidstyle.media.write.atomic import whole_file
 
 TABLE = "frames.csv"
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from vidstyle.comic.font import NOTES
 from vidstyle.errors import InputError
-from vidstyle.media.reader import ReadOptions
-from vidstyle.media.subtitles import SubtitleEvent, read_subtitles
+from vidstyle.media.read.reader import ReadOptions
+from vidstyle.media.read.subtitles import SubtitleEvent, read_subtitles
 
 _CLOCK = r"(?:(\d+):)?(\d{1,2}):(\d{1,2})(?:[,.](\d{1,3}))?"
 _TIMES = re.compile(rf"^\s*{_CLOCK}\s*-+>\s*{_CLOCK}(?:\s.*)?$")

@@ -10,7 +10,7 @@ from pathlib import Path
 from vidstyle.comic.formats import cbz, html, jpeg, pdf, png, svg
 from vidstyle.comic.sheet import Sheet
 from vidstyle.errors import UsageError
-from vidstyle.media.whole_file import whole_file
+from vidstyle.media.write.atomic import whole_file
 
 Content = Callable[[Iterable[Sheet], str], bytes]
 

@@ -17,9 +17,9 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.demo.film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError, UsageError
-from vidstyle.media.film import write_film
-from vidstyle.media.whole_file import whole_file
-from vidstyle.media.writer import WriteOptions
+from vidstyle.media.write.atomic import whole_file
+from vidstyle.media.write.memory import write_film
+from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.render import render
 from vidstyle.style import load_style
 

@@ -13,8 +13,8 @@ from vidstyle.gallery.page import page_of
 from vidstyle.gallery.samples import Sample, samples_of
 from vidstyle.gallery.sheet import sheet_of_samples
 from vidstyle.gallery.still import read_still
-from vidstyle.media.reader import ReadOptions
-from vidstyle.media.whole_file import whole_file
+from vidstyle.media.read.reader import ReadOptions
+from vidstyle.media.write.atomic import whole_file
 from vidstyle.style import Style
 
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import Reader, ReadOptions, open_reader
-from vidstyle.media.sources import open_source
+from vidstyle.media.read.reader import Reader, ReadOptions, open_reader, open_source
 from vidstyle.stills import rgb_of
 
 LONGEST_SIDE = 960

@@ -9,8 +9,8 @@ from fractions import Fraction
 from vidstyle.errors import DeviceError
 from vidstyle.live.lasting import Lasting
 from vidstyle.live.newest import Newest
-from vidstyle.media.live_input import Captured, LiveInput, LiveSource
-from vidstyle.media.live_sound import Heard
+from vidstyle.media.audio import Heard
+from vidstyle.media.capture.input import Captured, LiveInput, LiveSource
 
 FIRST_SECONDS = 10.0
 """How long a source that was opened may take to its first picture."""

@@ -8,7 +8,7 @@ from vidstyle.live.outlet import Outlet
 from vidstyle.live.setting import Setting
 from vidstyle.live.summary import Delivery
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media.live_sound import Heard
+from vidstyle.media.audio import Heard
 
 
 class Destinations:

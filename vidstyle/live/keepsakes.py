@@ -14,8 +14,8 @@ from vidstyle.live.meter import Meter
 from vidstyle.live.outlet import CLOSE_SECONDS
 from vidstyle.live.outlets import FileSink, Filing
 from vidstyle.live.target import LiveFrame
-from vidstyle.media.live_sound import Heard
-from vidstyle.media.writer import WriteOptions
+from vidstyle.media.audio import Heard
+from vidstyle.media.write.writer import WriteOptions
 
 
 class Keepsakes:

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from typing import Generic
 
 from vidstyle.errors import VidstyleError
-from vidstyle.media.live_source import Source, T
+from vidstyle.media.capture.source import Source, T
 
 FIRST_WAIT, LONGEST_WAIT = 0.25, 1.0
 """Seconds before a lost source is tried again: at first, and at most."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from vidstyle.errors import DeviceError
 from vidstyle.live.lasting import Lasting
-from vidstyle.media.live_sound import RATE, Heard
-from vidstyle.media.microphone import Microphone, SoundInput
+from vidstyle.media.audio import RATE, Heard
+from vidstyle.media.capture.microphone import Microphone, SoundInput
 
 FIRST_SECONDS = 5.0
 """How long a microphone that was opened may take to its first sound."""

@@ -14,7 +14,7 @@ from vidstyle.errors import VidstyleError
 from vidstyle.live.meter import Meter
 from vidstyle.live.newest import Newest
 from vidstyle.live.target import LiveFrame
-from vidstyle.media.live_sound import Heard
+from vidstyle.media.audio import Heard
 
 FIRST_WAIT, LONGEST_WAIT = 0.25, 2.0
 """Seconds before a lost target is tried again: at first, and at most."""

@@ -13,17 +13,17 @@ from vidstyle.live.meter import Meter
 from vidstyle.live.outlet import Outlet, Sink
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.ticks import Ticks
+from vidstyle.media.audio import Heard
 from vidstyle.media.color_tags import ColorTags
-from vidstyle.media.film_writer import FilmWriter
 from vidstyle.media.frame import Frame, picture_from_frame
-from vidstyle.media.live_sound import Heard
 from vidstyle.media.options import VideoInfo
-from vidstyle.media.writer import WriteOptions, open_writer
+from vidstyle.media.write.film import FilmWriter
+from vidstyle.media.write.writer import WriteOptions, open_writer
 from vidstyle.renderer import open_renderer
 from vidstyle.style import PLAIN
 
 if TYPE_CHECKING:
-    from vidstyle.media.live_output import Stream
+    from vidstyle.media.write.stream import Stream
 
 TIME_BASE = Fraction(1, 90000)
 FILE_ROOM = 8

@@ -9,11 +9,11 @@ import numpy as np
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.live.capture import Capture
+from vidstyle.media.capture.input import Captured
 from vidstyle.media.color_tags import HD_LINES, usual_tags
-from vidstyle.media.fit import letterboxed, resized, wanted_size
 from vidstyle.media.frame import frame_from_picture
-from vidstyle.media.live_input import Captured
-from vidstyle.media.pictures import PictureMaker
+from vidstyle.media.read.convert import PictureMaker
+from vidstyle.media.resize import letterboxed, resized, wanted_size
 
 if TYPE_CHECKING:
     import av

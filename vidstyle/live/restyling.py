@@ -12,7 +12,7 @@ from vidstyle.live.control import Controls
 from vidstyle.live.pictures import Pictures
 from vidstyle.live.setting import LiveOptions
 from vidstyle.live.styler import Styler
-from vidstyle.media.live_input import Captured
+from vidstyle.media.capture.input import Captured
 
 if TYPE_CHECKING:
     import av

@@ -19,8 +19,8 @@ from vidstyle.live.setting import LiveOptions, Setting
 from vidstyle.live.sound import Sound
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media.live_input import Captured, LiveSource
-from vidstyle.media.live_sound import Heard
+from vidstyle.media.audio import Heard
+from vidstyle.media.capture.input import Captured, LiveSource
 
 log = logging.getLogger("vidstyle")
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
 from vidstyle.live.target import LiveFrame
-from vidstyle.media.microphone import Microphone
+from vidstyle.media.capture.microphone import Microphone
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from vidstyle.live.listening import Listening
 from vidstyle.live.setting import LiveOptions
-from vidstyle.media.live_sound import Heard
+from vidstyle.media.audio import Heard
 
 
 class Sound:

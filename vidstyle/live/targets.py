@@ -14,13 +14,14 @@ from vidstyle.errors import UsageError
 from vidstyle.live.outlets import Filing, Nowhere, Steadily, StreamSink
 from vidstyle.live.setting import Setting
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media import live_addresses, virtual_camera
-from vidstyle.media.containers import kind_of
-from vidstyle.media.live_output import Stream, StreamOptions
-from vidstyle.media.open import is_url, public_name
-from vidstyle.media.partial import is_plain_file
-from vidstyle.media.picture_files import is_pattern
-from vidstyle.media.writer import WriteOptions
+from vidstyle.media.read.open import is_url, public_name
+from vidstyle.media.write import stream as live_addresses
+from vidstyle.media.write import virtual_camera
+from vidstyle.media.write.atomic import is_plain_file
+from vidstyle.media.write.containers import kind_of
+from vidstyle.media.write.images import is_pattern
+from vidstyle.media.write.stream import Stream, StreamOptions
+from vidstyle.media.write.writer import WriteOptions
 
 if TYPE_CHECKING:
     import av

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import av
 
 from vidstyle.errors import UsageError
-from vidstyle.media.layout import Layout, layout_of
+from vidstyle.media.pixel_formats import Layout, layout_of
 
 SOFTWARE = {
     "h264": "libx264",

@@ -15,7 +15,7 @@ from av.sidedata.sidedata import Type as SideDataType
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError
 from vidstyle.media.color_tags import FULL, ColorTags, matrix_from_tags, siting_from_codec, usual_tags
-from vidstyle.media.layout import Layout, format_name, layout_of
+from vidstyle.media.pixel_formats import Layout, format_name, layout_of
 
 
 @dataclass(frozen=True)

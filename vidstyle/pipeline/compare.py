@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.core.picture import Picture
 
 if TYPE_CHECKING:
-    from vidstyle.media.reader import VideoInfo
+    from vidstyle.media.read.reader import VideoInfo
 
 Compare = Literal["side", "split"]
 """side: the source on the left, the result on its right; split: the left half of the one and the right half

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.media.frame import Frame
-from vidstyle.media.reader import Reader, ReadOptions, VideoInfo, open_reader
-from vidstyle.media.writer import WriteOptions, Writer, open_writer
+from vidstyle.media.read.reader import Reader, ReadOptions, VideoInfo, open_reader
+from vidstyle.media.write.writer import WriteOptions, Writer, open_writer
 from vidstyle.pipeline.compare import Compare, compared, compared_info
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.stages import Stages

@@ -17,7 +17,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.pipeline.bounded_queue import Channel, ChannelClosedError
 
 if TYPE_CHECKING:
-    from vidstyle.media.output import Writer
+    from vidstyle.media.write.output import Writer
 
 ROOM = 3
 """Batches that may wait between two stages: enough that none starves, few enough to keep memory small."""

@@ -18,7 +18,7 @@ from vidstyle.core.scene_cuts import CutDetector
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import ReadOptions, VideoInfo
-from vidstyle.media.reader import Reader, open_reader
+from vidstyle.media.read.reader import Reader, open_reader
 from vidstyle.steadiness.warping import Motion, find_motion
 
 RATE = 25

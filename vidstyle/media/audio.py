@@ -1,0 +1,154 @@
+"""The sound beside live pictures: heard from a source, and encoded anew into each target."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import av
+import numpy as np
+from av.audio.resampler import AudioResampler
+
+from vidstyle.media.write.transcode import BIT_RATES, SAMPLES_AT_ONCE
+
+log = logging.getLogger("vidstyle")
+
+RATE = 48000
+"""Samples a second of each of two channels, whatever the source has."""
+LONGEST_SILENCE = 5
+"""Seconds of missing sound that are filled."""
+MOST_WAITING = 500
+"""Pieces of sound that wait for the first picture, whose time they take theirs from: about ten seconds."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A piece of sound.
+
+    Attributes:
+        samples: 2 x N, float32, -1..1.
+        time: when it begins, in seconds of `time.monotonic`, as that of pictures.
+    """
+
+    samples: np.ndarray
+    time: float
+
+
+class Ear:
+    """Decodes the sound of a source.
+
+    Attributes:
+        stream: in the source, or None if it is silent.
+    """
+
+    def __init__(self, container: av.container.InputContainer) -> None:
+        streams = [each for each in container.streams.audio if each.codec_context is not None]
+        self.stream = streams[0] if streams else None
+        self._resampler = _resampler("fltp", 0)
+        self._zero: float | None = None
+        self._waiting: deque[tuple[float, np.ndarray]] = deque(maxlen=MOST_WAITING)
+
+    def hear(self, packet: av.Packet) -> Iterator[Heard]:
+        """The sound of a packet, once `anchor` has told when that is."""
+        self._waiting.extend(self.sounds(packet))
+        yield from self._anchored()
+
+    def sounds(self, packet: av.Packet) -> Iterator[tuple[float, np.ndarray]]:
+        """The sound of a packet, 2 x N, and its stamps in seconds of the source's own clock."""
+        try:
+            frames: list[Any] = list(packet.decode()) if packet.size else []
+        except av.FFmpegError as error:
+            log.debug("sound could not be decoded: %s", error)
+            frames = []
+        for frame in frames:
+            try:
+                resampled = self._resampler.resample(frame)
+            except ValueError:  # the sound has changed its channels or its rate
+                self._resampler = _resampler("fltp", 0)
+                resampled = self._resampler.resample(frame)
+            for part in resampled:
+                if part.pts is not None and part.time_base is not None:
+                    yield float(part.pts * part.time_base), part.to_ndarray()
+
+    def anchor(self, stamp: float, time: float) -> None:
+        """A picture with this stamp was taken at this time; the first one decides for all that follow."""
+        if self._zero is None:
+            self._zero = time - stamp
+
+    def restart(self) -> None:
+        """The next picture decides anew: the stamps begin again."""
+        self._waiting.clear()
+        self._zero = None
+
+    def _anchored(self) -> Iterator[Heard]:
+        while self._waiting and self._zero is not None:
+            stamp, samples = self._waiting.popleft()
+            yield Heard(samples, self._zero + stamp)
+
+
+class Voice:
+    """A stream of sound in a container that is being written."""
+
+    def __init__(self, container: av.container.OutputContainer, encoder: str) -> None:
+        """Add it; before the container's header is written."""
+        codec = av.Codec(encoder, "w")
+        stream: Any = container.add_stream(encoder, rate=RATE)  # type: ignore[call-overload]
+        stream.layout = "stereo"
+        stream.format = codec.audio_formats[0] if codec.audio_formats else "s16"
+        if encoder in BIT_RATES:
+            stream.bit_rate = 2 * BIT_RATES[encoder]
+        stream.codec_context.open()
+        self._stream = stream
+        context = stream.codec_context
+        self._resampler = _resampler(context.format, context.frame_size or SAMPLES_AT_ONCE)
+        self._end, self._begun = 0, False
+
+    def packets(self, samples: np.ndarray, seconds: float) -> list[av.Packet]:
+        """What comes out when sound goes in; where some is missing there is silence.
+
+        Args:
+            samples: 2 x N, float32.
+            seconds: when it begins, from the beginning of the container; what overlaps is left out.
+        """
+        begin = round(seconds * RATE)
+        if self._begun and abs(begin - self._end) <= RATE // 50:  # stamps tremble; sound does not
+            begin = self._end
+        samples = samples[:, max(0, self._end - begin) :]
+        begin = max(begin, self._end)
+        if samples.shape[1] == 0:
+            return []
+        self._begun = True
+        made = self._bridge() if begin - self._end > LONGEST_SILENCE * RATE else []
+        self._end = begin + samples.shape[1]
+        frame = av.AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", "stereo")
+        frame.sample_rate, frame.pts, frame.time_base = RATE, begin, Fraction(1, RATE)
+        return made + self._encoded(self._resampler.resample(frame))
+
+    def _bridge(self) -> list[av.Packet]:
+        """Leave a gap in the times of the stream: minutes of silence would be made all at once."""
+        made = self._encoded(self._resampler.resample(None))
+        context = self._stream.codec_context
+        self._resampler = _resampler(context.format, context.frame_size or SAMPLES_AT_ONCE, from_zero=False)
+        return made
+
+    def flush(self) -> list[av.Packet]:
+        """What the encoder still holds."""
+        return self._encoded(self._resampler.resample(None)) + list(self._stream.encode(None))
+
+    def _encoded(self, frames: list[Any]) -> list[av.Packet]:
+        return [packet for frame in frames for packet in self._stream.encode(frame)]
+
+
+def _resampler(format: Any, frame_size: int, from_zero: bool = True) -> AudioResampler:
+    """To the one rate and layout; with a frame size, for an encoder: what is missing becomes silence."""
+    # By itself the filter lets a tenth of a second go missing, so that all that follows comes early.
+    options = {"async": "1", "min_hard_comp": "0.01"} if frame_size else {}
+    if frame_size and from_zero:
+        options["first_pts"] = "0"
+    return AudioResampler(
+        format=format, layout="stereo", rate=RATE, frame_size=frame_size or None, options=options
+    )

@@ -1,0 +1,219 @@
+"""Cameras, by path, number or name, and what is on the screen."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import av
+
+from vidstyle.errors import DeviceError
+from vidstyle.media.capture.camera_wait import noting_descriptors
+from vidstyle.media.capture.input import LiveInput
+from vidstyle.media.v4l2 import FORMATS, Device, Mode, video_device, video_devices
+
+SYSTEM_FORMATS = {"darwin": "avfoundation", "win32": "dshow"}
+"""What FFmpeg calls the cameras of other systems."""
+USUAL_RATE = Fraction(30)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that can be opened again and again; see `LiveSource`.
+
+    Attributes:
+        name: the path on Linux, the camera's own name elsewhere; "" is the first there is.
+        size, rate: what is wanted, as far as the camera can.
+        input_format: FFmpeg's name of the pixel format or codec to ask for, or None for the best.
+    """
+
+    name: str = ""
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    input_format: str | None = None
+    lasting: bool = True
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """Open it in the mode that comes nearest to what is wanted.
+
+        Raises:
+            DeviceError: missing or busy; the message says what cameras there are.
+        """
+        if sys.platform in SYSTEM_FORMATS:
+            return self._open_other(SYSTEM_FORMATS[sys.platform], stopping)
+        device = find_camera(self.name)
+        modes = [mode for mode in device.modes if self.input_format in (None, mode.format)]
+        rate = self.rate or USUAL_RATE
+        mode = choose_mode(modes, self.size, rate)
+        if mode is None:
+            known = ", ".join(sorted({mode.format for mode in device.modes})) or "none that we read"
+            raise DeviceError(device.path, f"has no mode {self.input_format or 'to take'}", f"it has {known}")
+        options = {
+            "input_format": mode.format,
+            "video_size": f"{mode.width}x{mode.height}",
+            "framerate": str(mode_rate(mode, rate)),
+        }
+        return _opened(device.path, "v4l2", options, stopping)
+
+    def _open_other(self, system_format: str, stopping: threading.Event) -> LiveInput:
+        names = [name for name, _ in camera_list()]
+        name = self.name or (names[0] if names else "0")
+        options = {"framerate": str(self.rate or USUAL_RATE)}
+        if self.size is not None:
+            options["video_size"] = "{}x{}".format(*self.size)
+        if self.input_format is not None:
+            options["pixel_format"] = self.input_format
+        target = f"video={name}" if system_format == "dshow" else name
+        return _opened(target, system_format, options, stopping)
+
+
+@dataclass(frozen=True)
+class Screen:
+    """What is on a screen; see `LiveSource`.
+
+    Attributes:
+        name: of the X11 display, such as ":0.0" or ":0.0+100,200"; "" is the session's own.
+        size: of the part that is taken; None: all.
+        rate: pictures a second.
+    """
+
+    name: str = ""
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    lasting: bool = True
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """Begin to take pictures.
+
+        Raises:
+            DeviceError: there is no such screen.
+        """
+        options = {"framerate": str(self.rate or USUAL_RATE)}
+        if self.size is not None:
+            options["video_size"] = "{}x{}".format(*self.size)
+        if sys.platform == "win32":
+            return _opened("desktop", "gdigrab", options, stopping)
+        if sys.platform == "darwin":
+            return _opened(self.name or "Capture screen 0", "avfoundation", options, stopping)
+        display = self.name or os.environ.get("DISPLAY", "")
+        if not display:
+            raise DeviceError("screen", "no X11 display is named", "set DISPLAY, or give screen::0")
+        try:
+            return _opened(display, "x11grab", options, stopping)
+        except DeviceError as error:
+            raise DeviceError(f"screen:{display}", "there is no such screen", "give screen::0") from error
+
+
+def find_camera(name: str) -> Device:
+    """The camera of this path, number or part of a name; "" is the first there is.
+
+    Raises:
+        DeviceError: there is none; the message says what there is.
+    """
+    path = f"/dev/video{name}" if name.isdigit() else name
+    cameras = [device for device in video_devices() if device.gives]
+    if not name and cameras:
+        return cameras[0]
+    for device in cameras:
+        if path and (path == device.path or os.path.realpath(path) == device.path):
+            return device
+    named = [device for device in cameras if name and name.lower() in device.name.lower()]
+    if named:
+        return named[0]
+    own = video_device(path) if path.startswith("/dev/") else None
+    if own is not None and own.gives:
+        return own
+    raise DeviceError(name or "camera", _reason(path, own), _what_there_is())
+
+
+def camera_list() -> list[tuple[str, Device]]:
+    """What to call each camera, and the camera; modes only where the system tells."""
+    if sys.platform in SYSTEM_FORMATS:
+        found = av.device.enumerate_input_devices(SYSTEM_FORMATS[sys.platform])
+        found = [each for each in found if each.media_types != ["audio"]]
+        return [(each.name, Device(each.name, each.description)) for each in found]
+    return [(device.path, device) for device in video_devices()]
+
+
+def _reason(path: str, own: Device | None) -> str:
+    if own is not None:
+        return "takes pictures and gives none"
+    if path.startswith("/dev/") and Path(path).exists():
+        return "no permission to open it" if not os.access(path, os.R_OK | os.W_OK) else "is not a camera"
+    return "no such camera"
+
+
+def _what_there_is() -> str:
+    there = [f"{path} ({device.name})" for path, device in camera_list() if device.gives]
+    return "there is " + ", ".join(there) if there else "there is no camera here"
+
+
+def _opened(target: str, system_format: str, options: dict[str, str], stopping: threading.Event) -> LiveInput:
+    try:
+        with noting_descriptors(target) as opened:
+            container = av.open(target, "r", system_format, options)
+            wait = opened() if system_format == "v4l2" else None
+    except (av.FFmpegError, OSError, ValueError) as error:
+        raise _device_error(target, error) from error
+    try:
+        return LiveInput(container, target, stopping, stamped=system_format == "v4l2", wait=wait)
+    except BaseException:
+        container.close()
+        raise
+
+
+def _device_error(target: str, error: Exception) -> DeviceError:
+    number = getattr(error, "errno", None)
+    if number == errno.EBUSY:
+        return DeviceError(target, "is in use by another program", _what_there_is())
+    reason = getattr(error, "strerror", None) or error
+    return DeviceError(target, f"cannot be opened: {reason}", _what_there_is())
+
+
+USUAL_SIZE = (1280, 720)
+"""Larger pictures are taken only if they are asked for."""
+SLACK = Fraction(98, 100)
+"""29.97 will do for 30."""
+EASE = {name: place for place, name in enumerate(FORMATS.values())}
+
+
+def choose_mode(modes: Sequence[Mode], size: tuple[int, int] | None, rate: Fraction) -> Mode | None:
+    """The mode that is nearest to what is wanted, or None if the camera has none that we can take.
+
+    The rate comes first, for a slow mode cannot be helped, while another size is scaled. Of several the one
+    that takes the least decoding is taken: MJPEG only where raw pictures would come too slowly.
+
+    Args:
+        size: width and height; None: the largest up to 1280x720.
+        rate: frames per second.
+
+    >>> slow, fast = Mode("yuyv422", 1280, 720, (Fraction(10),)), Mode("mjpeg", 1280, 720, (Fraction(30),))
+    >>> choose_mode([slow, fast], (1280, 720), Fraction(30)).format
+    'mjpeg'
+    """
+    return min(modes, key=lambda mode: _distance(mode, size, rate), default=None)
+
+
+def mode_rate(mode: Mode, rate: Fraction) -> Fraction:
+    """The slowest of the mode's rates that is enough, else its fastest; `rate` itself if it does not say."""
+    enough = [each for each in mode.rates if each >= rate * SLACK]
+    return min(enough) if enough else max(mode.rates, default=rate)
+
+
+def _distance(mode: Mode, size: tuple[int, int] | None, rate: Fraction) -> tuple[float, ...]:
+    reached = mode_rate(mode, rate)
+    missing = 0.0 if reached >= rate * SLACK else float(rate - reached)
+    pixels = mode.width * mode.height
+    wanted = size or USUAL_SIZE
+    too_small = max(0, wanted[0] - mode.width) + max(0, wanted[1] - mode.height)
+    too_large = max(0, mode.width - wanted[0]) + max(0, mode.height - wanted[1])
+    if size is None:
+        # Any size up to the usual one will do, the largest of them best.
+        return (missing, float(too_large > 0), float(-pixels if not too_large else pixels), EASE[mode.format])
+    return (missing, float(too_small > 0), float(too_small + too_large), EASE[mode.format])

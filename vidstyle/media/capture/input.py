@@ -1,0 +1,217 @@
+"""An open live source: the newest pictures as they come, each with the moment it was taken."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import av
+
+from vidstyle.errors import DeviceError, InputError, VidstyleError
+from vidstyle.media.audio import Ear, Heard
+from vidstyle.media.capture.camera_wait import Wait
+from vidstyle.media.capture.source import OWN_CLOCK_SECONDS, Source
+from vidstyle.media.read.source import choose_stream, frame_rate
+
+log = logging.getLogger("vidstyle")
+
+FIRST_SECONDS, STALL_SECONDS = 5.0, 2.0
+"""A driver that gives nothing for so long is lost: before its first picture, and after it, plus a frame."""
+
+
+@dataclass(frozen=True)
+class Captured:
+    """A picture as it came.
+
+    Attributes:
+        native: as decoded.
+        time: when it was taken, in seconds of `time.monotonic`.
+    """
+
+    native: av.VideoFrame
+    time: float
+
+
+class LiveInput:
+    """Decodes one video stream with no frame held back. Iterate over it once, in one thread.
+
+    Attributes:
+        codec: what it is decoded with.
+        rate: frames a second, if the source says so.
+        sample_aspect: width of a pixel for each unit of height, or None.
+        has_sound: whether sound will come among the pictures.
+    """
+
+    def __init__(
+        self,
+        container: av.container.InputContainer,
+        name: str,
+        stopping: threading.Event,
+        *,
+        paced: bool = False,
+        loop: bool = False,
+        stamped: bool = False,
+        sound: bool = False,
+        wait: Wait | None = None,
+        patience: float | None = None,
+    ) -> None:
+        """Begin with an open container, which `close` closes.
+
+        Args:
+            stopping: ends the iteration; from any thread.
+            paced: give frames out no faster than their stamps say.
+            loop: begin again at the end.
+            stamped: the driver stamps pictures by the monotonic clock when it takes them.
+            sound: listen, too.
+            wait: waits for the next packet, so that nobody waits for it in a driver.
+            patience: seconds without a packet after which the source is lost, whatever comes then.
+
+        Raises:
+            InputError: there is no video in it.
+        """
+        self._container, self._name = container, name
+        self._stream = choose_stream(container, name)
+        context: Any = self._stream.codec_context
+        if not paced:
+            # Threads that work on several frames at once would each hold one back.
+            context.thread_type = "SLICE"
+            context.flags |= av.codec.context.Flags.low_delay
+        self._context = context
+        self._ear = Ear(container) if sound else None
+        self.has_sound = self._ear is not None and self._ear.stream is not None
+        self._loop, self._stamped = loop, stamped
+        self._pace = Pace() if paced else None
+        self._stopping, self._wait, self._patience = stopping, wait, patience
+        self.codec = str(context.name)
+        self.rate = frame_rate(self._stream)
+        self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
+
+    def __iter__(self) -> Iterator[Captured | Heard]:
+        """Pictures and sound until the source ends.
+
+        Raises:
+            InputError: the source was lost.
+            DeviceError: a driver gives nothing any more.
+        """
+        while not self._stopping.is_set():
+            try:
+                yield from self._once()
+                if not self._loop:
+                    return
+                self._container.seek(0)
+            except VidstyleError:
+                raise
+            except (av.FFmpegError, OSError) as error:
+                reason = getattr(error, "strerror", None) or error
+                raise InputError(self._name, f"was lost: {reason}") from error
+            self._context.flush_buffers()
+            if self._pace:
+                self._pace.restart()
+            if self._ear:
+                self._ear.restart()
+
+    def close(self) -> None:
+        """Let go of the source; call it when the iteration has ended."""
+        self._container.close()
+
+    def _once(self) -> Iterator[Captured | Heard]:
+        sound = self._ear.stream if self._ear else None
+        packets = self._container.demux([self._stream, *([sound] if sound else [])])
+        for packet in self._waited_for(packets):
+            if self._ear is not None and packet.stream_index != self._stream.index:
+                yield from self._ear.hear(packet)
+                continue
+            for captured in self._decoded(packet):
+                self._anchor(captured)
+                yield captured
+            if self._stopping.is_set():
+                return
+
+    def _waited_for(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
+        if self._wait is None:
+            yield from self._patiently(packets)
+            return
+        seconds = FIRST_SECONDS
+        while self._wait(self._stopping, seconds):
+            packet = next(packets, None)
+            if packet is None:
+                return
+            yield packet
+            seconds = STALL_SECONDS + (float(1 / self.rate) if self.rate else 0.0)
+        if not self._stopping.is_set():
+            raise DeviceError(self._name, f"has given no picture for {seconds:.1f} s")
+
+    def _patiently(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
+        asked = time.monotonic()
+        for packet in packets:
+            if self._patience is not None and time.monotonic() - asked >= self._patience:
+                raise InputError(self._name, f"was lost: it has said nothing for {self._patience:g} s")
+            yield packet
+            asked = time.monotonic()
+
+    def _anchor(self, captured: Captured) -> None:
+        stamp = _seconds(captured.native)
+        if self._ear is not None and stamp is not None:
+            self._ear.anchor(stamp, captured.time)
+
+    def _decoded(self, packet: av.Packet) -> Iterator[Captured]:
+        arrived = time.monotonic()
+        try:
+            frames = self._context.decode(packet if packet.size else None)
+        except av.InvalidDataError as error:  # one frame is lost, not the stream
+            log.debug("a packet could not be decoded: %s", error)
+            return
+        except av.EOFError:
+            return
+        for frame in frames:
+            if self._pace is not None:
+                self._stopping.wait(self._pace.until(_seconds(frame)))
+                arrived = time.monotonic()
+            yield Captured(frame, _taken(frame, arrived) if self._stamped else arrived)
+
+
+def _seconds(frame: av.VideoFrame) -> float | None:
+    return None if frame.pts is None or frame.time_base is None else float(frame.pts * frame.time_base)
+
+
+def _taken(frame: av.VideoFrame, arrived: float) -> float:
+    """When a frame was taken, by its stamp where that can be."""
+    stamp = _seconds(frame)
+    return stamp if stamp is not None and 0 <= arrived - stamp < OWN_CLOCK_SECONDS else arrived
+
+
+LiveSource = Source[LiveInput]
+"""Where live pictures come from."""
+
+
+LEAP_SECONDS = 10.0
+"""A stamp this far from its predecessor begins a new count."""
+
+
+class Pace:
+    """Says when each frame is due."""
+
+    def __init__(self) -> None:
+        self._zero: float | None = None
+        self._last = self._step = self._due = 0.0
+
+    def until(self, stamp: float | None) -> float:
+        """Seconds to wait until a frame with this stamp is due; 0 when it is late."""
+        now = time.monotonic()
+        if stamp is None:
+            return 0.0
+        if self._zero is None or not -1 < stamp - self._last < LEAP_SECONDS:
+            self._zero = max(now, self._due + self._step) - stamp
+        elif stamp > self._last:
+            self._step = stamp - self._last
+        self._last, self._due = stamp, self._zero + stamp
+        return max(0.0, self._due - now)
+
+    def restart(self) -> None:
+        """The next stamp begins a new count, one step after the last frame."""
+        self._zero = None

@@ -1,0 +1,195 @@
+"""Finds out what kind of live source a word on the command line means."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import BinaryIO, cast
+
+import av
+
+from vidstyle.errors import DeviceError, InputError
+from vidstyle.media.capture.camera import Camera, Screen
+from vidstyle.media.capture.input import LiveInput, LiveSource
+from vidstyle.media.capture.pipes import NamedPipe, Pipe
+from vidstyle.media.options import RAW, RawVideo
+from vidstyle.media.read.open import is_url, open_media, public_name
+
+NETWORK_SECONDS = 5.0
+"""How long a connection may say nothing; it is then taken for lost, and made anew."""
+QUICK = {"fflags": "nobuffer", "analyzeduration": "1000000", "probesize": "1000000"}
+"""What a stream is looked at for, before its first picture: a second, in place of five."""
+TEST_SIZE, TEST_RATE = (640, 360), Fraction(30)
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """How to read a live source.
+
+    Attributes:
+        size, rate: wanted of a camera, a screen or the test picture; None: the usual.
+        loop: begin a file again at its end.
+        format: of what comes on "-", where its content does not tell ("rawvideo"), or a camera's own format.
+        raw, raw_rate: what raw video is, and its frame rate; None: 30.
+    """
+
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    loop: bool = False
+    format: str | None = None
+    raw: RawVideo = RawVideo()
+    raw_rate: Fraction | None = None
+
+
+def live_source(text: str, options: SourceOptions) -> LiveSource:
+    """The source that a word means.
+
+    Args:
+        text: "camera" or "" for the first camera, a camera's path, number or name, "screen" or
+            "screen:DISPLAY", "test", "-" for standard input, a URL, or a file.
+
+    Raises:
+        UsageError: the options make no sense with it.
+    """
+    size, rate = options.size, options.rate
+    if size is not None and min(size) < 1:
+        size = None  # what keeps the shape is settled when the shape is known
+    if text == "test":
+        return GeneratedPicture(size or TEST_SIZE, rate or TEST_RATE)
+    if text == "screen" or text.startswith("screen:"):
+        return Screen(text.partition(":")[2], size, rate)
+    if text == "-" or _is_pipe(text):
+        return PipeSource(text, options)
+    if is_url(text):
+        return Network(text)
+    if _is_file(text):
+        return File(text, options.loop)
+    return Camera("" if text == "camera" else text, size, rate, options.format)
+
+
+@dataclass(frozen=True)
+class GeneratedPicture:
+    """A moving test picture."""
+
+    size: tuple[int, int]
+    rate: Fraction
+    name: str = "test"
+    lasting: bool = False
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource."""
+        width, height = self.size
+        try:
+            container = av.open(f"testsrc2=size={width}x{height}:rate={self.rate}", format="lavfi")
+        except (av.FFmpegError, ValueError) as error:
+            raise DeviceError("test", f"there is no test picture of {width}x{height}: {error}") from error
+        return LiveInput(container, self.name, stopping, paced=True)
+
+
+@dataclass(frozen=True)
+class File:
+    """A film, played at its own pace."""
+
+    name: str
+    loop: bool = False
+    lasting: bool = False
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource."""
+        return _live(open_media(self.name), self.name, stopping, paced=True, loop=self.loop)
+
+
+@dataclass(frozen=True)
+class Network:
+    """A stream by its URL; one that says how long it is, is a film, and played at its own pace."""
+
+    url: str
+    lasting: bool = True
+
+    @property
+    def name(self) -> str:
+        """The URL without what is secret in it."""
+        return public_name(self.url)
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource."""
+        options = QUICK | ({"rtsp_transport": "tcp"} if self.url.startswith("rtsp") else {})
+        asked = time.monotonic()
+        try:
+            container = open_media(self.url, allow_url=True, options=options, seconds=NETWORK_SECONDS)
+        except InputError as error:
+            if time.monotonic() - asked >= NETWORK_SECONDS:
+                raise InputError(self.name, f"has not answered within {NETWORK_SECONDS:g} s") from error
+            if isinstance(error.__cause__, av.ProtocolNotFoundError):
+                scheme = self.url.partition(":")[0]
+                reason = f"the FFmpeg in this build does not speak {scheme}"
+                raise InputError(self.name, reason, "use RTSP, RTMP or HTTP") from error
+            raise InputError(self.name, error.reason, error.remedy) from error
+        film = bool(container.duration)
+        return _live(container, self.name, stopping, paced=film, patience=None if film else NETWORK_SECONDS)
+
+
+@dataclass(frozen=True)
+class PipeSource:
+    """What another program writes: standard input, or a named pipe, which it may open again."""
+
+    name: str
+    options: SourceOptions
+
+    @property
+    def lasting(self) -> bool:
+        """Whether it may come back: a named pipe does with its next writer."""
+        return self.name != "-"
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        """See LiveSource; a named pipe is waited for until it has a writer."""
+        raw = self._raw()
+        if self.name == "-":
+            pipe = Pipe(sys.stdin.fileno(), stopping)
+        else:
+            pipe = NamedPipe(self.name, stopping)
+        container = open_media(cast(BinaryIO, pipe), format=self._format(), options=raw)
+        return _live(container, self.name, stopping, paced=True)
+
+    def _format(self) -> str | None:
+        return {"y4m": "yuv4mpegpipe", "raw": RAW}.get(self.options.format or "", self.options.format)
+
+    def _raw(self) -> dict[str, str]:
+        options = self.options
+        return options.raw.demuxer_options(options.raw_rate or TEST_RATE) if self._format() == RAW else {}
+
+
+def _live(
+    container: av.container.InputContainer,
+    name: str,
+    stopping: threading.Event,
+    paced: bool,
+    loop: bool = False,
+    patience: float | None = None,
+) -> LiveInput:
+    try:
+        return LiveInput(container, name, stopping, paced=paced, loop=loop, sound=True, patience=patience)
+    except BaseException:
+        container.close()
+        raise
+
+
+def _is_pipe(text: str) -> bool:
+    try:
+        return stat.S_ISFIFO(os.stat(text).st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def _is_file(text: str) -> bool:
+    """Whether the word is a file's name, or would be one: it has an ending or lies in a folder."""
+    if text.startswith("/dev/"):
+        return False
+    path = Path(text)
+    return path.exists() or bool(path.suffix) or os.sep in text

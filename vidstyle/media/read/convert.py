@@ -1,0 +1,116 @@
+"""Decoded frames made into the pictures that are delivered: upright, one size, one format, SDR."""
+
+from __future__ import annotations
+
+import logging
+from fractions import Fraction
+
+import av
+
+from vidstyle.core.picture import Picture
+from vidstyle.media.color_tags import ColorTags, usual_tags
+from vidstyle.media.frame import picture_from_frame, shuffled
+from vidstyle.media.hdr import SDR_TAGS, ToneMap
+from vidstyle.media.orientation import Orientation, orientation_of
+from vidstyle.media.resize import letterboxed, resized, wanted_size
+
+log = logging.getLogger("vidstyle")
+
+PALETTE_CODECS = frozenset({"gif", "bmp"})
+"""These always decode with an alpha channel, whether anything is transparent or not."""
+
+
+class PictureMaker:
+    """What the first frame decides for all of a stream.
+
+    Attributes:
+        width, height: of the pictures.
+        color_tags: what the pictures' colours mean; nothing in them is left unspecified.
+        sample_aspect: of the pictures.
+    """
+
+    def __init__(
+        self,
+        first: av.VideoFrame,
+        codec: str,
+        name: str,
+        *,
+        size: tuple[int, int] | None = None,
+        orientation: Orientation | None = None,
+        sample_aspect: Fraction | None = None,
+    ) -> None:
+        self._codec, self._name = codec, name
+        self._orientation = orientation or orientation_of(first)
+        self._stored = (first.width, first.height)
+        upright = self._orientation.size(*self._stored)
+        self._upright = upright
+        self.width, self.height = wanted_size(size, *upright) if size else upright
+        self.sample_aspect = self._aspect(sample_aspect)
+        self._tone_map = self._make_tone_map(first)
+        self._warned: set[str] = set()
+        self._format = self._choose_format(first)
+        picture, _ = self.make(first)
+        self.color_tags = self._tags(first, picture)
+
+    def make(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
+        """The picture, and the frame whose planes it is, if it is one frame's planes unchanged."""
+        frame = self._formatted(native)
+        decoded = picture = picture_from_frame(frame, self._codec, thing=self._name)
+        if self._tone_map is not None:
+            picture = self._tone_map.apply(picture)
+        picture = self._orientation.apply(picture)
+        if (native.width, native.height) != self._stored:
+            self._warn("the size of the pictures changes: fitted into the first size, with bars")
+            picture = letterboxed(picture, *self._upright)
+        picture = resized(picture, self.width, self.height)
+        return picture, frame if picture is decoded else None
+
+    def _formatted(self, native: av.VideoFrame) -> av.VideoFrame:
+        frame = shuffled(native, self._name)
+        if frame.format.name == self._format:
+            return frame
+        if self._format != "rgb24":
+            self._warn(f"the pixel format changes to {frame.format.name}: brought to {self._format}")
+        tags = ColorTags.of(frame)
+        frame = frame.reformat(format=self._format)
+        tags.put_on(frame)
+        return frame
+
+    def _choose_format(self, first: av.VideoFrame) -> str:
+        frame = shuffled(first, self._name)
+        if frame.format.name == "rgba" and (self._codec in PALETTE_CODECS or first.format.name == "pal8"):
+            alpha = picture_from_frame(frame).alpha
+            if alpha is not None and alpha.min() == 255:
+                return "rgb24"
+        return str(frame.format.name)
+
+    def _make_tone_map(self, first: av.VideoFrame) -> ToneMap | None:
+        tags = ColorTags.of(first)
+        if not tags.is_hdr:
+            return None
+        tone_map = ToneMap.of(first, tags)
+        log.warning("the source is HDR (%s): brought to SDR, BT.709", tone_map.description)
+        return tone_map
+
+    def _tags(self, first: av.VideoFrame, picture: Picture) -> ColorTags:
+        if self._tone_map is not None and picture.color is None:
+            return SDR_TAGS
+        if picture.color is not None:
+            return usual_tags(picture.encoding)
+        return ColorTags.of(first).completed(picture.encoding, first.height)
+
+    def _aspect(self, stored: Fraction | None) -> Fraction | None:
+        """Turned with the picture, and stretched where the new size has another shape."""
+        if stored is None or stored <= 0:
+            stored = Fraction(1)
+        upright = 1 / stored if self._orientation.transpose else stored
+        across = Fraction(self._upright[0], self.width)
+        down = Fraction(self._upright[1], self.height)
+        # One pixel of rounding is no reason to have pixels that are not square.
+        stretch = across / down if abs(across / down - 1) > Fraction(1, min(self.width, self.height)) else 1
+        return None if upright * stretch == 1 else upright * stretch
+
+    def _warn(self, message: str) -> None:
+        if message not in self._warned:
+            self._warned.add(message)
+            log.warning(message)

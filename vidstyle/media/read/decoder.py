@@ -1,0 +1,183 @@
+"""Decoding that survives: a bad packet costs one frame, not the film."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import av
+
+from vidstyle.media.read.clock import display_stamp
+
+log = logging.getLogger("vidstyle")
+
+PATIENCE = 8
+"""After so many packets in a row that do not decode, decoding waits for the next key frame."""
+ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
+"""FFmpeg's own decoders of these leave the alpha channel out."""
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """A decoded frame, or the last good one in the place of a lost one.
+
+    Attributes:
+        pts: in the stream's time base, if known.
+        held: whether it stands for another.
+    """
+
+    frame: av.VideoFrame
+    pts: int | None
+    held: bool = False
+
+
+class Decoder:
+    """Decodes one video stream packet by packet and keeps the books on what fails."""
+
+    def __init__(self, stream: av.video.stream.VideoStream, damage: Damage, max_pixels: int) -> None:
+        self.damage = damage
+        self._context: Any = _context(stream, max_pixels)
+        self._awaited: list[int] = []
+        self._failures = 0
+        self._in_a_row = 0
+        self._last: av.VideoFrame | None = None
+
+    @property
+    def codec(self) -> str:
+        """What it decodes with, as FFmpeg calls it."""
+        return str(self._context.name)
+
+    def decode(self, packet: av.Packet) -> Iterator[Decoded]:
+        """The frames that the packet brings to light, held ones before them."""
+        if self._in_a_row >= PATIENCE and not packet.is_keyframe:
+            self.damage.lost += 1
+            return
+        if packet.pts is not None and not packet.is_discard:
+            self._awaited.append(packet.pts)
+        yield from self._deliver(packet)
+
+    def flush(self) -> Iterator[Decoded]:
+        """The frames that the decoder still holds; what failed at the very end is lost."""
+        yield from self._deliver(None)
+        self.damage.lost += self._failures
+        self._failures = 0
+
+    def _deliver(self, packet: av.Packet | None) -> Iterator[Decoded]:
+        try:
+            frames = self._context.decode(packet)
+        except av.FFmpegError as error:
+            if isinstance(error, av.EOFError):
+                return
+            self._fail(error)
+            return
+        for frame in frames:
+            yield from self._count(frame)
+
+    def _fail(self, error: av.FFmpegError) -> None:
+        log.debug("a packet could not be decoded: %s", error)
+        self._failures += 1
+        self._in_a_row += 1
+
+    def _count(self, frame: av.VideoFrame) -> Iterator[Decoded]:
+        pts = display_stamp(frame)
+        yield from self._fill(pts)
+        self._in_a_row = 0
+        self._last = frame
+        self.damage.decoded += 1
+        self.damage.concealed += bool(frame.is_corrupt)
+        yield Decoded(frame, pts)
+
+    def _fill(self, pts: int | None) -> Iterator[Decoded]:
+        """Hold the last good frame in the slots that packets announced before this one, if any have failed.
+
+        Without a failure an empty slot is none: some codecs have packets that show nothing. A failure may
+        come before its slot, since decoders work ahead on several threads.
+        """
+        empty = sorted(stamp for stamp in self._awaited if pts is not None and stamp < pts)[: self._failures]
+        self._awaited = [stamp for stamp in self._awaited if pts is not None and stamp > pts]
+        self._failures -= len(empty)
+        if self._last is None or self._in_a_row >= PATIENCE:
+            self.damage.lost += len(empty)
+            return
+        for slot in empty:
+            self.damage.held += 1
+            yield Decoded(self._last, slot, held=True)
+
+
+def _context(stream: av.video.stream.VideoStream, max_pixels: int) -> Any:
+    """The stream's decoder, on as many threads as are worth it, or the one that knows alpha."""
+    codec = stream.codec_context.codec.canonical_name
+    if stream.metadata.get("alpha_mode") == "1" and codec in ALPHA_DECODERS:
+        context: Any = av.CodecContext.create(ALPHA_DECODERS[codec], "r")
+        context.extradata = stream.codec_context.extradata
+    else:
+        context = stream.codec_context
+    context.thread_type = "AUTO"
+    # av.open's option reaches only the probing.
+    context.options = {"max_pixels": str(max_pixels)}
+    return context
+
+
+CONCEALED_SHARE = 0.01
+"""Up to this share of frames that a decoder has patched by itself nobody need hear of."""
+TAIL = Fraction(1, 2)
+"""Seconds by which a file may end before its header says so; headers round, and count the sound."""
+
+
+@dataclass
+class Damage:
+    """Counts of a reading that is still under way or over.
+
+    Attributes:
+        decoded: frames delivered from packets of their own.
+        held: frames that could not be decoded, in whose place the last good one was shown again.
+        lost: frames that could not be decoded and left nothing.
+        concealed: frames that the decoder delivered, but flagged as patched.
+        missing_frames: frames that the header announces and the file does not hold.
+        missing_seconds: how much earlier than its header says the file ends, where frames are not counted.
+        header_seconds: what the header says.
+        broken_reads: places where the container itself could not be read.
+    """
+
+    decoded: int = 0
+    held: int = 0
+    lost: int = 0
+    concealed: int = 0
+    missing_frames: int = 0
+    missing_seconds: Fraction = Fraction(0)
+    header_seconds: Fraction = Fraction(0)
+    broken_reads: int = 0
+
+    @property
+    def is_notable(self) -> bool:
+        """Whether a program should end with another code than success."""
+        undone = self.held + self.lost + self.missing_frames
+        return bool(undone or self.missing_seconds) or self.concealed > CONCEALED_SHARE * self.decoded
+
+    def report(self) -> str:
+        """One line for people, or "" when nothing was found.
+
+        >>> Damage(decoded=72, missing_frames=78).report()
+        'the input is damaged: 78 frames missing of 150'
+        """
+        total = self.decoded + self.held + self.lost + self.missing_frames
+        found = [
+            (self.missing_frames, f"{_frames(self.missing_frames)} missing of {total}"),
+            (self.held, f"{_frames(self.held)} damaged, the last good one held"),
+            (self.lost, f"{_frames(self.lost)} damaged and left out"),
+            (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
+            (self.missing_seconds, self._seconds_text()),
+        ]
+        words = [text for count, text in found if count]
+        return "the input is damaged: " + ", ".join(words) if words else ""
+
+    def _seconds_text(self) -> str:
+        missing, announced = float(self.missing_seconds), float(self.header_seconds)
+        return f"it ends {missing:.1f} s before the {announced:.1f} s that its header says"
+
+
+def _frames(count: int) -> str:
+    return f"{count} frame" + "s" * (count != 1)

@@ -1,0 +1,75 @@
+"""Interlaced frames made progressive, one for each, by FFmpeg's bwdif (after BBC R&D's Weston filter)."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import av
+import av.filter
+
+from vidstyle.media.read.source import Stamped
+
+log = logging.getLogger("vidstyle")
+
+
+class Deinterlacer:
+    """Passes frames on untouched until the first interlaced one; from then on through the filter.
+
+    The filter looks one frame ahead, gives one frame for each, and leaves those alone that are not flagged.
+    """
+
+    def __init__(self, time_base: Fraction) -> None:
+        self._time_base = time_base
+        self._graph: av.filter.Graph | None = None
+        self._kind: tuple[int, int, str] = (0, 0, "")
+        self._inside: deque[Stamped] = deque()
+
+    def push(self, frame: Stamped) -> Iterator[Stamped]:
+        """The frames that are ready."""
+        native = frame.native
+        if self._graph is None and not native.interlaced_frame:
+            yield frame
+            return
+        kind = (native.width, native.height, native.format.name)
+        if self._graph is None:
+            log.warning("the source is interlaced: deinterlaced with bwdif")
+        elif kind != self._kind:
+            yield from self.flush()
+        if self._graph is None or kind != self._kind:
+            self._graph, self._kind = self._build(native), kind
+        native.pts, native.time_base = frame.pts, self._time_base
+        self._inside.append(frame)
+        self._graph.push(native)
+        yield from self._pull()
+
+    def flush(self) -> Iterator[Stamped]:
+        """The frame that the filter still holds."""
+        if self._graph is not None:
+            self._graph.push(None)
+            yield from self._pull()
+
+    def _build(self, frame: av.VideoFrame) -> av.filter.Graph:
+        graph = av.filter.Graph()
+        source = graph.add_buffer(
+            width=frame.width, height=frame.height, format=frame.format, time_base=self._time_base
+        )
+        deinterlacer = graph.add("bwdif", mode="send_frame", parity="auto", deint="interlaced")
+        sink = graph.add("buffersink")
+        source.link_to(deinterlacer)
+        deinterlacer.link_to(sink)
+        graph.configure()
+        return graph
+
+    def _pull(self) -> Iterator[Stamped]:
+        assert self._graph is not None
+        while True:
+            try:
+                native = self._graph.pull()
+            except (av.BlockingIOError, av.EOFError):
+                return
+            assert isinstance(native, av.VideoFrame)
+            yield replace(self._inside.popleft(), native=native)

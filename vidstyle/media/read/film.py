@@ -1,0 +1,200 @@
+"""A film: one stream of it decoded, the others passed on as packets."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import av
+from av.stream import Discard
+
+from vidstyle.media.orientation import Orientation
+from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
+from vidstyle.media.read.decoder import PATIENCE, TAIL, Damage, Decoded, Decoder
+from vidstyle.media.read.picture_header import HEAD, exif_orientation, is_jpeg
+from vidstyle.media.read.source import (
+    Stamped,
+    announced_seconds,
+    choose_stream,
+    frame_rate,
+    is_attached_picture,
+    is_chapter_track,
+    is_picture_format,
+    may_be_still,
+)
+
+log = logging.getLogger("vidstyle")
+
+USUAL_RATE = Fraction(25)
+UNSORTED = frozenset({"avi"})
+"""Formats that store no display times, so that those of packed B-frames come out of order."""
+SORTING_WINDOW = 2
+MOST_SEEKS = 6
+COUNTED = frozenset({"mov", "mp4"})
+"""Formats whose header counts the frames; the others at most say the duration."""
+TIMED = frozenset({"matroska", "webm", "flv", "avi"})
+
+
+class FilmSource:
+    """Reads a container; see `Source`."""
+
+    def __init__(
+        self, container: av.container.InputContainer, name: str, max_pixels: int, file: Path | None
+    ) -> None:
+        """`file`: what the container was opened on, if that is a file, in which one can go back."""
+        self.container: av.container.InputContainer | None = container
+        self.name = name
+        self.damage = Damage()
+        self.stream = choose_stream(container, name)
+        chapters = len(container.chapters())
+        self.copied_streams = [
+            stream
+            for stream in container.streams
+            if (stream.type != "video" or is_attached_picture(stream))
+            and not is_chapter_track(stream, chapters)
+        ]
+        self._decoder = Decoder(self.stream, self.damage, max_pixels)
+        self.codec = self._decoder.codec
+        self.rate = frame_rate(self.stream)
+        formats = set(container.format.name.split(","))
+        base = Fraction(self.stream.time_base or 1 / USUAL_RATE)
+        window = SORTING_WINDOW if formats & UNSORTED else 0
+        self._clock: FrameClock[Decoded] = FrameClock(base, self.rate or USUAL_RATE, window)
+        self._scale = int(base / self._clock.time_base)
+        self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
+        self.time_base = self._clock.time_base
+        self.sample_aspect = Fraction(self.stream.sample_aspect_ratio or 0) or None
+        self.duration = announced_seconds(container, self.stream)
+        self.frames = self.stream.frames or (
+            round(self.duration * self.rate) if self.duration and self.rate else None
+        )
+        self.may_be_still = may_be_still(container)
+        self.orientation = _photograph_orientation(container, file)
+        self._formats = formats
+        self._seekable = file is not None
+        self._seen_packets = self._hidden_packets = 0
+        self._seen_end = Fraction(0)
+        self._from_start = True
+        for stream in container.streams:
+            if stream is not self.stream and stream not in self.copied_streams:
+                stream.discard = Discard.all
+
+    def seek(self, time: Fraction) -> None:
+        """Continue from the last key frame that is shown at or before a time in seconds."""
+        assert self.container is not None
+        if not self._seekable or self.stream.start_time is None or self.stream.time_base is None:
+            return  # a pipe, or a raw stream in which no time can be found: read from where we are
+        wanted = time + self._packet_clock.shift
+        for number in range(MOST_SEEKS):
+            earlier = wanted - (2**number - 1)
+            if earlier <= self._packet_clock.shift:
+                break
+            try:
+                self.container.seek(int(earlier / self.stream.time_base), stream=self.stream)
+                entry = self._next_key_time()
+                if entry is not None and entry <= wanted:
+                    self.container.seek(int(earlier / self.stream.time_base), stream=self.stream)
+                    self._from_start = False
+                    return
+            except av.FFmpegError:
+                break
+        self._rewind()
+
+    def items(self) -> Iterator[Stamped | av.Packet]:
+        """Frames, and packets of the copied streams, from here to the end."""
+        for packet in self._packets():
+            self._packet_clock.restamp(packet)
+            self._note_end(packet)
+            if packet.stream_index != self.stream.index:
+                yield packet
+                continue
+            self._seen_packets += 1
+            self._hidden_packets += packet.is_discard
+            for decoded in self._decoder.decode(packet):
+                yield from self._stamped(decoded)
+        for decoded in self._decoder.flush():
+            yield from self._stamped(decoded)
+        for waiting, stamp in self._clock.flush():
+            yield self._finished(waiting, stamp)
+        if self._from_start:
+            self._compare_with_header()
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self.container is not None:
+            self.container.close()
+
+    def _packets(self) -> Iterator[av.Packet]:
+        """Every packet that can be read; what cannot be is stepped over."""
+        assert self.container is not None
+        failures = 0
+        wanted = [self.stream, *self.copied_streams]
+        while failures < PATIENCE:
+            try:
+                for packet in self.container.demux(wanted):
+                    failures = 0
+                    if packet.size or packet.pts is not None or packet.dts is not None:
+                        yield packet
+                return
+            except av.FFmpegError as error:
+                failures += 1
+                self.damage.broken_reads += 1
+                log.debug("%s: a place that cannot be read: %s", self.name, error)
+                if isinstance(error, TimeoutError | ConnectionError | av.ExitError):
+                    log.warning("the connection was lost: %s", error.strerror)
+                    return
+
+    def _stamped(self, decoded: Decoded) -> Iterator[Stamped]:
+        for waiting, stamp in self._clock.stamp(decoded, decoded.pts):
+            yield self._finished(waiting, stamp)
+
+    def _finished(self, decoded: Decoded, stamp: int) -> Stamped:
+        duration = (decoded.frame.duration or 0) * self._scale
+        return Stamped(decoded.frame, stamp, duration or None, bool(decoded.frame.key_frame), decoded.held)
+
+    def _note_end(self, packet: av.Packet) -> None:
+        if packet.pts is not None and packet.time_base is not None:
+            self._seen_end = max(self._seen_end, (packet.pts + (packet.duration or 0)) * packet.time_base)
+
+    def _compare_with_header(self) -> None:
+        """A file that was cut off ends without an error; only its header knows."""
+        assert self.container is not None
+        damage = self.damage
+        if self._formats & COUNTED and self.stream.frames:
+            if self._seen_packets < self.stream.frames:
+                # Every one that is not delivered is missing, that of a packet cut in two included.
+                damage.missing_frames = (
+                    self.stream.frames - self._hidden_packets - damage.decoded - damage.held
+                )
+                damage.lost = 0
+        elif self._formats & TIMED and self.container.duration:
+            announced = Fraction(self.container.duration, av.time_base)
+            if announced - self._seen_end > max(TAIL, announced / 100):
+                damage.missing_seconds = announced - self._seen_end
+                damage.header_seconds = announced
+
+    def _next_key_time(self) -> Fraction | None:
+        assert self.container is not None
+        for packet in self.container.demux(self.stream):
+            if packet.is_keyframe and packet.pts is not None and packet.time_base is not None:
+                return packet.pts * packet.time_base
+        return None
+
+    def _rewind(self) -> None:
+        assert self.container is not None
+        try:
+            start = self.container.start_time or 0
+            self.container.seek(start)
+        except av.FFmpegError:
+            log.debug("%s: cannot be rewound", self.name)
+
+
+def _photograph_orientation(container: av.container.InputContainer, file: Path | None) -> Orientation | None:
+    """From the file itself, for PyAV tells how a photograph is turned, but not that it is mirrored."""
+    if file is None or not is_picture_format(container):
+        return None
+    with file.open("rb") as content:
+        head = content.read(HEAD)
+    return Orientation.of_exif(exif_orientation(head)) if is_jpeg(head) else None

@@ -1,0 +1,221 @@
+"""Reads films, pictures and sequences of them: upright frames with true times, other streams as packets."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import av
+
+from vidstyle.errors import InputError
+from vidstyle.media.frame import Frame
+from vidstyle.media.options import RAW, ReadOptions, VideoInfo
+from vidstyle.media.orientation import Orientation
+from vidstyle.media.read.constant_rate import ConstantRate
+from vidstyle.media.read.convert import PictureMaker
+from vidstyle.media.read.decoder import Damage
+from vidstyle.media.read.deinterlace import Deinterlacer
+from vidstyle.media.read.film import USUAL_RATE, FilmSource
+from vidstyle.media.read.open import open_media
+from vidstyle.media.read.sequence import SequenceSource, is_animated_webp, is_pattern
+from vidstyle.media.read.source import Source, Stamped
+from vidstyle.media.read.trim import Cut
+
+__all__ = ["ReadOptions", "Reader", "VideoInfo", "open_reader"]
+
+
+def open_reader(source: str | os.PathLike[str], options: ReadOptions | None = None) -> Reader:
+    """Open a film, a picture, a sequence such as "frames/%05d.png", or "-" for standard input.
+
+    Raises:
+        InputError: it cannot be read, or no frame of it can be decoded.
+        UsageError: the options make no sense, or a URL that was not allowed.
+    """
+    options = options or ReadOptions()
+    options.check()
+    opened = open_source(source, options)
+    try:
+        return Reader(opened, options)
+    except BaseException:
+        opened.close()
+        raise
+
+
+class Reader:
+    """An open source. Iterate over it once; close it, or use it in a `with` statement.
+
+    Attributes:
+        info: what is delivered.
+        container: the open container, for its chapters, tags and attachments; None for picture sequences.
+        copied_streams: the streams whose packets are passed on: all but other videos.
+        damage: what has been found wrong so far.
+    """
+
+    def __init__(self, source: Source, options: ReadOptions) -> None:
+        self._source = source
+        self._options = options
+        self._rate = ConstantRate(options.fps) if options.fps else None
+        if options.start:
+            source.seek(options.start)
+        self._stamped = self._cut()
+        self._waiting: list[Stamped | av.Packet] = []
+        first = self._first_frame()
+        self._maker = PictureMaker(
+            first.native,
+            source.codec,
+            source.name,
+            size=options.size,
+            orientation=source.orientation if options.rotate is None else Orientation.of_turn(options.rotate),
+            sample_aspect=source.sample_aspect,
+        )
+        self.info = self._describe(first, still=source.may_be_still and self._is_alone())
+
+    @property
+    def name(self) -> str:
+        """What was opened, as it was named."""
+        return self._source.name
+
+    @property
+    def container(self) -> av.container.InputContainer | None:
+        """The open container, if the source is one."""
+        return self._source.container
+
+    @property
+    def copied_streams(self) -> list[av.stream.Stream]:
+        """The streams whose packets are passed on."""
+        return self._source.copied_streams
+
+    @property
+    def damage(self) -> Damage:
+        """What has been found wrong so far; complete when the iteration is over."""
+        return self._source.damage
+
+    def __iter__(self) -> Iterator[Frame | av.Packet]:
+        for item in itertools.chain(self._waiting, self._stamped):
+            if isinstance(item, Stamped):
+                yield from self._timed(self._frame(item))
+            else:
+                yield item
+        if self._rate is not None:
+            yield from self._rate.flush()
+
+    def close(self) -> None:
+        """Let go of the source."""
+        self._source.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _cut(self) -> Iterator[Stamped | av.Packet]:
+        options = self._options
+        sounds = [stream.index for stream in self.copied_streams if stream.type == "audio"]
+        cut = Cut(self._source.time_base, options.start, options.end, sounds)
+        return cut.apply(_progressive(self._source))
+
+    def _first_frame(self) -> Stamped:
+        for item in self._stamped:
+            self._waiting.append(item)
+            if isinstance(item, Stamped):
+                return item
+        if self.damage.decoded:
+            raise InputError(self._source.name, "has no frame between the given start and end")
+        raise InputError(self._source.name, "no frame could be decoded")
+
+    def _is_alone(self) -> bool:
+        """Whether the first frame is the only one; reads on to the second."""
+        for item in self._stamped:
+            self._waiting.append(item)
+            if isinstance(item, Stamped):
+                return False
+        return True
+
+    def _frame(self, stamped: Stamped) -> Frame:
+        picture, native = self._maker.make(stamped.native)
+        return Frame(picture, stamped.pts, self._source.time_base, stamped.duration, native, stamped.key)
+
+    def _timed(self, frame: Frame) -> Iterator[Frame]:
+        if self._rate is None:
+            yield frame
+        else:
+            yield from self._rate.push(frame)
+
+    def _describe(self, first: Stamped, still: bool) -> VideoInfo:
+        picture, _ = self._maker.make(first.native)
+        source, maker = self._source, self._maker
+        rate = self._options.fps or source.rate
+        duration = _span(source.duration, self._options)
+        whole = self._options == ReadOptions(rate=self._options.rate)
+        frames = source.frames if whole else round(duration * rate) if duration and rate else None
+        return VideoInfo(
+            width=maker.width,
+            height=maker.height,
+            encoding=picture.encoding,
+            color_tags=maker.color_tags,
+            time_base=self._rate.time_base if self._rate else source.time_base,
+            rate=rate,
+            sample_aspect=maker.sample_aspect,
+            duration=None if still else duration,
+            frames=1 if still else frames,
+            alpha=picture.alpha is not None,
+            is_rgb=picture.color is not None,
+            still=still,
+        )
+
+
+def _progressive(source: Source) -> Iterator[Stamped | av.Packet]:
+    """The source's items, interlaced frames deinterlaced."""
+    deinterlacer = Deinterlacer(source.time_base)
+    for item in source.items():
+        if isinstance(item, Stamped):
+            yield from deinterlacer.push(item)
+        else:
+            yield item
+    yield from deinterlacer.flush()
+
+
+def _span(duration: Fraction | None, options: ReadOptions) -> Fraction | None:
+    """The seconds of the part that is read."""
+    if duration is None and options.end is None:
+        return None
+    end = options.end if duration is None else min(duration, options.end or duration)
+    assert end is not None
+    return max(Fraction(0), end - (options.start or 0))
+
+
+def open_source(source: str | os.PathLike[str], options: ReadOptions) -> Source:
+    """A film, a sequence of numbered pictures, an animation, or what comes on standard input for "-".
+
+    Raises:
+        InputError: it cannot be read.
+        UsageError: a URL that was not allowed.
+    """
+    if is_pattern(source):
+        rate = options.fps or options.rate or USUAL_RATE
+        return SequenceSource.from_pattern(str(source), rate, options.max_pixels)
+    if str(source) != "-" and is_animated_webp(Path(source)):
+        return SequenceSource.from_webp(Path(source), options.max_pixels)
+    container = open_media(
+        source,
+        allow_url=options.allow_url,
+        max_pixels=options.max_pixels,
+        hwaccel=options.hwaccel,
+        format=options.format,
+        options=options.raw.demuxer_options(options.rate or USUAL_RATE) if options.format == RAW else {},
+    )
+    try:
+        name = "standard input" if str(source) == "-" else str(source)
+        file = None if str(source) == "-" or not Path(source).is_file() else Path(source)
+        return FilmSource(container, name, options.max_pixels, file)
+    except BaseException:
+        container.close()
+        raise

@@ -1,0 +1,194 @@
+"""Pictures in numbered files, and animated WebP, as if they were a film."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+
+from vidstyle.core.picture import Picture
+from vidstyle.errors import InputError
+from vidstyle.media.frame import frame_from_picture
+from vidstyle.media.orientation import Orientation
+from vidstyle.media.read.clock import fine_time_base
+from vidstyle.media.read.decoder import Damage, Decoder
+from vidstyle.media.read.open import open_media
+from vidstyle.media.read.picture_header import picture_size
+from vidstyle.media.read.source import Stamped, choose_stream
+
+log = logging.getLogger("vidstyle")
+
+PATTERN = re.compile(r"%(0\d+)?d")
+LARGEST_ANIMATION = 4
+"""An animated WebP is decoded at one go: so many times the pixels of the largest picture are let in."""
+
+
+def is_pattern(source: str | os.PathLike[str]) -> bool:
+    """Whether the name stands for numbered files: it has one %d or %05d, and no file is called so itself.
+
+    >>> is_pattern("frames/%05d.png"), is_pattern("frames/00001.png")
+    (True, False)
+    """
+    return len(PATTERN.findall(Path(source).name)) == 1 and not os.path.lexists(source)
+
+
+def is_animated_webp(path: Path) -> bool:
+    """Whether the file is a WebP with the animation flag, which FFmpeg does not decode."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(21)
+    except (OSError, ValueError):
+        return False
+    return head[:4] == b"RIFF" and head[8:16] == b"WEBPVP8X" and bool(head[20] & 2)
+
+
+class SequenceSource:
+    """Frames that lie in memory or in files of their own; see `Source`."""
+
+    container: av.container.InputContainer | None = None
+    may_be_still = False
+    orientation: Orientation | None = None
+
+    def __init__(
+        self,
+        name: str,
+        codec: str,
+        time_base: Fraction,
+        stamps: Sequence[int],
+        load: Callable[[int, Damage], av.VideoFrame | None],
+    ) -> None:
+        """`stamps` has one more than there are frames: the end of the last one."""
+        self.name, self.codec = name, codec
+        self.time_base = time_base
+        self.frames: int | None = len(stamps) - 1
+        self.duration: Fraction | None = stamps[-1] * time_base
+        self.rate: Fraction | None = self.frames / self.duration
+        self.sample_aspect: Fraction | None = None
+        self.copied_streams: list[av.stream.Stream] = []
+        self.damage = Damage()
+        self._stamps = stamps
+        self._load = load
+        self._first = 0
+
+    @classmethod
+    def from_pattern(cls, pattern: str, rate: Fraction, max_pixels: int) -> SequenceSource:
+        """The files that a name such as "%05d.png" stands for, by number, at a constant rate.
+
+        Raises:
+            InputError: there are none, or the first is not a picture.
+        """
+        paths = numbered_files(pattern)
+        time_base = fine_time_base(1 / rate)
+        ticks = round(1 / rate / time_base)
+        codec = _load_picture(paths[0], max_pixels, Damage())[1]
+
+        def load(number: int, damage: Damage) -> av.VideoFrame | None:
+            return _load_picture(paths[number], max_pixels, damage)[0]
+
+        return cls(pattern, codec, time_base, [number * ticks for number in range(len(paths) + 1)], load)
+
+    @classmethod
+    def from_webp(cls, path: Path, max_pixels: int) -> SequenceSource:
+        """An animated WebP.
+
+        Raises:
+            InputError: too large, or not readable.
+        """
+        content = path.read_bytes()
+        _check_webp(path, content, max_pixels)
+        ok, animation = cv2.imdecodeanimation(np.frombuffer(content, np.uint8))
+        if not ok or not animation.frames:
+            raise InputError(path, "not a readable video")
+        stamps = np.concatenate([[0], np.cumsum(np.maximum(animation.durations, 1))]).tolist()
+        pictures = animation.frames
+
+        def load(number: int, damage: Damage) -> av.VideoFrame | None:
+            damage.decoded += 1
+            order = cv2.COLOR_BGRA2RGBA if pictures[number].shape[2] == 4 else cv2.COLOR_BGR2RGB
+            return frame_from_picture(Picture.from_array(cv2.cvtColor(pictures[number], order)))
+
+        return cls(str(path), "webp", Fraction(1, 1000), stamps, load)
+
+    def seek(self, time: Fraction) -> None:
+        """Continue with the frame that is shown at a time in seconds."""
+        wanted = time / self.time_base
+        self._first = max((number for number, stamp in enumerate(self._stamps) if stamp <= wanted), default=0)
+
+    def items(self) -> Iterator[Stamped | av.Packet]:
+        """The frames from here on; the last good one stands for those that cannot be read."""
+        last: av.VideoFrame | None = None
+        for number in range(self._first, len(self._stamps) - 1):
+            frame = self._load(number, self.damage)
+            stamp, duration = self._stamps[number], self._stamps[number + 1] - self._stamps[number]
+            if frame is not None:
+                yield Stamped(frame, stamp, duration, key=True)
+            elif last is not None:
+                self.damage.held += 1
+                yield Stamped(last, stamp, duration, held=True)
+            else:
+                self.damage.lost += 1
+            last = frame or last
+
+    def close(self) -> None:
+        """Nothing stays open between frames."""
+
+
+def numbered_files(pattern: str) -> list[Path]:
+    """The files that a pattern with one %d stands for, by number.
+
+    Raises:
+        InputError: there are none.
+    """
+    folder, name = Path(pattern).parent, Path(pattern).name
+    found = PATTERN.search(name)
+    assert found is not None
+    digits = rf"\d{{{int(found[1])},}}" if found[1] else r"\d+"
+    wanted = re.compile(re.escape(name[: found.start()]) + f"({digits})" + re.escape(name[found.end() :]))
+    matches = [
+        match
+        for path in (folder.iterdir() if folder.is_dir() else ())
+        if (match := wanted.fullmatch(path.name))
+    ]
+    if not matches:
+        raise InputError(pattern, "no such files")
+    numbers = {int(match[1]): folder / match.string for match in matches}
+    gaps = max(numbers) - min(numbers) + 1 - len(numbers)
+    if gaps:
+        log.warning("%s: %d numbers are missing: passed over", pattern, gaps)
+    return [numbers[number] for number in sorted(numbers)]
+
+
+def _load_picture(path: Path, max_pixels: int, damage: Damage) -> tuple[av.VideoFrame | None, str]:
+    """The picture in a file, or None if it is damaged, and its codec."""
+    try:
+        container = open_media(path, max_pixels=max_pixels)
+    except InputError as error:
+        if damage.decoded:
+            log.debug("%s", error)
+            return None, ""
+        raise
+    with container:
+        decoder = Decoder(choose_stream(container, str(path)), Damage(), max_pixels)
+        for packet in container.demux(video=0):
+            for decoded in decoder.flush() if not packet.size else decoder.decode(packet):
+                damage.decoded += 1
+                return decoded.frame, decoder.codec
+    return None, ""
+
+
+def _check_webp(path: Path, content: bytes, max_pixels: int) -> None:
+    """Refuse before decoding."""
+    width, height = picture_size(content) or (0, 0)
+    frames = content.count(b"ANMF")
+    limit = max_pixels / 2**20
+    if width * height > max_pixels:
+        raise InputError(path, f"{width}x{height} is larger than the limit of {limit:g} MP")
+    if width * height * frames > LARGEST_ANIMATION * max_pixels:
+        raise InputError(path, f"{frames} frames of {width}x{height} are more than fit in memory")

@@ -1,0 +1,143 @@
+"""What films, picture sequences and animations have in common once they are decoded."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Protocol
+
+import av
+from av.stream import Disposition
+
+from vidstyle.errors import InputError
+from vidstyle.media.orientation import Orientation
+from vidstyle.media.read.decoder import Damage
+
+
+@dataclass(frozen=True)
+class Stamped:
+    """A decoded frame, as stored, and when it is shown.
+
+    Attributes:
+        pts, duration: in the source's time base.
+        held: whether it stands for one that could not be decoded.
+    """
+
+    native: av.VideoFrame
+    pts: int
+    duration: int | None = None
+    key: bool = False
+    held: bool = False
+
+
+class Source(Protocol):
+    """Decoded frames in the order that they are shown in, with packets of other streams among them."""
+
+    name: str
+    codec: str
+    time_base: Fraction
+    rate: Fraction | None
+    sample_aspect: Fraction | None
+    duration: Fraction | None
+    frames: int | None
+    may_be_still: bool
+    orientation: Orientation | None
+    damage: Damage
+    container: av.container.InputContainer | None
+    copied_streams: list[av.stream.Stream]
+
+    def seek(self, time: Fraction) -> None:
+        """Continue from a key frame at or before a time in seconds, where that can be done."""
+
+    def items(self) -> Iterator[Stamped | av.Packet]:
+        """Everything from here to the end."""
+
+    def close(self) -> None:
+        """Let go of the files."""
+
+
+log = logging.getLogger("vidstyle")
+
+HIGHEST_RATE = 480
+"""Streams in milliseconds without a rate of their own average to a thousand frames a second."""
+STILL_BRANDS = frozenset({"avif", "heic", "heix", "mif1"})
+"""MP4 files of these brands hold pictures (MPEG-H part 12)."""
+
+
+def choose_stream(container: av.container.InputContainer, name: str) -> av.video.stream.VideoStream:
+    """The stream to restyle: the longest video that is not a cover picture.
+
+    Raises:
+        InputError: there is none, or this build cannot decode it.
+    """
+    streams = [stream for stream in container.streams.video if not is_attached_picture(stream)]
+    if not streams:
+        raise InputError(name, "no video stream")
+    chosen = max(streams, key=lambda stream: (_own_seconds(stream) or 0, -stream.index))
+    if len(streams) > 1:
+        log.info("%d video streams: stream %d is taken, the longest", len(streams), chosen.index)
+    if chosen.codec_context is None:
+        raise InputError(name, "its video codec is not one that this build decodes")
+    return chosen
+
+
+def is_attached_picture(stream: av.stream.Stream) -> bool:
+    """Whether the stream is a cover picture rather than a film."""
+    return bool(Disposition(stream.disposition) & Disposition.attached_pic)
+
+
+def is_chapter_track(stream: av.stream.Stream, chapters: int) -> bool:
+    """Whether the stream holds the names of a QuickTime film's chapters, which FFmpeg also gives as chapters.
+
+    The track has no mark of its own: it is data, handled as text, with a packet for each chapter.
+    """
+    handler = stream.metadata.get("handler_name", "").lower()
+    return (
+        stream.type == "data"
+        and stream.frames == chapters > 0
+        and ("text" in handler or "subtitle" in handler)
+    )
+
+
+def is_picture_format(container: av.container.InputContainer) -> bool:
+    """Whether the container is of a kind that mostly holds a single picture."""
+    names = container.format.name.split(",")
+    return any(name.endswith("_pipe") or name in ("gif", "apng") for name in names)
+
+
+def may_be_still(container: av.container.InputContainer) -> bool:
+    """Whether a single frame in this container is a picture rather than a very short film."""
+    return is_picture_format(container) or container.metadata.get("major_brand") in STILL_BRANDS
+
+
+def frame_rate(stream: av.video.stream.VideoStream) -> Fraction | None:
+    """Frames a second, as far as the header or the first packets tell."""
+    average, guessed = stream.average_rate, stream.guessed_rate
+    return Fraction((average if average and average <= HIGHEST_RATE else guessed) or 0) or None
+
+
+def announced_seconds(
+    container: av.container.InputContainer, stream: av.video.stream.VideoStream
+) -> Fraction | None:
+    """How long the stream is, or else the whole container."""
+    whole = Fraction(container.duration, av.time_base) if container.duration else None
+    return _own_seconds(stream) or whole
+
+
+def _own_seconds(stream: av.video.stream.VideoStream) -> Fraction | None:
+    """Matroska's tag comes first: for want of a duration FFmpeg sets the container's."""
+    tagged = _seconds(stream.metadata.get("DURATION", ""))
+    if tagged or not stream.duration or stream.time_base is None:
+        return tagged
+    return stream.duration * stream.time_base
+
+
+def _seconds(text: str) -> Fraction | None:
+    """Matroska's "00:01:02.345" in seconds."""
+    try:
+        hours, minutes, seconds = text.split(":")
+        return int(hours) * 3600 + int(minutes) * 60 + Fraction(seconds)
+    except ValueError:
+        return None

@@ -1,0 +1,93 @@
+"""The lines of a film's subtitles, as far as they are text."""
+
+from __future__ import annotations
+
+import logging
+import os
+from contextlib import closing
+from dataclasses import dataclass
+
+import av
+from av.stream import Disposition
+from av.subtitles.stream import SubtitleStream
+from av.subtitles.subtitle import AssSubtitle
+
+from vidstyle.media.options import ReadOptions
+from vidstyle.media.read.open import open_media
+from vidstyle.media.write.stream_copy import codec_name
+from vidstyle.media.write.transcode import TEXT_CODECS
+
+_SPEAKER, _TEXT = 3, 8
+"""Fields of an event as the decoders of all text subtitles give it: order, layer, style, name, three margins,
+effect, text."""
+
+_log = logging.getLogger("vidstyle")
+
+
+@dataclass(frozen=True)
+class SubtitleEvent:
+    """What is written on the screen for a while.
+
+    Attributes:
+        start, end: in seconds, on the clock of the film's pictures.
+        text: with the marks of ASS in it.
+        speaker: where the subtitles say whose words these are, else empty.
+    """
+
+    start: float
+    end: float
+    text: str
+    speaker: str = ""
+
+
+def read_subtitles(source: str | os.PathLike[str], options: ReadOptions | None = None) -> list[SubtitleEvent]:
+    """The events of a file's first track of text, or of the one that is marked as the usual one.
+
+    Returns:
+        In the order of the file; none if there is no such track, which is said where there is another kind.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    options = options or ReadOptions()
+    with closing(open_media(source, allow_url=options.allow_url, max_pixels=options.max_pixels)) as container:
+        track = _track(container, str(source))
+        return [] if track is None else _events(container, track)
+
+
+def _track(container: av.container.InputContainer, name: str) -> SubtitleStream | None:
+    tracks = list(container.streams.subtitles)
+    readable = [track for track in tracks if codec_name(track) in TEXT_CODECS]
+    if tracks and not readable:
+        _log.warning("%s: its subtitles are pictures, which are not read; give a file of them", name)
+    usual = [track for track in readable if track.disposition & Disposition.default]
+    return next(iter([*usual, *readable]), None)
+
+
+def _events(container: av.container.InputContainer, track: SubtitleStream) -> list[SubtitleEvent]:
+    found: list[SubtitleEvent] = []
+    try:
+        for packet in container.demux(track):
+            if packet.size and packet.pts is not None:
+                found += _events_of(packet, track)
+    except av.FFmpegError as error:
+        _log.warning("subtitles: the rest cannot be read (%s)", error.strerror)
+    return found
+
+
+def _events_of(packet: av.Packet, track: SubtitleStream) -> list[SubtitleEvent]:
+    assert packet.pts is not None and packet.time_base is not None
+    start = float(packet.pts * packet.time_base)
+    end = start + float((packet.duration or 0) * packet.time_base)
+    try:
+        decoded = track.codec_context.decode2(packet) or ()
+    except (av.FFmpegError, ValueError):
+        return []
+    fields = [
+        line.ass.decode("utf-8", "replace").split(",", _TEXT)
+        for line in decoded
+        if isinstance(line, AssSubtitle)
+    ]
+    return [
+        SubtitleEvent(start, end, each[_TEXT], each[_SPEAKER].strip()) for each in fields if len(each) > _TEXT
+    ]

@@ -1,0 +1,99 @@
+"""The part of a film between two times, moved to begin at zero."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import av
+
+from vidstyle.media.read.source import Stamped
+
+ROUNDING = Fraction(2, 1000)
+"""Seconds by which a frame may come after the start and still count as there: containers round stamps."""
+GRACE = Fraction(3)
+"""Seconds of packets to read on after the last frame, for sound that the container stores late."""
+
+
+class Cut:
+    """Drops what lies outside `start` and `end` (seconds) and shifts the rest."""
+
+    def __init__(
+        self, time_base: Fraction, start: Fraction | None, end: Fraction | None, sounds: Iterable[int]
+    ) -> None:
+        """`sounds`: the indexes of the streams whose packets are waited for at the end."""
+        self._time_base = time_base
+        self._start = start or Fraction(0)
+        self._end = end
+        self._offset = round(self._start / time_base)
+        self._waiting_for = set(sounds)
+        self._before: Stamped | None = None
+        self._begun = start is None
+        self._over = False
+
+    def apply(self, items: Iterable[Stamped | av.Packet]) -> Iterator[Stamped | av.Packet]:
+        """What is left of the items."""
+        for item in items:
+            if isinstance(item, Stamped):
+                yield from self._frame(item)
+            elif self._packet_remains(item):
+                yield item
+            if self._over and not self._waiting_for:
+                return
+        if self._before is not None and not self._begun and self._shows(self._before):
+            yield replace(self._before, pts=0)
+
+    def _frame(self, frame: Stamped) -> Iterator[Stamped]:
+        time = frame.pts * self._time_base
+        if not self._begun and time < self._start:
+            self._before = frame
+            return
+        if self._end is not None and time >= self._end:
+            self._over = True
+            return
+        if not self._begun:
+            yield from self._entry(frame)
+        self._begun = True
+        yield replace(frame, pts=frame.pts - self._offset)
+
+    def _entry(self, frame: Stamped) -> Iterator[Stamped]:
+        """The frame that is on the screen at `start`, unless the next one is as good as there."""
+        wait = frame.pts - self._offset
+        if self._before is not None and wait * self._time_base > ROUNDING:
+            yield replace(self._before, pts=0, duration=wait)
+
+    def _shows(self, frame: Stamped) -> bool:
+        return frame.duration is not None and frame.pts + frame.duration > self._offset
+
+    def _packet_remains(self, packet: av.Packet) -> bool:
+        """Whether the packet lies inside; its stamps are shifted then."""
+        if packet.pts is None or packet.time_base is None:
+            return True
+        time = packet.pts * packet.time_base
+        if self._end is not None and time >= self._end:
+            self._waiting_for.discard(packet.stream_index)
+            if time >= self._end + GRACE:
+                self._waiting_for.clear()
+            return False
+        return not self._start or self._shift(packet)
+
+    def _shift(self, packet: av.Packet) -> bool:
+        assert packet.pts is not None and packet.time_base is not None
+        offset = round(self._start / packet.time_base)
+        if packet.pts < offset:
+            return packet.stream.type == "subtitle" and self._shorten(packet, offset)
+        packet.pts -= offset
+        packet.dts = None if packet.dts is None else packet.dts - offset
+        return True
+
+    @staticmethod
+    def _shorten(packet: av.Packet, offset: int) -> bool:
+        """A line that is still on the screen at the start begins there."""
+        assert packet.pts is not None
+        left = packet.pts + (packet.duration or 0) - offset
+        if left <= 0:
+            return False
+        packet.pts = packet.dts = 0
+        packet.duration = left
+        return True

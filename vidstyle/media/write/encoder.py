@@ -1,0 +1,152 @@
+"""Turns frames into packets, each with the time and the duration of its frame."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import av
+import numpy as np
+
+from vidstyle.core.picture import Picture
+from vidstyle.media.frame import Frame, frame_from_picture
+from vidstyle.media.write.plan import VideoPlan
+
+FEWEST_TO_REORDER = 3
+"""Frames from which on one may be decoded before its turn. Of fewer, libx265 gives decoding times that are
+anything: it never comes to set the delay that it takes from them."""
+
+_log = logging.getLogger("vidstyle")
+
+
+class VideoEncoder:
+    """One encoded video stream of a container.
+
+    Attributes:
+        stream: in the container.
+        end: when the last frame taken ends, in seconds.
+        surplus: seconds that the last packet was given beyond its frame's own.
+        moved: how many frames came at a time that was taken already, and were shown a tick later.
+    """
+
+    def __init__(self, container: av.container.OutputContainer, plan: VideoPlan) -> None:
+        self.plan = plan
+        stream = container.add_stream(plan.encoder, rate=plan.rate)
+        assert isinstance(stream, av.VideoStream)
+        self.stream = stream
+        plan.configure(self.stream.codec_context)
+        self.stream.time_base = plan.time_base
+        self.end = Fraction(0)
+        self.surplus = Fraction(0)
+        self.moved = 0
+        self._last = -(2**62)
+        self._taken = 0
+        self._durations: dict[int | None, int] = {}
+        self._held: av.Packet | None = None
+
+    def encode(self, frame: Frame) -> list[av.Packet]:
+        """The packets that come out when the frame goes in; none while the encoder looks ahead."""
+        native = picture_frame(frame, self.plan)
+        native.pts, native.time_base = self._clocked(frame), self.plan.time_base
+        native.duration = self._duration(frame)
+        self._durations[native.pts] = native.duration
+        self.end = (native.pts + native.duration) * self.plan.time_base
+        self._taken += 1
+        return [timed for packet in self.stream.encode(native) for timed in self._timed(packet)]
+
+    def flush(self, seconds: float | None = None) -> Iterator[av.Packet]:
+        """The packets that the encoder still held back; it stops when `seconds` have passed."""
+        deadline = time.monotonic() + (seconds if seconds is not None else float("inf"))
+        if self.end:
+            for packet in self.stream.codec_context.encode_lazy(None):
+                packet.stream = self.stream
+                if self._taken < FEWEST_TO_REORDER:
+                    packet.dts = packet.pts
+                yield from self._timed(packet)
+                if time.monotonic() > deadline:
+                    break
+        if self._held is not None:
+            self._held.duration = self._last_duration(self._held)
+            yield self._held
+            self._held = None
+
+    def _clocked(self, frame: Frame) -> int:
+        """The frame's time in the encoder's units, later than all before."""
+        pts = frame.pts
+        if frame.time_base != self.plan.time_base:
+            pts = round(frame.time / self.plan.time_base)
+        if pts <= self._last:
+            self.moved += 1
+            pts = self._last + 1
+        self._last = pts
+        return pts
+
+    def _duration(self, frame: Frame) -> int:
+        seconds = frame.duration * frame.time_base if frame.duration else 1 / self.plan.rate
+        return max(1, round(seconds / self.plan.time_base))
+
+    def _timed(self, packet: av.Packet) -> Iterator[av.Packet]:
+        """The packet before this one, which ends when this one is decoded.
+
+        When the MP4 muxer joins its fragments, it goes by the durations of the packets that end them.
+        """
+        held, self._held = self._held, packet
+        if held is not None:
+            duration = self._durations.pop(held.pts, 1)
+            if packet.dts is not None and held.dts is not None:
+                duration = max(1, packet.dts - held.dts)
+            held.duration = duration
+            yield held
+
+    def _last_duration(self, packet: av.Packet) -> int:
+        """What brings the end of the packet to the end of the film, which another frame may have.
+
+        The MP4 muxer takes the end of what came after its last fragment for the end of all, and what is
+        shown later would be cut off.
+        """
+        duration = self._durations.pop(packet.pts, 1)
+        if packet.pts is None or self._durations:
+            return duration
+        whole = max(duration, round(self.end / self.plan.time_base) - packet.pts)
+        self.surplus = (whole - duration) * self.plan.time_base
+        return whole
+
+
+def picture_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
+    """What the encoder is given: the decoder's own frame where it is just that, else a new one."""
+    native, (width, height) = frame.native, plan.size
+    fits = native is not None and (native.format.name, native.width, native.height) == (
+        plan.pix_fmt,
+        *plan.size,
+    )
+    if native is None or not fits:
+        native = frame_from_picture(fitted(frame.picture, plan), (height, width), plan.tags)
+    plan.tags.put_on(native)
+    native.pict_type = 0  # whatever it was in the source, the encoder decides
+    return native
+
+
+def fitted(picture: Picture, plan: VideoPlan) -> Picture:
+    """The picture with just the planes that the plan has: neutral chroma and full alpha are added.
+
+    Raises:
+        ValueError: its samples are not in the plan's encoding; they were to be converted before.
+    """
+    encoding, wanted = picture.encoding, plan.encoding
+    same_step = plan.rgb or picture.chroma is None or encoding.step == wanted.step
+    if (picture.color is not None) != plan.rgb or encoding.depth != wanted.depth or not same_step:
+        raise ValueError(f"a picture in {encoding} cannot be written as {wanted}")
+    alpha = None
+    if plan.layout.alpha:
+        top = 2**encoding.depth - 1
+        alpha = picture.alpha if picture.alpha is not None else np.full(picture.shape, top, encoding.dtype)
+    chroma = picture.chroma
+    if plan.layout.planes < 3:
+        chroma = None
+    elif chroma is None and not plan.rgb:
+        shape = wanted.chroma_shape(*picture.shape)
+        chroma = (np.full(shape, 2 ** (wanted.depth - 1), wanted.dtype),) * 2
+    return replace(picture, chroma=chroma, alpha=alpha, encoding=replace(encoding, step=wanted.step))

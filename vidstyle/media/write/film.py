@@ -1,0 +1,250 @@
+"""Writes a film: pictures encoded, all else copied, into a file that plays even when it is cut short."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import av
+
+from vidstyle.errors import OutputError, UsageError
+from vidstyle.media.audio import Heard, Voice
+from vidstyle.media.frame import Frame
+from vidstyle.media.write.atomic import PartialFile, is_plain_file, output_error
+from vidstyle.media.write.containers import ContainerKind
+from vidstyle.media.write.encoder import VideoEncoder
+from vidstyle.media.write.faststart import move_index_first
+from vidstyle.media.write.interleaver import Interleaver
+from vidstyle.media.write.output import WriteOptions, Writer
+from vidstyle.media.write.plan import plan_video
+from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, copy_tags
+
+if TYPE_CHECKING:
+    from vidstyle.media.read.reader import Reader, VideoInfo
+
+FLUSH_SECONDS = 1.0
+"""How long an abandoned encoder may take to give back what it holds."""
+INDEXED = ("mp4", "mov")
+"""Containers with an index that players want first."""
+READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
+"""What we write and can read back, as FFmpeg's demuxers are called."""
+
+_log = logging.getLogger("vidstyle")
+
+
+class FilmWriter(Writer):
+    """Writes one container with pictures, and with the other streams of the source."""
+
+    partial_ending: str | None = None
+
+    def __init__(
+        self,
+        target: str | Path,
+        kind: ContainerKind,
+        info: VideoInfo,
+        options: WriteOptions,
+        source: Reader | None,
+        source_path: str | Path | None,
+    ) -> None:
+        self.target, self.name = Path(target), _shown(target)
+        self._kind, self._source = kind, source
+        self._plan = plan_video(self.name, kind, info, options)
+        self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
+        piped = str(target) == "-" or not is_plain_file(self.target)
+        if piped and not kind.piped:
+            raise UsageError(self.name, f"{kind.endings[0]} cannot be written to a pipe", "use nut or mkv")
+        ending = self.partial_ending
+        self._file = None if piped else PartialFile(self.target, source_path, options.overwrite, ending)
+        self.partial = self._file.path if self._file else None
+        self._closed = False
+        try:
+            self._open(options)
+        except BaseException:
+            self._discard()
+            raise
+
+    def _open(self, options: WriteOptions) -> None:
+        """Set up all streams and write the header, so that what does not work shows before decoding."""
+        if self._file:
+            self._file.check_space()
+        piped = self._file is None
+        muxing = self._kind.piped_options if piped else self._kind.options
+        self._container = av.open(
+            sys.stdout.buffer if self.name == "standard output" else str(self.partial or self.target),
+            "w",
+            format=self._kind.muxer,
+            container_options={"flush_packets": "1", "max_interleave_delta": "1"} | muxing,
+        )
+        self._video = VideoEncoder(self._container, self._plan)
+        inputs = self._source.container if self._source else None
+        streams = self._source.copied_streams if self._source and inputs else []
+        self._copied = CopiedStreams(self._container, self._kind, streams, options.audio, self.name)
+        self._voice = self._new_voice(options)
+        if inputs is not None:
+            copy_tags(inputs, self._container)
+            copy_chapters(inputs, self._container, self._kind)
+        # Where a subtitle ends, the MP4 muxer may end a fragment amid a packet of sound, and misplace it.
+        self._interleaver = Interleaver(self._container, text_last=self._kind.muxer in INDEXED)
+        try:
+            self._container.start_encoding()
+        except (av.FFmpegError, OSError) as error:
+            raise OutputError(self.name, f"{self._kind.muxer} cannot be set up so: {error}") from error
+
+    def _new_voice(self, options: WriteOptions) -> Voice | None:
+        encoder = self._kind.new_audio if options.audio in ("copy", "none") else options.audio
+        wanted = options.new_sound and options.audio != "none" and encoder
+        return Voice(self._container, encoder) if wanted else None
+
+    def write(self, item: Frame | av.Packet) -> None:
+        """See Writer."""
+        try:
+            if isinstance(item, Frame):
+                self.frames += 1
+                for packet in self._video.encode(item):
+                    self._interleaver.picture(packet)
+            else:
+                for packet in self._copied.packets(item):
+                    self._interleaver.copied(packet)
+            if self._file:
+                self._file.check_space()
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure(error) from error
+
+    def hear(self, heard: Heard, seconds: float) -> None:
+        """Take sound that begins so many seconds after the first picture; only with `options.new_sound`.
+
+        Raises:
+            OutputError: it cannot be written; what was written so far is kept, and named.
+        """
+        if self._voice is None:
+            return
+        try:
+            for packet in self._voice.packets(heard.samples, seconds):
+                self._interleaver.copied(packet)
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure(error) from error
+
+    def finish(self) -> None:
+        """See Writer."""
+        try:
+            self._drain(None, self._cut())
+            self._close()
+            if self._file:
+                self._put_in_place(self._file)
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure(error) from error
+        self._report()
+
+    def abandon(self) -> Path | None:
+        """See Writer."""
+        if not self._closed:
+            try:
+                self._drain(FLUSH_SECONDS, self._video.end)
+            except (av.FFmpegError, OSError) as error:
+                _log.debug("%s: %s", self.name, error)
+            self._close_quietly()
+        if self._file is None or not self._file.path.exists():
+            return None
+        if frames_in(self._file.path) == 0:
+            self._discard()
+            return None
+        return self._file.path
+
+    def _drain(self, seconds: float | None, end: Fraction | None) -> None:
+        for packet in self._video.flush(seconds):
+            self._interleaver.picture(packet)
+        for packet in [*self._copied.flush(), *(self._voice.flush() if self._voice else [])]:
+            self._interleaver.copied(packet)
+        self._interleaver.finish(end)
+
+    def _cut(self) -> Fraction | None:
+        """Where sound is to end: with the pictures if the source was cut off, else where it ends itself."""
+        damaged = self._source is not None and self._source.damage.is_notable
+        return self._video.end if damaged and self.frames else None
+
+    def _close(self) -> None:
+        self._closed = True
+        self._container.close()
+
+    def _close_quietly(self) -> bool:
+        """Close a container that may be broken already; what it has on disk plays by its fragments."""
+        try:
+            self._close()
+        except (av.FFmpegError, OSError) as error:
+            _log.debug("%s: %s", self.name, error)
+            return False
+        return True
+
+    def _put_in_place(self, file: PartialFile) -> None:
+        """Give the finished file its name, with its index first where there is room for a copy."""
+        if self._kind.muxer in INDEXED and file.room > file.path.stat().st_size:
+            try:
+                file.rewrite(partial(move_index_first, surplus=self._video.surplus))
+            except OSError as error:
+                _log.info("%s: its index stays at its end (%s)", self.name, error)
+        file.finish()
+
+    def _failure(self, error: Exception) -> OutputError:
+        """What to tell after writing has failed; the file is closed, so that what is in it is known."""
+        if isinstance(error, OutputError) and self._file is None:
+            return error
+        # Our own errors come while the file can still be closed. On a full disk some muxers close without
+        # a complaint, and the end is missing all the same.
+        whole = isinstance(error, OutputError)
+        if not whole:
+            self._close_quietly()
+        left = self.abandon()
+        kept = "nothing is kept"
+        if left:
+            kept = f"the first {frames_in(left, whole)} frames are safe in {left}"
+        if isinstance(error, OutputError):
+            return OutputError(error.thing, error.reason, kept)
+        if isinstance(error, OSError):
+            return output_error(self.name, error, kept)
+        return OutputError(self.name, f"cannot be written: {error}", kept)
+
+    def _discard(self) -> None:
+        self._closed = True
+        if self._file:
+            self._file.remove()
+        self.partial = None
+
+    def _report(self) -> None:
+        """Say what was not carried over as it was."""
+        self._copied.report()
+        notices = {
+            "frames came at a time that was taken, and are shown a tick later": self._video.moved,
+            "packets came too early for their stream, and were put right": self._interleaver.moved,
+            "packets were left out, being repeated, without a time, or refused": self._interleaver.dropped,
+            "packets after the last picture were cut, since the source is damaged": self._interleaver.cut,
+        }
+        for text, count in notices.items():
+            if count:
+                _log.warning("%s: %d %s", self.name, count, text)
+
+
+def frames_in(path: Path, whole: bool = True) -> int:
+    """How many frames can be read back from a file; 0 if it cannot be read at all.
+
+    Where it is not `whole`, frames are counted up to the time to which all have come: the last
+    packets may need others that are lost.
+    """
+    times: list[tuple[int, int]] = []
+    try:
+        with av.open(os.fspath(path), options={"format_whitelist": READABLE}) as container:
+            for packet in container.demux(video=0):
+                if packet.size and packet.pts is not None and not packet.is_corrupt:
+                    times.append((packet.pts, packet.pts if packet.dts is None else packet.dts))
+    except (av.FFmpegError, OSError, IndexError) as error:
+        _log.debug("%s: %s", path, error)
+    complete = max((decoded for _, decoded in times), default=0)
+    return len(times) if whole else sum(shown <= complete for shown, _ in times)
+
+
+def _shown(target: str | Path) -> str:
+    return "standard output" if str(target) == "-" else str(target)

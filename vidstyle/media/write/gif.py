@@ -1,0 +1,116 @@
+"""Writes GIF animations: staged without loss, then brought to one palette that is made for all frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import av
+from av.filter import Graph
+from av.filter.context import FilterContext
+
+from vidstyle.media.write.atomic import PartialFile
+from vidstyle.media.write.film import FilmWriter
+
+TICK = Fraction(1, 100)
+"""The unit of time in a GIF, in seconds."""
+SHORTEST = 2
+"""Ticks; browsers show frames that are shorter five times as long."""
+
+
+class GifWriter(FilmWriter):
+    """A film that becomes a GIF when it is finished; an abandoned one stays a film."""
+
+    partial_ending = ".mkv"
+
+    def _put_in_place(self, file: PartialFile) -> None:
+        file.rewrite(make_gif)
+        file.finish()
+
+
+def make_gif(source: Path, target: Path) -> bool:
+    """Write the film at `source` as a GIF, with the 256 colours that suit it best; always True.
+
+    Raises:
+        OSError: `target` cannot be written.
+    """
+    colors = _palette(source)
+    with av.open(str(target), "w", format="gif") as container:
+        stream: av.VideoStream | None = None
+        for frame, begin, length in _timed(source):
+            if stream is None:
+                stream = _add_stream(container, frame)
+                painter = _Painter(frame, colors)
+            painted = painter.painted(frame)
+            painted.pts, painted.time_base = begin, TICK
+            for packet in stream.encode(painted):
+                packet.duration = length
+                container.mux(packet)
+    return True
+
+
+class _Painter:
+    """Brings frames to the colours of a palette, with error diffusion."""
+
+    def __init__(self, like: av.VideoFrame, colors: av.VideoFrame) -> None:
+        self._graph = Graph()
+        self._frames = _buffer(self._graph, like)
+        palette = _buffer(self._graph, colors)
+        use = self._graph.add("paletteuse", "diff_mode=rectangle")
+        self._sink = self._graph.add("buffersink")
+        self._frames.link_to(use, 0, 0)
+        palette.link_to(use, 0, 1)
+        use.link_to(self._sink)
+        self._graph.configure()
+        palette.push(colors)
+        palette.push(None)
+
+    def painted(self, frame: av.VideoFrame) -> av.VideoFrame:
+        """The frame with a palette."""
+        self._frames.push(frame)
+        return self._graph.vpull()
+
+
+def _palette(source: Path) -> av.VideoFrame:
+    """The colours that suit the whole film, as a frame of 16 x 16 pixels."""
+    graph: Graph | None = None
+    for frame, _, _ in _timed(source):
+        if graph is None:
+            graph = Graph()
+            graph.link_nodes(_buffer(graph, frame), graph.add("palettegen"), graph.add("buffersink"))
+            graph.configure()
+        graph.vpush(frame)
+    assert graph is not None
+    graph.vpush(None)
+    return graph.vpull()
+
+
+def _buffer(graph: Graph, like: av.VideoFrame) -> FilterContext:
+    return graph.add_buffer(
+        width=like.width, height=like.height, format=like.format, time_base=like.time_base or TICK
+    )
+
+
+def _add_stream(container: av.container.OutputContainer, like: av.VideoFrame) -> av.VideoStream:
+    stream = container.add_stream("gif", rate=25)
+    stream.width, stream.height, stream.pix_fmt = like.width, like.height, "pal8"
+    stream.codec_context.time_base = stream.time_base = TICK
+    return stream
+
+
+def _timed(source: Path) -> Iterator[tuple[av.VideoFrame, int, int]]:
+    """Each frame with its start and length in ticks; frames that would be too short are left out."""
+    with av.open(str(source), format="matroska") as container:
+        waiting: tuple[av.VideoFrame, int] | None = None
+        length = SHORTEST
+        for frame in container.decode(video=0):
+            begin = round(Fraction(frame.pts or 0) * Fraction(frame.time_base or TICK) / TICK)
+            if waiting is not None:
+                if begin - waiting[1] < SHORTEST:
+                    continue
+                length = begin - waiting[1]
+                yield *waiting, length
+            waiting = frame, begin
+        if waiting is not None:
+            yield *waiting, length

@@ -1,0 +1,120 @@
+"""Writes pictures: one file, or one for each frame by a pattern such as `%05d.png`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import av
+
+from vidstyle.errors import OutputError, UsageError
+from vidstyle.media.frame import Frame
+from vidstyle.media.write.atomic import PartialFile, output_error
+from vidstyle.media.write.containers import ContainerKind
+from vidstyle.media.write.encoder import picture_frame
+from vidstyle.media.write.output import WriteOptions, Writer
+from vidstyle.media.write.plan import plan_video
+
+if TYPE_CHECKING:
+    from vidstyle.media.read.reader import VideoInfo
+
+NUMBER = re.compile(r"%(0?\d*)d")
+"""Where the number goes in a pattern."""
+
+
+class PictureWriter(Writer):
+    """Writes each frame to a file of its own, which is there only when it is whole.
+
+    Raises:
+        UsageError: at the second frame, if the name is no pattern.
+    """
+
+    def __init__(
+        self,
+        target: str | Path,
+        kind: ContainerKind,
+        info: VideoInfo,
+        options: WriteOptions,
+        source_path: str | Path | None,
+    ) -> None:
+        self.target = Path(target)
+        self._options, self._source_path = options, source_path
+        self._plan = plan_video(str(target), kind, info, options)
+        self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
+        self._pattern = is_pattern(str(target))
+        if self._pattern and source_path and Path(source_path).absolute() == self.target.absolute():
+            raise UsageError(target, "is the input itself, and would be overwritten", "choose another name")
+        self._written: Path | None = None
+        self._file: PartialFile | None = self._next_file()
+        self.partial = self._file.path
+
+    def write(self, item: Frame | av.Packet) -> None:
+        """See Writer; packets are left out, since pictures make no sound."""
+        if not isinstance(item, Frame):
+            return
+        if self._file is None:
+            if not self._pattern:
+                pattern = f"{self.target.stem}_%05d{self.target.suffix}"
+                raise UsageError(self.target, "holds one picture, and there are more", f"name it {pattern}")
+            self._file = self._next_file()
+            self.partial = self._file.path
+        try:
+            self._file.path.write_bytes(self._encoded(item))
+            self._file.check_space()
+            self._file.finish()
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure(error) from error
+        self._written, self._file, self.partial = self._file.target, None, None
+        self.frames += 1
+
+    def finish(self) -> None:
+        """See Writer."""
+        if self._file is not None:
+            self._file.remove()
+            self._file = self.partial = None
+
+    def abandon(self) -> Path | None:
+        """See Writer; it names the last picture that is whole."""
+        self.finish()
+        return self._written
+
+    def _next_file(self) -> PartialFile:
+        """The file of the next frame; the first has the number 1."""
+        path = numbered(str(self.target), self.frames + 1) if self._pattern else self.target
+        return PartialFile(path, self._source_path, self._options.overwrite)
+
+    def _encoded(self, frame: Frame) -> bytes:
+        context = av.CodecContext.create(self._plan.encoder, "w")
+        assert isinstance(context, av.VideoCodecContext)
+        self._plan.configure(context)
+        context.thread_count = 1  # more would each hold a picture back
+        packets = context.encode(picture_frame(frame, self._plan)) + context.encode(None)
+        return b"".join(bytes(packet) for packet in packets)
+
+    def _failure(self, error: Exception) -> OutputError:
+        kept = f"{self.frames} pictures are written" if self.frames else "nothing is kept"
+        if isinstance(error, OutputError):
+            return OutputError(error.thing, error.reason, kept)
+        if isinstance(error, OSError):
+            return output_error(self.target, error, kept)
+        return OutputError(self.target, f"cannot be written: {error}", kept)
+
+
+def is_pattern(target: str) -> bool:
+    """Whether the target has a place for a number.
+
+    >>> is_pattern("out/%05d.png"), is_pattern("100%.png")
+    (True, False)
+    """
+    return NUMBER.search(Path(target).name) is not None
+
+
+def numbered(pattern: str, number: int) -> Path:
+    """The path with the number in its place.
+
+    >>> numbered("frame_%03d.png", 7).name
+    'frame_007.png'
+    """
+    path = Path(pattern)
+    return path.with_name(NUMBER.sub(lambda match: f"{number:{match[1]}d}", path.name, count=1))

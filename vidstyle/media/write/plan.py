@@ -1,0 +1,255 @@
+"""Decides how a film's pictures are encoded, and tries whether the encoder agrees."""
+
+from __future__ import annotations
+
+import logging
+import os
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import av
+
+from vidstyle.core.picture import SITINGS, Encoding
+from vidstyle.errors import UsageError
+from vidstyle.media.codecs import (
+    choose_pix_fmt,
+    encoder_options,
+    find_encoder,
+    software_encoder,
+    writable_layout,
+)
+from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags, usual_tags
+from vidstyle.media.pixel_formats import Layout
+from vidstyle.media.write.containers import ContainerKind
+from vidstyle.media.write.output import WriteOptions
+
+if TYPE_CHECKING:
+    from vidstyle.media.read.reader import VideoInfo
+
+UNTAGGED = ("png", "apng", "tiff", "bmp", "webp")
+"""Codecs of pictures that viewers take for sRGB, and would show otherwise if a film's tags were in them."""
+RGB_MATRIX = 0
+"""The H.273 code for no matrix at all."""
+SMALL_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
+"""The finest time, in parts of a second, of codecs that write times into the pictures."""
+RATE_WHEN_UNKNOWN = Fraction(25)
+SECONDS_HELD = 1
+"""Of film that an encoder may hold back, since they are lost when the program is killed."""
+VERYFAST_LOOKAHEAD, SLOW_LOOKAHEAD = 10, 40
+"""Frames that x264 looks ahead by its presets; slower ones than "medium" more."""
+X264_REORDERED = 3
+"""Frames that x264 holds to bring B-frames into order."""
+
+_log = logging.getLogger("vidstyle")
+
+
+@dataclass(frozen=True)
+class VideoPlan:
+    """How pictures are encoded.
+
+    Attributes:
+        encoder, codec: its name, and the canonical name of what it makes.
+        pix_fmt: what the encoder is given, and how that lies in memory.
+        size: width and height as encoded, padded to what the chroma step asks for.
+        encoding: of the pictures that it wants.
+        tags: of its colours.
+        time_base, rate: of its frames; `rate` is a hint.
+        options: for the encoder.
+    """
+
+    encoder: str
+    codec: str
+    pix_fmt: str
+    layout: Layout
+    size: tuple[int, int]
+    encoding: Encoding
+    tags: ColorTags
+    time_base: Fraction
+    rate: Fraction
+    sample_aspect: Fraction | None
+    options: dict[str, str]
+
+    @property
+    def rgb(self) -> bool:
+        """Whether it wants RGB pictures."""
+        return self.layout.kind != "luma"
+
+    def configure(self, context: av.VideoCodecContext) -> None:
+        """Set up an encoder that is not open yet."""
+        context.width, context.height = self.size
+        context.pix_fmt = self.pix_fmt
+        context.time_base = self.time_base
+        context.framerate = self.rate
+        context.thread_type = "AUTO"
+        if self.sample_aspect:
+            context.sample_aspect_ratio = self.sample_aspect
+        self.tags.put_on(context)
+        context.options = dict(self.options)
+
+
+def plan_video(target: str, kind: ContainerKind, info: VideoInfo, options: WriteOptions) -> VideoPlan:
+    """The plan for a film, with an encoder that has been tried on this very size and format.
+
+    Raises:
+        UsageError: the container does not hold the codec, or the encoder refuses size, format or settings.
+    """
+    encoder, pix_fmt = options.codec or kind.codec, options.pix_fmt
+    if options.codec is None and pix_fmt is None:
+        encoder, pix_fmt = kind.alpha if info.alpha and kind.alpha else (encoder, kind.pix_fmt or None)
+    stand_in = software_encoder(encoder)
+    try:
+        plan = _plan(kind, info, options, encoder, pix_fmt)
+        _try(target, plan)
+    except UsageError as error:
+        if stand_in is None:
+            raise
+        _log.warning("%s cannot be used here (%s); %s encodes instead", encoder, error.reason, stand_in)
+        # Speed names differ between hardware and software encoders.
+        plan = _plan(kind, info, replace(options, preset=None), stand_in, pix_fmt)
+        _try(target, plan)
+    _announce(target, info, plan)
+    return plan
+
+
+def _plan(
+    kind: ContainerKind, info: VideoInfo, options: WriteOptions, name: str, pix_fmt: str | None
+) -> VideoPlan:
+    encoder, codec = find_encoder(name)
+    if kind.video and codec not in kind.video:
+        remedy = f"use one of {', '.join(kind.video)}, or an output name that ends in .mkv"
+        raise UsageError("--codec", f"{kind.endings[0]} files do not hold {codec}", remedy)
+    source = info.encoding
+    pix_fmt = pix_fmt or choose_pix_fmt(encoder, source.depth, source.step, info.is_rgb, info.alpha)
+    # The J of the old full-range formats is said by the tags.
+    layout = _layout(pix_fmt.replace("yuvj", "yuv"))
+    encoding = _encoding(info, layout, codec)
+    if pix_fmt.startswith("yuvj"):
+        encoding = replace(encoding, full_range=True)
+    rate = info.rate or RATE_WHEN_UNKNOWN
+    return VideoPlan(
+        encoder=encoder,
+        codec=codec,
+        pix_fmt=layout.name,
+        layout=layout,
+        size=(_padded(info.width, layout.step[0]), _padded(info.height, layout.step[1])),
+        encoding=encoding,
+        tags=_tags(info, encoding, layout, kind),
+        time_base=_time_base(kind, codec, info, rate),
+        rate=rate,
+        sample_aspect=info.sample_aspect,
+        options=encoder_options(encoder, options.crf, options.preset)
+        | _latency(encoder, rate, options.preset)
+        | _siting(encoding),
+    )
+
+
+def _layout(pix_fmt: str) -> Layout:
+    try:
+        layout = writable_layout(pix_fmt)
+    except ValueError:
+        layout = None
+    if layout is None:
+        raise UsageError("--pix-fmt", f"{pix_fmt!r} is no pixel format we write", "yuv420p plays everywhere")
+    return layout
+
+
+def _padded(length: int, step: int) -> int:
+    """The length, up to the next multiple.
+
+    >>> _padded(641, 2), _padded(640, 2)
+    (642, 640)
+    """
+    return -(-length // step) * step
+
+
+def _encoding(info: VideoInfo, layout: Layout, codec: str) -> Encoding:
+    """The source's matrix, range and siting, as far as they mean something in the new layout."""
+    if layout.kind != "luma":
+        return Encoding("bt709", True, layout.depth, (1, 1))
+    if codec == "mjpeg":  # JFIF knows no other
+        siting = (layout.step[0] - 1) / 2, (layout.step[1] - 1) / 2
+        return Encoding("bt601", True, layout.depth, layout.step, siting)
+    if info.is_rgb:
+        return Encoding("bt709", False, layout.depth, layout.step)
+    siting = info.encoding.siting
+    if layout.step != info.encoding.step or siting not in SITINGS.values():
+        siting = SITINGS["left"] if layout.step[1] == 2 else SITINGS["topleft"]
+    return replace(info.encoding, depth=layout.depth, step=layout.step, siting=siting)
+
+
+def _tags(info: VideoInfo, encoding: Encoding, layout: Layout, kind: ContainerKind) -> ColorTags:
+    """What says so: the source's own tags, and the usual ones where it has none."""
+    if layout.kind != "luma" and kind.video and kind.video[0] in UNTAGGED:
+        return ColorTags(UNSPECIFIED, UNSPECIFIED, RGB_MATRIX, FULL)
+    usual = usual_tags(encoding, info.height)
+    known = (0, UNSPECIFIED)
+    matrix = info.color_tags.matrix if encoding.matrix == info.encoding.matrix else usual.matrix
+    return ColorTags(
+        usual.primaries if info.color_tags.primaries in known else info.color_tags.primaries,
+        usual.transfer if info.color_tags.transfer in known else info.color_tags.transfer,
+        RGB_MATRIX if layout.kind != "luma" else usual.matrix if matrix in known else matrix,
+        FULL if layout.kind != "luma" else usual.range,
+    )
+
+
+def _siting(encoding: Encoding) -> dict[str, str]:
+    name = next((name for name, place in SITINGS.items() if place == encoding.siting), None)
+    return {"chroma_sample_location": name} if name and encoding.step == (2, 2) else {}
+
+
+def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction) -> Fraction:
+    """The source's, unless the container knows but a rate, or the codec no time so fine."""
+    if kind.strict_rate:
+        return 1 / rate
+    finest = SMALL_TIME_BASES.get(codec)
+    if finest is None or info.time_base.denominator <= finest:
+        return info.time_base
+    return 1 / rate if rate.numerator <= finest else Fraction(1, finest)
+
+
+def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]:
+    """Settings that keep few frames inside an encoder, whose threads and lookahead each hold some back."""
+    held = int(rate * SECONDS_HELD)
+    if encoder in ("libvpx", "libvpx-vp9"):
+        return {"lag-in-frames": str(min(25, max(1, held)))}
+    if encoder not in ("libx264", "libx264rgb"):
+        return {}
+    room = max(2, held - X264_REORDERED)
+    threads = max(1, (os.cpu_count() or 1) * 3 // 2)
+    lookahead = VERYFAST_LOOKAHEAD if preset is None else SLOW_LOOKAHEAD
+    if threads + lookahead <= room:
+        return {}
+    threads = min(threads, max(1, room * 2 // 3))
+    return {"threads": str(threads), "rc-lookahead": str(max(1, min(lookahead, room - threads)))}
+
+
+def _try(target: str, plan: VideoPlan) -> None:
+    """Open the encoder as it will be used, and close it again."""
+    if plan.encoder == "libsvtav1":
+        os.environ.setdefault("SVT_LOG", "1")  # it talks on standard error otherwise
+    if plan.encoder in ("rawvideo", "wrapped_avframe"):
+        return
+    context = av.CodecContext.create(plan.encoder, "w")
+    assert isinstance(context, av.VideoCodecContext)
+    plan.configure(context)
+    try:
+        context.open()
+    except (av.FFmpegError, ValueError) as error:
+        width, height = plan.size
+        settings = " ".join(f"{name}={value}" for name, value in plan.options.items())
+        cause = getattr(error, "strerror", None) or error
+        reason = f"{plan.encoder} refuses {width}x{height} {plan.pix_fmt} {settings} ({cause})"
+        raise UsageError(target, reason, "choose another codec, size or setting") from error
+
+
+def _announce(target: str, info: VideoInfo, plan: VideoPlan) -> None:
+    if plan.size != (info.width, info.height):
+        wide, high = plan.size[0] - info.width, plan.size[1] - info.height
+        _log.warning(
+            "%s: %dx%d is padded to %dx%d, since %s has half the colours (repeating the last %s)",
+            *(target, info.width, info.height, *plan.size, plan.pix_fmt),
+            " and ".join(["column"] * bool(wide) + ["row"] * bool(high)),
+        )
+    if info.alpha and not plan.layout.alpha:
+        _log.warning("%s: transparency is lost, since %s has none", target, plan.pix_fmt)

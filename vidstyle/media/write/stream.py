@@ -1,0 +1,256 @@
+"""An open stream, which is written as pictures and sound come."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import av
+from av.bitstream import BitStreamFilterContext
+
+from vidstyle.errors import OutputError, UsageError, VidstyleError
+from vidstyle.media.audio import Heard, Voice
+from vidstyle.media.codecs import find_encoder
+from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.frame import frame_from_picture, picture_from_frame
+from vidstyle.media.read.open import public_name
+
+if TYPE_CHECKING:
+    import av
+
+RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
+"""What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
+JOINED = ("mpegts", "rtp_mpegts")
+"""Muxers of streams that somebody may join at any time."""
+REPEATED = "dump_extra=freq=all"
+AT_ONCE = {
+    "libx264": {"preset": "veryfast", "tune": "zerolatency"},
+    "libx265": {"preset": "superfast", "tune": "zerolatency", "x265-params": "log-level=error"},
+}
+"""What makes encoders give each picture out as it comes in, and be quiet."""
+KEY_SECONDS = 1
+"""How long who joins a stream waits for a picture at most."""
+HLS = {"hls_time": "2", "hls_list_size": "6", "hls_flags": "delete_segments+append_list"}
+
+
+@dataclass(frozen=True)
+class StreamOptions:
+    """How to write a stream.
+
+    Attributes:
+        rate: frames per second; frames are numbered by it.
+        format: of a pipe: "y4m", "nut" or "raw"; None: the first, which all players know.
+        pix_fmt: of a virtual camera or a raw pipe, or None for the usual one.
+        codec: the encoder of a network stream, or None for H.264.
+        bitrate: of a network stream, in bits a second, or None for what the quality takes.
+        sound: whether a network stream gets sound.
+    """
+
+    rate: Fraction
+    format: str | None = None
+    pix_fmt: str | None = None
+    codec: str | None = None
+    bitrate: int | None = None
+    sound: bool = False
+
+
+class Stream:
+    """One open stream. Pictures are written at once, none is held back.
+
+    Attributes:
+        needs_every: whether frames have no times of their own, so that none may be left out.
+    """
+
+    def __init__(
+        self, name: str, target: Any, muxer: str, options: StreamOptions, first: av.VideoFrame, pix_fmt: str
+    ) -> None:
+        """Open it and write its header.
+
+        Args:
+            name: for people.
+            target: what FFmpeg opens, or an open file.
+            first: a picture like those that will come: its size and tags count.
+
+        Raises:
+            OutputError: it cannot be opened.
+        """
+        self.name, self._pix_fmt = name, pix_fmt
+        self._first: int | None = None
+        self.needs_every = muxer in ("yuv4mpegpipe", "rawvideo")
+        any_size = muxer in RAW_FORMATS.values() and pix_fmt == "yuv420p"
+        self._size = (first.width, first.height) if any_size else _even(first)
+        self._joined = muxer in JOINED
+        raw = muxer in (*RAW_FORMATS.values(), "v4l2")
+        try:
+            # Pictures do not wait long for sound that has stopped.
+            settings = {"flush_packets": "1", "max_interleave_delta": "200000"} | (
+                HLS if muxer == "hls" else {}
+            )
+            self._container = av.open(target, "w", muxer, container_options=settings)
+            self._stream = self._add_stream("rawvideo" if raw else options.codec or "libx264", options, first)
+            self._voice = Voice(self._container, "aac") if options.sound and not raw else None
+            self._container.start_encoding()
+            # Who joins does not know the parameter sets, and may take the first frames for damaged.
+            self._repeat = BitStreamFilterContext(REPEATED, self._stream) if self._joined else None
+        except (av.FFmpegError, OSError, ValueError) as error:
+            raise self._failure("cannot be opened", error) from error
+
+    def _add_stream(self, encoder: str, options: StreamOptions, first: av.VideoFrame) -> av.VideoStream:
+        settings = {"chroma_sample_location": "left"} if self._pix_fmt == "yuv420p" else {}
+        settings |= AT_ONCE.get(encoder, {})
+        stream = self._container.add_stream(encoder, rate=options.rate, options=settings)
+        assert isinstance(stream, av.VideoStream)
+        context = stream.codec_context
+        context.width, context.height = self._size
+        context.pix_fmt = self._pix_fmt
+        context.time_base = 1 / options.rate
+        context.gop_size = max(1, round(options.rate * KEY_SECONDS))
+        context.max_b_frames = 0
+        if self._joined:
+            context.flags |= av.codec.context.Flags.global_header
+        if options.bitrate:
+            context.bit_rate = options.bitrate
+        ColorTags.of(first).put_on(context)
+        return stream
+
+    def write(self, frame: av.VideoFrame, number: int) -> float:
+        """Write a picture as that of one number; numbers grow. Returns when it is shown, in seconds.
+
+        Raises:
+            OutputError: the stream is lost.
+        """
+        width, height = self._size
+        own = frame.reformat(width, height, self._pix_fmt)
+        if own is frame:  # which other targets share, so its number cannot be set
+            own = frame_from_picture(picture_from_frame(frame))
+        ColorTags.of(frame).put_on(own)
+        self._first = number if self._first is None else self._first
+        own.pts, own.time_base, own.pict_type = number - self._first, self._stream.codec_context.time_base, 0
+        try:
+            self._container.mux(self._encoded(own))
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure("was lost", error) from error
+        return float(own.pts * self._stream.codec_context.time_base)
+
+    def _encoded(self, frame: av.VideoFrame | None) -> list[av.Packet]:
+        packets = self._stream.encode(frame)
+        if self._repeat is None:
+            return packets
+        return [made for packet in packets for made in self._repeat.filter(packet)]
+
+    def hear(self, heard: Heard, seconds: float) -> None:
+        """Write sound that begins so many seconds after the first picture, if the stream has any.
+
+        Raises:
+            OutputError: the stream is lost.
+        """
+        if self._voice is None:
+            return
+        try:
+            self._container.mux(self._voice.packets(heard.samples, seconds))
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure("was lost", error) from error
+
+    def close(self) -> None:
+        """End the stream well if that can be done."""
+        try:
+            self._container.mux(self._encoded(None))
+            if self._voice is not None:
+                self._container.mux(self._voice.flush())
+            self._container.close()
+        except (av.FFmpegError, OSError):
+            pass  # what is lost already cannot be ended
+
+    def _failure(self, words: str, error: Exception) -> VidstyleError:
+        if isinstance(error, BrokenPipeError) and self.name == "standard output":
+            return OutputError(self.name, "nobody reads it any more")
+        if isinstance(error, av.ProtocolNotFoundError):
+            return UsageError(self.name, "the FFmpeg in this build does not speak it", "use RTMP or RTSP")
+        return OutputError(self.name, f"{words}: {getattr(error, 'strerror', None) or error}")
+
+
+def _even(frame: av.VideoFrame) -> tuple[int, int]:
+    """The size without an odd last column and row, which formats with shared chroma cannot have."""
+    return max(2, frame.width // 2 * 2), max(2, frame.height // 2 * 2)
+
+
+USUAL_FORMAT = "y4m"
+STREAM_FORMATS = {
+    "rtmp": "flv",
+    "rtmps": "flv",
+    "srt": "mpegts",
+    "udp": "mpegts",
+    "tcp": "mpegts",
+    "rtp": "rtp_mpegts",
+    "rtsp": "rtsp",
+    "http": "mpegts",
+    "https": "mpegts",
+}
+"""What a URL of each scheme is given: the muxer."""
+
+
+def open_pipe(options: StreamOptions, first: av.VideoFrame) -> Stream:
+    """Standard output; raises UsageError as `check_pipe` does."""
+    muxer = check_pipe(options)
+    pix_fmt = options.pix_fmt if muxer != "yuv4mpegpipe" and options.pix_fmt else "yuv420p"
+    return Stream("standard output", _StandardOutput(), muxer, options, first, pix_fmt)
+
+
+def check_pipe(options: StreamOptions) -> str:
+    """The muxer for standard output.
+
+    Raises:
+        UsageError: a format that is not for live pipes.
+    """
+    name = options.format or USUAL_FORMAT
+    muxer = RAW_FORMATS.get(name, name)
+    if muxer not in RAW_FORMATS.values():
+        raise UsageError("--format", f"{name} is not for live pipes", f"use {', '.join(RAW_FORMATS)}")
+    return muxer
+
+
+def open_stream(url: str, options: StreamOptions, first: av.VideoFrame) -> Stream:
+    """A stream over the network, or an HLS playlist with its pieces beside it.
+
+    Raises:
+        UsageError: as `check_url`, or there is no such encoder.
+        OutputError: nobody is there.
+    """
+    muxer = check_url(url)
+    if options.codec:
+        options = replace(options, codec=find_encoder(options.codec)[0])
+    return Stream(public_name(url), url, muxer, options, first, "yuv420p")
+
+
+def check_url(url: str) -> str:
+    """The muxer for a URL or a playlist.
+
+    Raises:
+        UsageError: a scheme that we do not write.
+    """
+    scheme = url.partition(":")[0].lower()
+    muxer = "hls" if url.endswith(".m3u8") else STREAM_FORMATS.get(scheme)
+    if muxer is None:
+        raise UsageError(
+            public_name(url), "is no kind of stream that we write", "use " + ", ".join(STREAM_FORMATS)
+        )
+    return muxer
+
+
+class _StandardOutput:
+    """Standard output without a buffer: a thread that waits in one could not be left behind at the end."""
+
+    name = "standard output"
+
+    def __init__(self) -> None:
+        self._descriptor = sys.stdout.fileno()
+
+    def write(self, content: bytes) -> int:
+        """Write all of it; waits for the reader."""
+        rest = memoryview(content)
+        while rest:
+            rest = rest[os.write(self._descriptor, rest) :]
+        return len(content)

@@ -1,0 +1,142 @@
+"""Subtitles of text, brought from one codec to another: SubRip, ASS, WebVTT, MP4 timed text."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import av
+from av.audio.frame import AudioFrame
+from av.audio.resampler import AudioResampler
+from av.audio.stream import AudioStream
+from av.subtitles.stream import SubtitleStream
+from av.subtitles.subtitle import AssSubtitle, SubtitleSet
+
+TEXT_CODECS = ("subrip", "ass", "ssa", "mov_text", "webvtt", "text", "srt")
+"""Canonical names of codecs that hold text rather than pictures."""
+
+
+class TextConverter:
+    """Decodes the packets of one subtitle stream and encodes them into another, at the same times.
+
+    Attributes:
+        stream: the new one.
+        lost: how many packets could not be read.
+    """
+
+    def __init__(
+        self, container: av.container.OutputContainer, template: SubtitleStream, encoder: str
+    ) -> None:
+        self.lost = 0
+        self._decoder = template.codec_context
+        self._decoder.open(strict=False)
+        self.stream: SubtitleStream = container.add_stream(encoder)  # type: ignore[call-overload, assignment]
+        self.stream.codec_context.subtitle_header = self._decoder.subtitle_header
+        self.stream.time_base = template.time_base
+
+    def packets(self, packet: av.Packet) -> list[av.Packet]:
+        """The packet in the new codec; none if it holds no words."""
+        try:
+            made = self._converted(packet)
+        except (av.FFmpegError, ValueError):
+            self.lost += 1
+            return []
+        return [] if made is None else [made]
+
+    def flush(self) -> list[av.Packet]:
+        """Nothing is held back."""
+        return []
+
+    def _converted(self, packet: av.Packet) -> av.Packet | None:
+        found = self._decoder.decode2(packet)
+        lines = [line for line in found or () if isinstance(line, AssSubtitle) and line.ass]
+        if not lines:
+            return None
+        text = lines[0].ass + b"".join(b"\\N" + line.dialogue for line in lines[1:])
+        made = self.stream.codec_context.encode_subtitle(SubtitleSet.create(text, 0, packet.duration or 0))
+        made.pts = made.dts = packet.pts
+        made.duration, made.time_base = packet.duration, packet.time_base
+        made.stream, made.is_keyframe = self.stream, True
+        return made
+
+
+BIT_RATES = {"aac": 96_000, "libopus": 64_000, "libmp3lame": 96_000, "ac3": 96_000, "wmav2": 96_000}
+"""Bits a second for each channel; encoders not named here have no use for it, or know better."""
+MOST_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, "ac3": 6, "aac": 8}
+SAMPLES_AT_ONCE = 1024
+"""In a frame for encoders that do not mind."""
+
+
+class SoundEncoder:
+    """Decodes the packets of one audio stream and encodes them into another, at the same times.
+
+    Attributes:
+        stream: the new one.
+        lost: how many packets could not be decoded; there is silence in their place.
+    """
+
+    def __init__(self, container: av.container.OutputContainer, template: AudioStream, encoder: str) -> None:
+        self.lost = 0
+        self._template = template
+        codec = av.Codec(encoder, "w")
+        channels = min(template.layout.nb_channels, MOST_CHANNELS.get(encoder, 8))
+        layout = {1: "mono", 2: "stereo"}.get(channels, template.layout.name)
+        rate = _nearest(template.rate, codec.audio_rates or [])
+        self.stream: AudioStream = container.add_stream(encoder, rate=rate)  # type: ignore[call-overload, assignment]
+        self.stream.layout = layout
+        self.stream.format = (codec.audio_formats or [template.format])[0]
+        if encoder in BIT_RATES:
+            self.stream.bit_rate = BIT_RATES[encoder] * channels
+        self.stream.codec_context.open()
+        self._resampler = self._new_resampler()
+
+    def packets(self, packet: av.Packet) -> list[av.Packet]:
+        """What comes out when the packet goes in."""
+        try:
+            frames = cast("list[AudioFrame]", packet.decode())
+        except av.FFmpegError:
+            self.lost += 1
+            return []
+        return [made for frame in frames for made in self._encoded(frame)]
+
+    def flush(self) -> list[av.Packet]:
+        """What decoder, resampler and encoder still hold."""
+        made = [packet for last in self._last_frames() for packet in self._encoded(last)]
+        made += [packet for frame in self._resampler.resample(None) for packet in self.stream.encode(frame)]
+        return made + self.stream.encode(None)
+
+    def _last_frames(self) -> list[AudioFrame]:
+        try:
+            return self._template.decode(None)
+        except (av.FFmpegError, EOFError):
+            return []
+
+    def _encoded(self, frame: AudioFrame) -> list[av.Packet]:
+        try:
+            resampled = self._resampler.resample(frame)
+        except ValueError:  # the sound has changed its channels or its rate
+            resampled = self._resampler.resample(None)
+            self._resampler = self._new_resampler()
+            resampled += self._resampler.resample(frame)
+        return [packet for part in resampled for packet in self.stream.encode(part)]
+
+    def _new_resampler(self) -> AudioResampler:
+        context = self.stream.codec_context
+        return AudioResampler(
+            format=context.format,
+            layout=context.layout,
+            rate=context.sample_rate,
+            frame_size=context.frame_size or SAMPLES_AT_ONCE,
+            # Gaps, where packets were lost, become silence; otherwise all that follows would come early.
+            options={"async": "1"},
+        )
+
+
+def _nearest(rate: int, allowed: list[int]) -> int:
+    """The rate itself if allowed, else the lowest above it, else the highest.
+
+    >>> _nearest(44100, [8000, 48000])
+    48000
+    """
+    if not allowed or rate in allowed:
+        return rate
+    return min((other for other in allowed if other >= rate), default=max(allowed))

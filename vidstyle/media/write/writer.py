@@ -1,0 +1,42 @@
+"""Opens the writer that fits a target: a film, a pipe, a picture, a series of pictures, an animation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vidstyle.media.write.containers import kind_of
+from vidstyle.media.write.film import FilmWriter
+from vidstyle.media.write.gif import GifWriter
+from vidstyle.media.write.images import PictureWriter, is_pattern
+from vidstyle.media.write.output import WriteOptions, Writer
+
+if TYPE_CHECKING:
+    from vidstyle.media.read.reader import Reader, VideoInfo
+
+__all__ = ["WriteOptions", "Writer", "open_writer"]
+
+
+def open_writer(
+    target: str | Path, info: VideoInfo, options: WriteOptions, source: Reader | None = None
+) -> Writer:
+    """A writer for the target, with everything checked that can be checked before a frame is decoded.
+
+    Args:
+        target: a path whose ending says what to write; `%05d.png` for one file for each picture; "-" for
+            standard output, which wants `options.format`.
+        info: of the pictures that will come.
+        options: how to write.
+        source: where they come from; its other streams, chapters and tags are carried over.
+
+    Raises:
+        UsageError: the target exists, is the input, or cannot hold what is asked for.
+        OutputError: its folder is missing or cannot be written to.
+    """
+    pattern = is_pattern(str(target))
+    kind = kind_of(str(target), options.format, info.still or pattern)
+    source_path = source.name if source else None
+    if kind.way == "picture":
+        return PictureWriter(target, kind, info, options, source_path)
+    writer = GifWriter if kind.way == "gif" else FilmWriter
+    return writer(target, kind, info, options, source, source_path)
