@@ -13,10 +13,10 @@ import av
 import pytest
 
 from vidstyle.errors import DeviceError
-from vidstyle.live import styler
+from vidstyle.live import hot_swap as styler
 from vidstyle.live.control import Controls
+from vidstyle.live.options import LiveOptions, Setting
 from vidstyle.live.session import Session
-from vidstyle.live.setting import LiveOptions, Setting
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.capture.input import LiveSource

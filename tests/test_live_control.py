@@ -11,10 +11,10 @@ import pytest
 from live import LONG, eventually
 
 from vidstyle.errors import UsageError, VidstyleError
-from vidstyle.live.budget import SCALES, Budget
 from vidstyle.live.control import Controls
 from vidstyle.live.keys import keys, press
-from vidstyle.live.newest import Newest
+from vidstyle.live.latest import Newest
+from vidstyle.live.process import SCALES, Budget
 from vidstyle.style import load_style, override
 
 

@@ -18,9 +18,8 @@ from live import Kept, eventually, generated, session
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError
-from vidstyle.live.listening import Listening
-from vidstyle.live.setting import LiveOptions
-from vidstyle.live.sound import Sound
+from vidstyle.live.audio import Listening, Sound
+from vidstyle.live.options import LiveOptions
 from vidstyle.live.targets import TargetOptions, target_maker
 from vidstyle.media.audio import RATE, Heard
 from vidstyle.media.capture import microphone
@@ -228,7 +227,7 @@ def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
 
 
 def test_one_that_says_nothing_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("vidstyle.live.listening.FIRST_SECONDS", 0.1)
+    monkeypatch.setattr("vidstyle.live.audio.FIRST_SECONDS", 0.1)
     listening = Listening(Whistle(), lambda heard: None)  # type: ignore[arg-type]  # never started: silent
     with pytest.raises(DeviceError, match="gave no sound in 0.1 s"):
         listening.wait()

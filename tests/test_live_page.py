@@ -20,10 +20,11 @@ from live_page import LONG, Visitor, eventually, live_frame, showing
 from websockets.exceptions import ConnectionClosed
 
 from vidstyle.live.control import Controls, Status
-from vidstyle.live.page import Page, wishes
-from vidstyle.live.page.pictures import LARGEST, Quality, jpeg
+from vidstyle.live.options import LiveOptions
+from vidstyle.live.page import Page
+from vidstyle.live.page import messages as wishes
+from vidstyle.live.page.hub import LARGEST, Quality, jpeg
 from vidstyle.live.session import Session
-from vidstyle.live.setting import LiveOptions
 from vidstyle.style import load_style
 
 FOLDER = Path(wishes.__file__).parent

@@ -18,7 +18,7 @@ from media import rgb_from_frame
 from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import OutputError
-from vidstyle.live import styler
+from vidstyle.live import hot_swap as styler
 from vidstyle.live.control import Status
 
 

@@ -12,8 +12,8 @@ from live import LONG, before_opening, eventually, refuse
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.device.choose import list_devices
-from vidstyle.live import styler
-from vidstyle.live.styler import Styler
+from vidstyle.live import hot_swap as styler
+from vidstyle.live.hot_swap import Styler
 from vidstyle.style import Style, load_style, override
 
 FEW = load_style(

@@ -21,10 +21,9 @@ from live import LONG, POSTER, SMALL, Kept, eventually, generated, session
 from vidstyle import cli
 from vidstyle.errors import DeviceError, OutputError, UsageError
 from vidstyle.live.meter import Meter
-from vidstyle.live.outlets import Nowhere, Steadily
+from vidstyle.live.sinks import Nowhere, Steadily, Ticks
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.live.ticks import Ticks
 from vidstyle.media.audio import Heard
 from vidstyle.media.write.writer import WriteOptions
 

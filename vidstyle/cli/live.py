@@ -14,7 +14,7 @@ from vidstyle.cli.values import Rate, Seconds, Size
 from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
-    from vidstyle.live.setting import LiveOptions
+    from vidstyle.live.options import LiveOptions
     from vidstyle.live.targets import TargetOptions
     from vidstyle.media.capture.sources import SourceOptions
 
@@ -174,7 +174,7 @@ def _target_options(options: dict[str, Any]) -> TargetOptions:
 
 
 def _live_options(options: dict[str, Any]) -> LiveOptions:
-    from vidstyle.live import setting
+    from vidstyle.live import options as setting
     from vidstyle.media.capture.microphone import Microphone
 
     microphone = options["microphone"]

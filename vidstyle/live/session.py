@@ -9,16 +9,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from vidstyle.live.audio import Sound
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, Status
-from vidstyle.live.destinations import Destinations
-from vidstyle.live.keepsakes import Keepsakes
 from vidstyle.live.meter import Meter, Rate
-from vidstyle.live.restyling import Restyling
-from vidstyle.live.setting import LiveOptions, Setting
-from vidstyle.live.sound import Sound
+from vidstyle.live.options import LiveOptions, Setting
+from vidstyle.live.process import Restyling
+from vidstyle.live.recorder import Keepsakes
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
+from vidstyle.live.target_group import Destinations
 from vidstyle.media.audio import Heard
 from vidstyle.media.capture.input import Captured, LiveSource
 

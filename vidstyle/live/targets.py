@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vidstyle.errors import UsageError
-from vidstyle.live.outlets import Filing, Nowhere, Steadily, StreamSink
-from vidstyle.live.setting import Setting
+from vidstyle.live.options import Setting
+from vidstyle.live.sinks import Filing, Nowhere, Steadily, StreamSink
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.read.open import is_url, public_name
 from vidstyle.media.write import stream as live_addresses

@@ -11,8 +11,8 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from vidstyle.live.page import answers
-from vidstyle.live.page.admission import NAMES, Admission, RefusedError
-from vidstyle.live.page.exhibit import Exhibit
+from vidstyle.live.page.auth import NAMES, Admission, RefusedError
+from vidstyle.live.page.hub import Exhibit
 from vidstyle.live.page.viewer import Viewer
 
 MOST_VIEWERS = 4

@@ -14,9 +14,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.page.exhibit import Exhibit
-from vidstyle.live.page.pictures import Quality
-from vidstyle.live.page.wishes import MessageError, carry_out, read_message
+from vidstyle.live.page.hub import Exhibit, Quality
+from vidstyle.live.page.messages import MessageError, carry_out, read_message
 
 MOST_MESSAGES = 250
 """Messages a second; our page sends one for each frame and one for each answer to a slider."""

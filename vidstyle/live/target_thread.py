@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import Protocol
 
 from vidstyle.errors import VidstyleError
+from vidstyle.live.latest import Newest
 from vidstyle.live.meter import Meter
-from vidstyle.live.newest import Newest
 from vidstyle.live.target import LiveFrame
 from vidstyle.media.audio import Heard
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from vidstyle.errors import VidstyleError
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
-from vidstyle.live.outlet import CLOSE_SECONDS
-from vidstyle.live.outlets import FileSink, Filing
+from vidstyle.live.sinks import FileSink, Filing
 from vidstyle.live.target import LiveFrame
+from vidstyle.live.target_thread import CLOSE_SECONDS
 from vidstyle.media.audio import Heard
 from vidstyle.media.write.writer import WriteOptions
 

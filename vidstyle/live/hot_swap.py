@@ -10,7 +10,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import VidstyleError
-from vidstyle.live.newest import Newest
+from vidstyle.live.latest import Newest
 from vidstyle.media.resize import resized
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import LAYERS, PLAIN, Step, Style

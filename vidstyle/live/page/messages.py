@@ -55,7 +55,7 @@ def read_message(text: str | bytes) -> dict[str, Any]:
     {'do': 'bypass', 'on': True}
     >>> read_message('{"do": "bypass", "on": 1}')
     Traceback (most recent call last):
-    vidstyle.live.page.wishes.MessageError: bypass: on is not what it should be
+    vidstyle.live.page.messages.MessageError: bypass: on is not what it should be
     """
     try:
         message = json.loads(text) if isinstance(text, str) else None

@@ -9,7 +9,7 @@ import threading
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
-from vidstyle.live.page.exhibit import Exhibit
+from vidstyle.live.page.hub import Exhibit
 from vidstyle.live.page.server import CLOSE_SECONDS, Server
 from vidstyle.live.target import LiveFrame
 

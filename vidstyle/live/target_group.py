@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from vidstyle.live.outlet import Outlet
-from vidstyle.live.setting import Setting
+from vidstyle.live.options import Setting
 from vidstyle.live.summary import Delivery
 from vidstyle.live.target import LiveFrame, Target
+from vidstyle.live.target_thread import Outlet
 from vidstyle.media.audio import Heard
 
 
