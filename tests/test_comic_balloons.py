@@ -8,19 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vidstyle.comic.attention import attention_in_box, attention_of, mean_under, within
-from vidstyle.comic.balloons import Room, Wording, place
-from vidstyle.comic.bubble import Bubble, size_of
-from vidstyle.comic.font import Letters, letter_size
-from vidstyle.comic.heading import lowered
-from vidstyle.comic.layout import Layout, lay_out
-from vidstyle.comic.lettering import Hand, Speech, letter
+from vidstyle.comic.analyze.attention import attention_in_box, attention_of, mean_under, within
+from vidstyle.comic.layout.crop import on_page
+from vidstyle.comic.layout.layout import Layout, lay_out
+from vidstyle.comic.layout.paper import paper
+from vidstyle.comic.lettering.balloons import Room, Wording, place
+from vidstyle.comic.lettering.bubble import Bubble, size_of, with_face_room, with_tail
+from vidstyle.comic.lettering.fonts import Letters, letter_size
+from vidstyle.comic.lettering.letter import Hand, Speech, letter
+from vidstyle.comic.lettering.subtitles import Line
+from vidstyle.comic.lettering.title import lowered
+from vidstyle.comic.lettering.wrap import shapes
 from vidstyle.comic.moment import Box, Moment
-from vidstyle.comic.paper import paper
-from vidstyle.comic.subtitles import Line
-from vidstyle.comic.tail import with_face_room, with_tail
-from vidstyle.comic.windows import on_page
-from vidstyle.comic.wrap import shapes
 
 LETTERS = Letters()
 WORDS = (

@@ -8,11 +8,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from vidstyle.comic.breaking import Breaking
-from vidstyle.comic.cost import Taste
-from vidstyle.comic.kinds import Kinds
-from vidstyle.comic.paper import Rectangle
-from vidstyle.comic.slicing import LARGEST, PANEL, Grid, Place, Tree, rows
+from vidstyle.comic.layout.cost import Taste
+from vidstyle.comic.layout.pagination import Breaking
+from vidstyle.comic.layout.paper import Rectangle
+from vidstyle.comic.layout.row_types import Kinds
+from vidstyle.comic.layout.slicing import LARGEST, PANEL, Grid, Place, Tree, rows
 
 WIDE, HIGH, COLUMNS = 4, 5, 4
 

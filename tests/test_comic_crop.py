@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
-from vidstyle.comic.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
-from vidstyle.comic.faces import FaceFinder
-from vidstyle.comic.judge import judge
+from vidstyle.comic.analyze.blobs import things
+from vidstyle.comic.analyze.faces import FaceFinder
+from vidstyle.comic.analyze.features import judge
+from vidstyle.comic.layout.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
 from vidstyle.comic.moment import Box, Moment
-from vidstyle.comic.things import things
 
 ASPECTS = (0.45, 0.7, 1.0, 1.4, 1.78, 2.4, 3.2)
 MOMENTS = [

@@ -20,16 +20,16 @@ from PIL import Image
 from stories import PLACES, shot, story, view, write_film
 
 from vidstyle.cli import main
-from vidstyle.comic import installed
-from vidstyle.comic.bubble import Bubble, size_of
-from vidstyle.comic.draw import on_paper
-from vidstyle.comic.font import Letters
+from vidstyle.comic.layout.paper import Rectangle
+from vidstyle.comic.lettering.bubble import Bubble, size_of
+from vidstyle.comic.lettering.fonts import Letters
+from vidstyle.comic.lettering.letter import fonts as installed
+from vidstyle.comic.lettering.wrap import shapes
 from vidstyle.comic.moment import Box
-from vidstyle.comic.paper import Rectangle
-from vidstyle.comic.raster import page_image
-from vidstyle.comic.sheet import Label, Sheet, Shown
-from vidstyle.comic.wrap import shapes
-from vidstyle.comic.write import Output
+from vidstyle.comic.output.panel import on_paper
+from vidstyle.comic.output.raster import page_image
+from vidstyle.comic.output.sheet import Label, Sheet, Shown
+from vidstyle.comic.output.write import Output
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.read.subtitles import read_subtitles
 from vidstyle.style import load_style

@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 from PIL import ImageFont
 
-from vidstyle.comic import installed
-from vidstyle.comic.font import Letters
-from vidstyle.comic.installed import letters_for
+from vidstyle.comic.lettering.fonts import Letters, letters_for
+from vidstyle.comic.lettering.letter import fonts as installed
 
 PLAIN, ACCENTED = "Plain words - and “more”.", "Été à Łódź"
 

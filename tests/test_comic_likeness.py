@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from stories import PLACES, RATE, shot, view, write_film
 
-from vidstyle.comic.faces import FaceFinder
-from vidstyle.comic.film import open_film
-from vidstyle.comic.judge import judge
-from vidstyle.comic.likeness import ALIKE, likeness
+from vidstyle.comic.analyze.faces import FaceFinder
+from vidstyle.comic.analyze.features import judge
+from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.similarity import ALIKE, likeness
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.moments import Wishes, find_moments
+from vidstyle.comic.select.moments import Wishes, find_moments
 
 Color = tuple[int, int, int]
 AGAIN = {

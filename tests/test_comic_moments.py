@@ -14,15 +14,15 @@ from face_network import FACE, red_finder
 from media import make_picture, photograph
 from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
-from vidstyle.comic import film as film_file
-from vidstyle.comic.bars import between_bars
-from vidstyle.comic.choose import choose
-from vidstyle.comic.faces import FaceFinder
-from vidstyle.comic.film import open_film
-from vidstyle.comic.judge import Candidate, judge
-from vidstyle.comic.likeness import ALIKE, likeness
+from vidstyle.comic.analyze import film as film_file
+from vidstyle.comic.analyze.faces import FaceFinder
+from vidstyle.comic.analyze.features import Candidate, judge
+from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.letterbox import between_bars
+from vidstyle.comic.analyze.similarity import ALIKE, likeness
 from vidstyle.comic.moment import Box, Moment
-from vidstyle.comic.moments import Wishes, find_moments
+from vidstyle.comic.select.choose import choose
+from vidstyle.comic.select.moments import Wishes, find_moments
 from vidstyle.errors import InputError, UsageError
 
 CASCADE = "lbpcascade_frontalface_opencv.xml"

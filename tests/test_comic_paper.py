@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vidstyle.comic.paper import MILLIMETRES, paper
+from vidstyle.comic.layout.paper import MILLIMETRES, paper
 from vidstyle.errors import UsageError
 
 

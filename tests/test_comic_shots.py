@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from stories import PLACES, RATE, Place, dissolved, flashed, shot, small_luma, view, whipped
 
-from vidstyle.comic.judge import tones
-from vidstyle.comic.shots import KeyShots, ShotFinder
+from vidstyle.comic.analyze.features import tones
+from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 
 SLACK, MIXED_SLACK = 0.06, 0.25
 """Seconds by which a cut may be missed, and the middle of a dissolve beside half its length."""

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vidstyle.comic.lettering.dialogue import EASY, LETTERS, MOST, REACH, match, panels_for
+from vidstyle.comic.lettering.subtitles import Line, lines_of_file
 from vidstyle.comic.moment import Box, Moment
-from vidstyle.comic.subtitles import Line, lines_of_file
-from vidstyle.comic.words import EASY, LETTERS, MOST, REACH, match, panels_for
 from vidstyle.errors import InputError
 
 

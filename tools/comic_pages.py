@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 import cv2
 import skimage.data
 
+from vidstyle.comic.make import make_comic
 from vidstyle.comic.options import ComicOptions
-from vidstyle.comic.page import make_comic
 from vidstyle.demo.make import make_film, make_page
 
 STORY = (

@@ -12,7 +12,7 @@ import click
 
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.values import Seconds
-from vidstyle.comic.paper import DPI
+from vidstyle.comic.layout.paper import DPI
 from vidstyle.errors import printable
 
 
@@ -111,9 +111,9 @@ def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
 
     OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
     """
-    from vidstyle.comic.moments import Wishes
+    from vidstyle.comic.make import make_comic
     from vidstyle.comic.options import ComicOptions
-    from vidstyle.comic.page import make_comic
+    from vidstyle.comic.select.moments import Wishes
 
     wishes = Wishes(options.pop("panels") or None, options.pop("at"), options.pop("skip"))
     names = tuple(name.strip() for name in styles.split(",")) if styles else None

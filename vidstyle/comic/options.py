@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vidstyle.comic.moments import Wishes
-from vidstyle.comic.paper import DPI
+from vidstyle.comic.layout.paper import DPI
+from vidstyle.comic.select.moments import Wishes
 from vidstyle.renderer import StyleLike
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.comic.font import check_pillow
-from vidstyle.comic.moments import Wishes
+from vidstyle.comic.lettering.fonts import check_pillow
+from vidstyle.comic.make import make_comic
 from vidstyle.comic.options import ComicOptions
-from vidstyle.comic.page import make_comic
+from vidstyle.comic.select.moments import Wishes
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.demo.film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound

@@ -1,0 +1,171 @@
+"""What a picture is worth as a panel: measures of a small copy of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.analyze.blobs import things
+from vidstyle.comic.analyze.faces import FaceFinder
+from vidstyle.comic.analyze.letterbox import between_bars
+from vidstyle.comic.analyze.saliency import salience_map, smallest_box
+from vidstyle.comic.analyze.similarity import small_copy
+from vidstyle.comic.moment import Box
+
+SIDE = 640
+"""Pixels of the longer side of the copies that are judged: few enough to be quick, and blur still shows."""
+
+_FINE, _COARSE = 0.7, 2.5
+"""Deviations in pixels of the two Gaussians under which edges are compared."""
+_EDGES = 0.03
+"""The share of pixels that are looked at for sharpness: those with the strongest edges."""
+_BLANK = 0.1
+"""Between the darkest and the brightest of a blank picture, 0..1, two hundredths at either end left out."""
+_USUAL_CONTRAST = 0.18
+_USUAL_LIGHT = 0.43
+"""So light is a fifth of a picture at least in which one sees well, 0..1."""
+_USUAL_FORMS = 0.16
+"""The deviation of lightness and chroma together, 0..1, of a picture whose large forms stand out."""
+_FORM = 1 / 32
+"""The deviation of the Gaussian that leaves large forms, in longer sides."""
+_CLIPPED = 0.3
+"""So much of a picture may be black or white without harm: nights and skies."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A picture that may become a panel.
+
+    Attributes:
+        time: seconds.
+        shape: height and width of the whole picture, without black bars.
+        sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
+        clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
+        blank: whether nothing is to be seen.
+        small: what is compared with other pictures, see `likeness`.
+        tones: shares of 64 colours, float32, of sum 1.
+        salience, faces, things: boxes in pixels of that picture.
+        eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
+        motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
+        scene: which scene it belongs to.
+        mixed: whether it shows two shots, or one that is fading.
+        forced: whether it was asked for.
+        corner: left and top of that picture in the frame; more than 0 where there are bars.
+    """
+
+    time: float
+    shape: tuple[int, int]
+    sharpness: float
+    clarity: float
+    blank: bool
+    small: np.ndarray
+    tones: np.ndarray
+    salience: Box
+    faces: tuple[Box, ...] = ()
+    things: tuple[Box, ...] = ()
+    eyes: float = 0.0
+    motion: float = 0.0
+    scene: int = 0
+    mixed: bool = False
+    forced: bool = False
+    corner: tuple[int, int] = (0, 0)
+
+
+def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
+    """Everything about one picture that can be told from it alone.
+
+    Args:
+        color: a small copy, H x W x 3 uint8.
+        shape: height and width of the whole picture.
+    """
+    rows, columns = between_bars(color)
+    factor = shape[1] / color.shape[1]
+    left, top = round(columns.start * factor), round(rows.start * factor)
+    inner = round(rows.stop * factor) - top, round(columns.stop * factor) - left
+    color = np.ascontiguousarray(color[rows, columns])
+    luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
+    found = faces.find(color)
+    salience, standing_out = smallest_box(salience_map(color, found)), things(color)
+    for thing in standing_out:
+        salience = salience.union(thing)
+    return Candidate(
+        time,
+        inner,
+        sharpness(luma),
+        exposure(luma) * forms(color),
+        is_blank(luma),
+        small_copy(color),
+        tones(color),
+        salience.scaled(factor),
+        tuple(face.scaled(factor) for face in found),
+        tuple(thing.scaled(factor) for thing in standing_out),
+        eye_contrast(luma, found[0]) if found else 0.0,
+        corner=(left, top),
+    )
+
+
+def sharpness(luma: np.ndarray) -> float:
+    """How narrow the strongest edges of a picture are, H x W uint8: 0 wide, 1 as narrow as can be.
+
+    The slope of an edge under a narrow Gaussian, compared with that under a wide one, tells its width
+    whatever its height. A pan blurs the edges of one direction only: the wider ones count.
+    """
+    fine, coarse = (_slopes(luma, deviation) for deviation in (_FINE, _COARSE))
+    number = max(1, round(_EDGES * luma.size))
+    heights, widths = [], []
+    for thin, wide in zip(fine, coarse, strict=True):
+        strongest = np.argpartition(wide.ravel(), -number)[-number:]
+        heights.append(float(wide.ravel()[strongest].mean()))
+        widths.append(float(thin.ravel()[strongest].mean()) / max(heights[-1], 1e-6))
+    # Where all edges run the same way, there is nothing but noise across.
+    counted = [width for width, height in zip(widths, heights, strict=True) if height > 0.3 * max(heights)]
+    best = _COARSE / _FINE
+    return float(np.clip((min(counted, default=0) - 1) / (best - 1), 0, 1))
+
+
+def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), deviation)
+    return np.abs(cv2.Sobel(smooth, -1, 1, 0, ksize=1)), np.abs(cv2.Sobel(smooth, -1, 0, 1, ksize=1))
+
+
+def exposure(luma: np.ndarray) -> float:
+    """How much of what could be seen is seen, 0..1; H x W uint8."""
+    contrast = min(1.0, float(luma.std()) / 255 / _USUAL_CONTRAST)
+    light = min(1.0, float(np.percentile(luma, 80)) / 255 / _USUAL_LIGHT)
+    clipped = float(np.mean((luma < 10) | (luma > 250)))
+    return contrast * light * (1 - max(0.0, clipped - _CLIPPED) / (1 - _CLIPPED))
+
+
+def forms(color: np.ndarray) -> float:
+    """How much large forms stand out in a picture, H x W x 3 uint8: 0..1.
+
+    That is what is left of a panel in print when its details are too small to be told apart.
+    """
+    lab = cv2.cvtColor(color, cv2.COLOR_RGB2LAB).astype(np.float32)
+    coarse = cv2.GaussianBlur(lab, (0, 0), max(0.3, _FORM * max(color.shape)))
+    return min(1.0, float(np.sqrt(coarse.var(axis=(0, 1)).sum())) / 255 / _USUAL_FORMS)
+
+
+def is_blank(luma: np.ndarray) -> bool:
+    """Whether the picture, H x W uint8, is black, white or one tone."""
+    darkest, brightest = np.percentile(cv2.GaussianBlur(luma, (0, 0), 2), (2, 98))
+    return bool(brightest - darkest < 255 * _BLANK)
+
+
+def tones(color: np.ndarray) -> np.ndarray:
+    """The shares of 64 colours in a picture, H x W x 3 uint8: float32 of sum 1."""
+    small = cv2.resize(color, (48, 48), interpolation=cv2.INTER_AREA)
+    counts = cv2.calcHist([small], [0, 1, 2], None, [4, 4, 4], [0, 256] * 3).ravel()
+    return (counts / counts.sum()).astype(np.float32)
+
+
+def eye_contrast(luma: np.ndarray, face: Box) -> float:
+    """The deviation from row to row in the band of a face in which eyes lie; 0..1."""
+    top, bottom = round(face.top + 0.25 * face.height), round(face.top + 0.5 * face.height)
+    left, right = round(face.left + 0.15 * face.width), round(face.right - 0.15 * face.width)
+    band = luma[max(0, top) : bottom, max(0, left) : right].astype(np.float32)
+    if band.shape[0] < 3 or band.shape[1] < 3:
+        return 0.0
+    return float(np.abs(np.diff(band, axis=0)).mean()) / 255

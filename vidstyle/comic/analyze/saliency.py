@@ -1,0 +1,116 @@
+"""Where a picture catches the eye, without a learned model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.analyze.faces import is_colorful, skin_map
+from vidstyle.comic.moment import Box
+
+MOST = 0.85
+"""The share of all salience that the box of a picture holds."""
+
+HEAD_ROOM = 0.25
+"""So much higher a box is than what it holds: where a body stands out, its head is above."""
+
+_SIDE = 64
+_SKIN = 0.6
+"""Where so much of a picture has the colour of skin, that says nothing."""
+_BLUR = 1.5 / 64
+"""The deviation of the Gaussian over skin, in longer sides: single dots of its colour are none."""
+_CELLS = 24
+"""A box's edges lie on a grid of so many cells along the longer side."""
+
+
+def salience_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
+    """How much each place catches the eye: what is rare in the picture, in focus, skin, a face, central.
+
+    Args:
+        color: H x W x 3 uint8.
+        faces: boxes in its pixels.
+
+    Returns:
+        H x W float32, 0..1.
+    """
+    height, width = color.shape[:2]
+    factor = _SIDE / max(height, width)
+    size = max(8, round(width * factor)), max(8, round(height * factor))
+    small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
+    luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    detail = cv2.resize(np.abs(cv2.Laplacian(luma, -1)), size, interpolation=cv2.INTER_AREA)
+    seen = _unit(_residual(small)) + 0.5 * _unit(cv2.GaussianBlur(detail, (0, 0), 2))
+    seen = seen + 0.5 * _unit(_color_rarity(small)) + rare_skin(small)
+    seen *= _middle(size)
+    seen = cv2.resize(seen, (width, height), interpolation=cv2.INTER_LINEAR)
+    for face in faces:
+        seen[int(face.top) : int(face.bottom), int(face.left) : int(face.right)] += 2 * seen.max()
+    return _unit(seen)
+
+
+def smallest_box(salience: np.ndarray, share: float = MOST) -> Box:
+    """The smallest box that holds a share of a picture's salience, H x W, and room for a head above it.
+
+    Of a map that is 0 everywhere: the whole picture.
+    """
+    height, width = salience.shape
+    cell = max(height, width) / _CELLS
+    rows, columns = max(1, round(height / cell)), max(1, round(width / cell))
+    cells = cv2.resize(salience, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.float64)
+    cells = np.maximum(cells - np.median(cells), 0)
+    if cells.sum() <= 0:
+        return Box(0, 0, width, height)
+    sums = np.pad(cells.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    tops, bottoms = np.triu_indices(rows + 1, 1)
+    lefts, rights = np.triu_indices(columns + 1, 1)
+    bands = sums[bottoms] - sums[tops]
+    held = bands[:, rights] - bands[:, lefts]
+    areas = np.outer(bottoms - tops, rights - lefts).astype(np.float64)
+    # Of boxes of the same area, the one that holds most.
+    costs = np.where(held >= share * cells.sum() - 1e-9, areas - held / cells.sum(), np.inf)
+    band, across = np.unravel_index(int(np.argmin(costs)), costs.shape)
+    x, y = width / columns, height / rows
+    top = tops[band] - HEAD_ROOM * (bottoms[band] - tops[band])
+    return Box(
+        float(lefts[across] * x),
+        max(0.0, float(top * y)),
+        float(rights[across] * x),
+        float(bottoms[band] * y),
+    )
+
+
+def _residual(small: np.ndarray) -> np.ndarray:
+    """What the spectrum of a picture has beyond the usual one (Hou and Zhang 2007)."""
+    luma = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    spectrum = np.fft.fft2(luma)
+    heights = np.log(np.abs(spectrum) + 1e-3).astype(np.float32)
+    residual = heights - cv2.blur(heights, (3, 3), borderType=cv2.BORDER_REFLECT)
+    seen = np.abs(np.fft.ifft2(np.exp(residual + 1j * np.angle(spectrum)))) ** 2
+    return cv2.GaussianBlur(seen.astype(np.float32), (0, 0), 2.5)
+
+
+def _color_rarity(small: np.ndarray) -> np.ndarray:
+    """How far each colour is from the picture's mean (Achanta 2009)."""
+    lab = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1), cv2.COLOR_RGB2LAB).astype(np.float32)
+    return np.linalg.norm(lab - lab.mean(axis=(0, 1)), axis=2).astype(np.float32)
+
+
+def rare_skin(small: np.ndarray) -> np.ndarray:
+    """Where skin is, H x W float32, 0..1; less where much has its colour: sand, wood or evening light."""
+    if not is_colorful(small):
+        return np.zeros(small.shape[:2], np.float32)
+    skin = skin_map(small)
+    return max(0.0, 1 - float(skin.mean()) / _SKIN) * cv2.GaussianBlur(skin, (0, 0), max(small.shape) * _BLUR)
+
+
+def _middle(size: tuple[int, int]) -> np.ndarray:
+    """1 in the middle, half of that at the edges: films mostly show in the middle what they are about."""
+    across, down = (np.linspace(-1, 1, length, dtype=np.float32) for length in size)
+    return np.exp(-0.35 * (across[np.newaxis] ** 2 + down[:, np.newaxis] ** 2))
+
+
+def _unit(plane: np.ndarray) -> np.ndarray:
+    low, high = float(plane.min()), float(plane.max())
+    return (plane - low) / max(high - low, 1e-6) if high - low > 1e-6 else np.zeros_like(plane)

@@ -1,0 +1,169 @@
+"""Where the shots of a film begin and end: cuts, dissolves and fades."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.analyze.dissolve import is_mixture, is_moved
+from vidstyle.core.scene_cuts import CutDetector
+
+STEP = 0.075
+"""Seconds between the pictures that are looked at for dissolves."""
+
+FRAME = 1 / 24
+"""Seconds; in them movement is measured."""
+
+_SPANS = (3, 6, 12)
+"""Steps to either side: a dissolve is seen with the span that reaches from one shot well into the other."""
+_SIZE = (32, 18)
+_LEAST = 3
+"""Steps that a dissolve takes at least: less may be a picture or two of movement."""
+_LONGEST = 2.0
+"""Seconds that a dissolve takes at most."""
+_NEAR = 3
+"""Frames to either side of a cut."""
+_STILL = 0.1
+"""Seconds between frames, above which they are single pictures rather than a film that moves."""
+_PEAK = 1.0
+"""A cut changes more than so many times what moves beside it."""
+_PAUSE = 0.5
+"""Seconds between the middle of a dissolve and a cut within which they are one."""
+_TONES = 0.55
+"""Key frames of one scene have more of their tones in common, though all in them may have moved."""
+
+
+@dataclass
+class _Cut:
+    """A cut, and how much moves in it and in the frames beside it."""
+
+    time: float
+    moved: float
+    before: list[float]
+    after: list[float] = field(default_factory=list)
+
+    @property
+    def is_whip(self) -> bool:
+        """Whether as much moves beside it: the camera was turned too fast."""
+        beside = max(np.median(moves) if len(moves) == _NEAR else 0.0 for moves in (self.before, self.after))
+        return bool(self.moved < _PEAK * beside)
+
+
+_Mixed = tuple[float, np.ndarray, np.ndarray]
+"""When a picture is a mixture, and the pictures shortly before and after."""
+
+
+class ShotFinder:
+    """Is shown every frame of a film, and says at the end where its shots begin.
+
+    Attributes:
+        mixtures: first and last time, in seconds, of each dissolve and fade found so far.
+    """
+
+    def __init__(self) -> None:
+        self._cuts = CutDetector()
+        self._found: list[_Cut] = []
+        self._moves: deque[float] = deque(maxlen=_NEAR)
+        self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _SPANS[-1] + 1)
+        self._mixed: list[_Mixed] = []
+        self._last: tuple[float, np.ndarray] | None = None
+        self._motion = 0.0
+        self.mixtures: list[tuple[float, float]] = []
+
+    def push(self, time: float, luma: np.ndarray) -> float:
+        """The next frame: seconds, and a small copy of its luma, H x W float32, 0..1.
+
+        Returns:
+            How much has moved since the frame before, in the time of a film's usual frame: the mean change,
+            in standard deviations of the picture, or since the one before that if it was more, for in films
+            whose rate was raised some frames come twice; 0 for the first frame of a shot.
+        """
+        cut, before, self._last = self._cuts.is_cut(luma), self._last, (time, luma)
+        if cut:
+            self._end_shot()
+        if not self._recent or time - self._recent[-1][0] >= STEP - 1e-3:
+            small = cv2.resize(luma, _SIZE, interpolation=cv2.INTER_AREA)
+            # Without its mean: light that changes is no dissolve.
+            self._recent.append((time, small - small.mean()))
+            self._look(len(self._recent) - 1 - _SPANS[-1])
+        moved = self._moved(before, time, luma)
+        moves = before is not None and time - before[0] < _STILL
+        if self._found and len(self._found[-1].after) < _NEAR:
+            self._found[-1].after.append(moved if moves else 0.0)
+        if cut:
+            self._found.append(_Cut(time, moved if moves else math.inf, list(self._moves)))
+        self._moves.append(moved if moves else 0.0)
+        before_that, self._motion = self._motion, 0.0 if cut else moved
+        return max(self._motion, 0.0 if cut else before_that)
+
+    @staticmethod
+    def _moved(before: tuple[float, np.ndarray] | None, time: float, luma: np.ndarray) -> float:
+        if before is None or before[1].shape != luma.shape:
+            return 0.0
+        change = float(np.abs(luma - before[1]).mean()) / max(float(luma.std()), 0.02)
+        return change * FRAME / max(time - before[0], 1e-3)
+
+    def shots(self) -> list[float]:
+        """When each shot begins, in seconds; a dissolve or fade ends one in its middle."""
+        self._end_shot()
+        middles = ((first + last) / 2 for first, last in self.mixtures)
+        cuts = [cut.time for number, cut in enumerate(self._found) if number == 0 or not cut.is_whip]
+        alone = [each for each in middles if all(abs(each - cut) > _PAUSE for cut in cuts[1:])]
+        return sorted([*cuts, *alone])
+
+    def is_mixed(self, time: float) -> bool:
+        """Whether the picture at a time shows two shots, or one that fades."""
+        return any(first <= time <= last for first, last in self.mixtures)
+
+    def _look(self, middle: int) -> None:
+        """Whether the picture of this number among the recent ones is a mixture."""
+        if middle < 0:
+            return
+        time, picture = self._recent[middle]
+        for span in _SPANS:
+            if span <= middle < len(self._recent) - span and is_mixture(
+                self._recent[middle - span][1], picture, self._recent[middle + span][1]
+            ):
+                near = self._recent[middle - _SPANS[0]][1], self._recent[middle + _SPANS[0]][1]
+                self._mixed.append((time, *near))
+                return
+        if self._mixed and time - self._mixed[-1][0] > 3 * STEP:
+            self._end_mixture()
+
+    def _end_shot(self) -> None:
+        """Look at those that still wait for later ones: across a cut nothing dissolves."""
+        for middle in range(max(0, len(self._recent) - _SPANS[-1]), len(self._recent)):
+            self._look(middle)
+        self._end_mixture()
+        self._recent.clear()
+
+    def _end_mixture(self) -> None:
+        if len(self._mixed) >= _LEAST:
+            (first, before, _), (last, _, after) = self._mixed[0], self._mixed[-1]
+            if last - first < _LONGEST and not is_moved(before, after):
+                self.mixtures.append((first - STEP, last + STEP))
+        self._mixed = []
+
+
+class KeyShots:
+    """Is shown the key frames of a film, seconds apart, and says where scenes begin, as well as that allows.
+
+    Attributes:
+        begins: seconds.
+    """
+
+    def __init__(self) -> None:
+        self._cuts = CutDetector()
+        self._tones: np.ndarray | None = None
+        self.begins: list[float] = []
+
+    def push(self, time: float, luma: np.ndarray, tones: np.ndarray) -> None:
+        """The next key frame: its small luma, as for `ShotFinder`, and the shares of its tones."""
+        moved = self._cuts.is_cut(luma)
+        before, self._tones = self._tones, tones
+        if before is None or (moved and float(np.minimum(before, tones).sum()) < _TONES):
+            self.begins.append(time)

@@ -1,0 +1,191 @@
+"""What a layout costs: the formula of which every page is the optimum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vidstyle.comic.layout.crop import main_face, what_counts, with_room
+from vidstyle.comic.layout.slicing import Tree
+from vidstyle.comic.moment import Box, Moment
+
+NARROWEST, WIDEST = 0.45, 3.2
+"""Width by height of panels that are no slivers."""
+
+_WHOLE = 1.02
+"""Panels keep so far away from slivers, for their sides are yet to be rounded to whole pixels."""
+_OWN = 0.8
+"""How much the best shape is that of the picture; the rest is that of what counts in it."""
+_EVEN = 0.08
+"""Importances that deviate less are taken for even."""
+_SPREAD = 0.5
+"""A moment that is a deviation more important than another wants an area exp(this) times as large."""
+_SLIVER = 4.0
+"""Paid once for a sliver, and ten times for the square of how far it is one."""
+_WHIM = 2.2
+"""The most that a seed adds to the price of a row; on average it is a third of it."""
+_JITTER = np.array([1.0, 0.3])
+"""How wide the deviations of importance, and the logarithms of shapes, are spread that a seed adds."""
+_SPLASH = 1.6
+"""The most important moment is a splash if it is so many deviations above the mean,"""
+_ALONE = 0.4
+"""and so many above the next."""
+_SPLASH_SHARE = 0.36
+"""The part of a page that a splash wants,"""
+_SPLASH_SIZE = 3.0
+"""and how many times as much its size counts."""
+
+
+@dataclass(frozen=True)
+class Taste:
+    """What counts how much.
+
+    The cost of a layout is the sum, over its panels of width w and height h,
+
+        shape . ln(w/h / best shape)^2  +  salience . (part cut off of the box about salience and main face)
+        +  face . (part of the main face, with the room about it, that is cut off)
+        +  size . ln(w h / wanted area)^2  +  slivers,
+
+    over its rows, of `template(tree)`: many columns, and a stack that is read before its neighbour, cost
+    more; over rows that follow one another on a page,
+
+        monotony . likeness  +  full . likeness of rows of one panel
+        +  cross . (gutters meet in a cross)  +  ragged . (they miss it by one unit),
+
+    where the likeness of rows with as many columns is 1 if their first cuts are in one place and falls to
+    1/2 a third of the page's width on, and that of rows of one panel is 1 if they are as high and falls to
+    1/2; and over page breaks, of `scene` where a scene goes on. The wanted
+    area is a share of the paper by importance; for a splash `size` is larger.
+
+    Attributes:
+        jitter: deviations of importance, and the natural logarithms of shapes, that are added for each
+            panel; panel x 2, or None.
+        whims: what is added to the price of a kind of row for each panel that it may begin with; a row
+            that is not in it costs as much as ever.
+    """
+
+    shape: float = 1.0
+    salience: float = 4.0
+    face: float = 4.0
+    size: float = 1.0
+    monotony: float = 0.9
+    full: float = 1.6
+    cross: float = 0.5
+    ragged: float = 0.4
+    scene: float = 0.6
+    jitter: np.ndarray | None = None
+    whims: dict[Tree, np.ndarray] = field(default_factory=dict)
+
+    def template(self, tree: Tree, count: int) -> np.ndarray:
+        """The price of a kind of row for each of the first `count` panels that it may begin with."""
+        price = 0.12 * max(0, tree.columns - 2) + (0.15 if _stack_first(tree) else 0.0)
+        return price + (self.whims[tree][:count] if tree in self.whims else np.zeros(count))
+
+
+def _stack_first(tree: Tree) -> bool:
+    """Whether a reader may pass from the head of a stack to its neighbour before its foot is read."""
+    if not tree.beside or tree.first is None or tree.rest is None:
+        return False
+    return tree.first.count > 1 or _stack_first(tree.rest)
+
+
+def taste(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> Taste:
+    """The taste of a seed for so many panels: 0 is that of the formula, others are near it.
+
+    Args:
+        attempt: one seed has several tastes; the later ones keep nearer to importance and shapes.
+        trees: all kinds of rows.
+    """
+    if seed == 0:
+        return Taste()
+    random = np.random.default_rng((seed, attempt))
+    jitter = (random.random((count, 2)) - 0.5) * _JITTER / (1 + attempt)
+    whims = {tree: _WHIM * random.random(count) ** 2 for tree in trees}
+    return Taste(jitter=jitter, whims=whims)
+
+
+def wanted_areas(moments: Sequence[Moment], paper_area: float, pages: float, taste: Taste) -> np.ndarray:
+    """The area that each moment wants, in square pixels, of pages of `paper_area` each.
+
+    A moment that stands out among at least four is a splash, and wants a good part of a page.
+    """
+    above = deviations(moments)
+    added = 0.0 if taste.jitter is None else taste.jitter[:, 0]
+    weights = np.exp(_SPREAD * np.clip(above + added, -2.0, 2.0))
+    areas = weights / weights.sum() * paper_area * pages
+    top = splash(moments)
+    if top is not None:
+        areas[top] = max(areas[top], _SPLASH_SHARE * paper_area)
+    return areas
+
+
+def deviations(moments: Sequence[Moment]) -> np.ndarray:
+    """How far each moment's importance is above the mean, in standard deviations."""
+    importance = np.array([moment.importance for moment in moments])
+    return (importance - importance.mean()) / max(float(importance.std()), _EVEN)
+
+
+def splash(moments: Sequence[Moment]) -> int | None:
+    """The number of the moment that stands out among at least four, if one does."""
+    above = deviations(moments)
+    top = int(above.argmax())
+    if len(moments) < 4 or above[top] < max(_SPLASH, np.delete(above, top).max() + _ALONE):
+        return None
+    return top
+
+
+def panel_costs(
+    moments: Sequence[Moment], areas: np.ndarray, widths: np.ndarray, heights: np.ndarray, taste: Taste
+) -> np.ndarray:
+    """The cost of the panel of each moment in each size.
+
+    Returns:
+        Moment x width x height; infinite where a width or a height is the first, which is none.
+    """
+    aspect, area = widths[:, None] / heights, widths[:, None] * heights
+    shapes = np.zeros(len(moments)) if taste.jitter is None else taste.jitter[:, 1]
+    size = np.full(len(moments), taste.size)
+    top = splash(moments)
+    if top is not None:
+        size[top] *= _SPLASH_SIZE
+    costs = np.stack(
+        [
+            taste.shape * (np.log(aspect) - best_shape(moment) - shape) ** 2
+            + counts * np.log(area / wanted) ** 2
+            + _content_cost(moment, aspect, taste)
+            for moment, wanted, counts, shape in zip(moments, areas, size, shapes, strict=True)
+        ]
+    )
+    over = np.maximum(np.log(aspect * _WHOLE / WIDEST), np.log(NARROWEST * _WHOLE / aspect))
+    costs += np.where(over > 0, _SLIVER + 10 * over**2, 0.0)
+    costs[:, 0], costs[:, :, 0] = np.inf, np.inf
+    return costs
+
+
+def best_shape(moment: Moment) -> float:
+    """The natural logarithm of the aspect that suits a moment."""
+    height, width = moment.shape
+    kept = what_counts(moment)
+    own = math.log(width / height)
+    inner = math.log(max(kept.width, 1.0) / max(kept.height, 1.0))
+    return _OWN * own + (1 - _OWN) * min(own + 1.5, max(own - 1.5, inner))
+
+
+def _content_cost(moment: Moment, aspect: np.ndarray, taste: Taste) -> np.ndarray:
+    """What a window of an aspect cannot hold."""
+    height, width = moment.shape
+    across = np.minimum(width, height * aspect)
+    down = across / aspect
+
+    def lost(box: Box) -> np.ndarray:
+        shown = np.minimum(1, across / max(box.width, 1.0)) * np.minimum(1, down / max(box.height, 1.0))
+        return 1 - shown
+
+    face = main_face(moment)
+    if face is None:
+        return taste.salience * lost(moment.salience)
+    roomy = with_room(moment, face)
+    return taste.salience * lost(moment.salience.union(roomy)) + taste.face * lost(roomy)

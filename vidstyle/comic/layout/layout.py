@@ -1,0 +1,126 @@
+"""Where the panels of a comic stand on its pages: the optimum of a stated cost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vidstyle.comic.layout.crop import crop
+from vidstyle.comic.layout.pages import paged
+from vidstyle.comic.layout.paper import Paper, Rectangle
+from vidstyle.comic.layout.strip import strip_of
+from vidstyle.comic.moment import Box, Moment
+from vidstyle.errors import UsageError
+
+A_PAGE = 6.5
+"""Panels that a page holds best."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A moment on its page.
+
+    Attributes:
+        moment: its number, from 0.
+        page: from 0.
+        rectangle: on the page, with the border; a bleeding one goes on beyond the page by `Paper.bleed`.
+        crop: the part of the moment's picture that fills it, in pixels; of the rectangle's aspect.
+    """
+
+    moment: int
+    page: int
+    rectangle: Rectangle
+    crop: Box
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All pages.
+
+    Attributes:
+        panels: in reading order, which is that of time.
+        sizes: width and height of each page, in pixels.
+        cost: what `cost.Taste` says of it; that of seed 0 is the least there is.
+    """
+
+    panels: tuple[Panel, ...]
+    sizes: tuple[tuple[int, int], ...]
+    cost: float
+
+
+def lay_out(
+    moments: Sequence[Moment],
+    paper: Paper,
+    *,
+    pages: int | None = None,
+    seed: int = 0,
+    right_to_left: bool = False,
+    bleeding: bool = False,
+    growth: Sequence[float] | None = None,
+) -> Layout:
+    """Lay out moments as comic pages, or as one strip.
+
+    Rows fill the width and pages the height; of all rows that `slicing.rows` allows, all cuts on the page's
+    grid and all breaks of rows and pages, those are taken that cost least, see `cost.Taste`.
+
+    Args:
+        moments: in the order of time.
+        pages: how many; as suits the number of moments if None. A strip has one.
+        seed: 0 is the best layout, others are good ones that differ; the same one always gives the same.
+        right_to_left: whether rows are read from the right.
+        bleeding: whether panels over the whole width go on to the paper's edges, as do a strip's.
+        growth: how many times as large as else each panel is to be, for what is written in it.
+
+    Raises:
+        UsageError: there are no moments, or fewer than pages.
+    """
+    if not moments:
+        raise UsageError("comic", "there is no moment to show", "give a film with at least one picture")
+    if pages is not None and not 1 <= pages <= len(moments):
+        raise UsageError("pages", f"{pages} for {len(moments)} panels", "each page holds at least one")
+    growth = [1.0] * len(moments) if growth is None else growth
+    if paper.is_strip:
+        height, places, cost = strip_of(moments, paper, seed, growth)
+        sizes, placed = [(paper.width, height)], [(0, rectangle) for rectangle in places]
+    else:
+        number = pages or pages_for(len(moments))
+        sizes = [(paper.width, paper.height)] * number
+        placed, cost = paged(moments, paper, number, seed, growth)
+    if bleeding:
+        placed = [(page, _bled(rectangle, paper, sizes[page][1])) for page, rectangle in placed]
+    if right_to_left:
+        placed = [(page, _mirrored(rectangle, paper.width)) for page, rectangle in placed]
+    panels = tuple(
+        Panel(number, page, rectangle, crop(moments[number], rectangle.aspect))
+        for number, (page, rectangle) in enumerate(placed)
+    )
+    return Layout(panels, tuple(sizes), cost)
+
+
+def pages_for(panels: int) -> int:
+    """How many pages suit a number of panels.
+
+    >>> [pages_for(panels) for panels in (1, 9, 10, 40)]
+    [1, 1, 2, 6]
+    """
+    fewer = max(1, math.floor(panels / A_PAGE))
+    return min(fewer, fewer + 1, key=lambda pages: abs(math.log(panels / pages / A_PAGE)))
+
+
+def _bled(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:
+    """A panel that fills the width, led on to the paper's edges; any other as it is."""
+    inside, beyond = paper.inside, paper.bleed
+    if (rectangle.left, rectangle.right) != (inside.left, inside.right):
+        return rectangle
+    top, bottom = rectangle.top, rectangle.bottom
+    return Rectangle(
+        -beyond,
+        -beyond if top == inside.top else top,
+        paper.width + beyond,
+        height + beyond if bottom == height - paper.margin else bottom,
+    )
+
+
+def _mirrored(rectangle: Rectangle, width: int) -> Rectangle:
+    return rectangle._replace(left=width - rectangle.right, right=width - rectangle.left)

@@ -1,0 +1,98 @@
+"""Panels on pages of a given size, and other good pages for other seeds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidstyle.comic.layout.cost import Taste, panel_costs, taste, wanted_areas
+from vidstyle.comic.layout.pagination import Breaking, Row
+from vidstyle.comic.layout.paper import Paper, Rectangle
+from vidstyle.comic.layout.slicing import Grid, Place, rows
+from vidstyle.comic.moment import Moment
+
+GOOD = 0.22
+GOOD_AT_ALL = 0.8
+"""So much more, for each panel and for all, may the layout of a seed cost than the best one."""
+
+_ATTEMPTS = 8
+_UNITS = 12
+"""Across a page: gutters of two rows either meet or are well apart."""
+_COLUMNS = 4
+"""In a row of an upright page."""
+
+
+@dataclass(frozen=True)
+class _Pages:
+    """Rows and panels of all pages, and what they cost by the formula, without what a seed adds."""
+
+    rows: list[Row]
+    places: list[Place]
+    cost: float
+
+    @property
+    def shape(self) -> list[tuple[object, ...]]:
+        """Which panels make a row, and how it is cut, but not where."""
+        return [(row.page, row.moment, row.tree) for row in self.rows]
+
+
+def paged(
+    moments: Sequence[Moment], paper: Paper, pages: int, seed: int, growth: Sequence[float]
+) -> tuple[list[tuple[int, Rectangle]], float]:
+    """Page and rectangle of each panel, and the cost of it all by the formula.
+
+    A seed has a few tastes; its layout is the first that is good and has other rows than the best layout, or
+    is at least another one.
+    """
+    sheet = _Sheet(moments, paper, pages, growth)
+    best = chosen = sheet.pages(Taste())
+    for attempt in range(_ATTEMPTS if seed else 0):
+        tried = sheet.pages(taste(seed, attempt, len(moments), sheet.trees))
+        good = tried.cost <= best.cost + GOOD_AT_ALL + GOOD * len(moments)
+        if good and (tried.shape != best.shape or chosen is best and tried.places != best.places):
+            chosen = tried
+        if chosen.shape != best.shape:
+            break
+    return [(place.page, sheet.grid.rectangle(place)) for place in chosen.places], chosen.cost
+
+
+class _Sheet:
+    """Finds the best pages by any taste, and knows what they cost by the formula."""
+
+    def __init__(self, moments: Sequence[Moment], paper: Paper, pages: int, growth: Sequence[float]) -> None:
+        self.grid, self._columns = _grid(paper)
+        self.trees = [tree for count in range(1, self._columns + 1) for tree in rows(count)]
+        self._moments, self._pages, self._growth = moments, pages, np.asarray(growth)
+        self._formula = self._breaking(Taste())
+
+    def _breaking(self, taste: Taste) -> Breaking:
+        moments, grid = self._moments, self.grid
+        most = min(len(moments), 2 * math.ceil(len(moments) / self._pages))
+        areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, taste) * self._growth
+        panels = panel_costs(moments, areas, grid.widths(), grid.heights(), taste)
+        return Breaking(panels, grid, taste, _turns(moments, taste), most, self._columns)
+
+    def pages(self, taste: Taste) -> _Pages:
+        """The best pages by a taste."""
+        breaking = self._breaking(taste) if taste.whims else self._formula
+        found = breaking.pages(self._pages)
+        places = [place for row in found for place in breaking.places(row)]
+        return _Pages(found, places, self._formula.cost(found, places))
+
+
+def _turns(moments: Sequence[Moment], taste: Taste) -> list[float]:
+    """What it costs to turn the page before each moment: it rather ends with a scene."""
+    pairs = zip(moments, moments[1:], strict=False)
+    return [0.0, *(taste.scene * (before.scene == after.scene) for before, after in pairs), 0.0]
+
+
+def _grid(paper: Paper) -> tuple[Grid, int]:
+    """The grid of a page, and the most columns of a row: a wide page has more."""
+    wide = paper.width / paper.height
+    columns = min(8, max(_COLUMNS, math.ceil(1.2 * wide) + 1))
+    units = _UNITS if columns == _COLUMNS else 4 * columns
+    high = min(48, max(20, round(2 * _UNITS / wide)))
+    return Grid(paper.inside, units, high, paper.gutter, paper.row_gutter), columns

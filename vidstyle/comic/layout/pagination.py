@@ -1,0 +1,184 @@
+"""Where rows and pages break: dynamic programming over all of them, in the manner of Knuth and Plass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidstyle.comic.layout.cost import Taste
+from vidstyle.comic.layout.row_types import Kinds
+from vidstyle.comic.layout.slicing import PANEL, Grid, Place, Tables, Tree, rows
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a page.
+
+    Attributes:
+        moment: that of its first panel.
+        tree: how it is cut.
+        cut: where its first column ends, in units; 0 if it is the only one.
+        high: units.
+        page, row: where it stands; in units.
+    """
+
+    moment: int
+    tree: Tree
+    cut: int
+    high: int
+    page: int = 0
+    row: int = 0
+
+
+class Breaking:
+    """The best rows and pages for panels whose costs are known.
+
+    Pages are filled: the heights of a page's rows add up to its units. For each first panel of a page,
+    each end, each height filled so far and each kind of the last row, the least cost is found from those
+    of one row less; then the best page breaks from the costs of all pages that there could be.
+
+    Args:
+        panels: the cost of each panel by its size, see `cost.panel_costs`.
+        grid: of a page.
+        turns: what it costs if a page ends before each panel, and after the last.
+        most: panels on a page.
+        columns: in a row.
+    """
+
+    def __init__(
+        self, panels: np.ndarray, grid: Grid, taste: Taste, turns: list[float], most: int, columns: int
+    ) -> None:
+        self.grid, self.tables = grid, Tables(panels)
+        self._count, self._most, self._units, self._high = len(panels), most, grid.columns, grid.rows
+        self._taste, self._turns, self._columns = taste, turns, columns
+        self._kinds = Kinds(columns, grid.columns, grid.rows)
+        self._after = self._kinds.costs(taste)
+        self._rows = {count: self._best_rows(count) for count in self._counts()}
+        self._filled = self._fill()
+
+    def _counts(self) -> range:
+        return range(1, min(self._columns, self._count) + 1)
+
+    def _best_rows(self, count: int) -> np.ndarray:
+        """The least cost of a row of so many panels: first panel x kind x units high."""
+        starts = self._count - count + 1
+        best = np.full((starts, len(self._after), self._high + 1), np.inf)
+        for tree in rows(count):
+            price = self._taste.template(tree, starts)
+            if count > 1:
+                first = self._kinds.of(tree.columns, 1, 0)
+                kinds = best[:, first : first + self._units - 1]
+                np.minimum(kinds, self.tables.by_cut(tree) + price[:, None, None], out=kinds)
+                continue
+            for high in range(1, self._high + 1):
+                kind = self._kinds.of(1, 0, high)
+                best[:, kind, high] = self.tables.of(PANEL)[:, -1, high] + price
+        return best
+
+    def _fill(self) -> list[np.ndarray]:
+        """For each number of panels before it: panels on the page x units filled x kind of the last row."""
+        sizes = (self._most + 1, self._high + 1, len(self._after))
+        filled = [np.full(sizes, np.inf) for _ in range(self._count + 1)]
+        for moment in range(self._count):
+            entry = self._entry(filled[moment])
+            for count, best in self._rows.items():
+                if moment + count > self._count or count > self._most:
+                    continue
+                reached = filled[moment + count][count:]
+                usual = entry[: len(reached)]
+                for high in range(1, self._high + 1):
+                    cost = usual[:, : self._high + 1 - high] + best[moment, :, high]
+                    np.minimum(reached[:, high:], cost, out=reached[:, high:])
+        return filled
+
+    def _entry(self, filled: np.ndarray) -> np.ndarray:
+        """The least cost before a row of each kind: panels on the page x units filled x kind of that row."""
+        entry = np.full(filled.shape, np.inf)
+        for kind in range(len(self._after)):
+            entry[:, :, kind] = (filled + self._after[:, kind]).min(axis=2)
+        entry[0, 0] = 0.0
+        return entry
+
+    def pages(self, count: int) -> list[Row]:
+        """The rows of the best so many pages."""
+        breaks = self._breaks(count)
+        return [
+            row
+            for page, (start, end) in enumerate(zip(breaks, breaks[1:], strict=False))
+            for row in self._rows_of(page, start, end)
+        ]
+
+    def _breaks(self, count: int) -> list[int]:
+        """The panels at which pages begin, and the end of the last one."""
+        best = np.full((count + 1, self._count + 1), np.inf)
+        begun = np.zeros((count + 1, self._count + 1), int)
+        best[0, 0] = 0.0
+        for page in range(1, count + 1):
+            for end in range(page, self._count + 1):
+                starts = np.arange(max(0, end - self._most), end)
+                cost = best[page - 1, starts] + self._filled[end][end - starts, self._high].min(axis=1)
+                begun[page, end] = starts[cost.argmin()]
+                best[page, end] = cost.min() + self._turns[end]
+        breaks = [self._count]
+        for page in range(count, 0, -1):
+            breaks.append(int(begun[page, breaks[-1]]))
+        return breaks[::-1]
+
+    def _rows_of(self, page: int, start: int, end: int) -> list[Row]:
+        """The rows of a page, found from its end."""
+        found, high = [], self._high
+        kind = int(self._filled[end][end - start, high].argmin())
+        while end > start:
+            row, kind = self._last_row(page, start, end, high, kind)
+            found.append(row)
+            end, high = row.moment, row.row
+        return found[::-1]
+
+    def _last_row(self, page: int, start: int, end: int, high: int, kind: int) -> tuple[Row, int]:
+        """The row that ends at a panel and a height and is of a kind, and the kind of the one before it."""
+        choices = []
+        for count, best in self._rows.items():
+            moment = end - count
+            if moment < start:
+                continue
+            before = self._filled[moment][moment - start, :high] + self._after[:, kind]
+            entry = before.min(axis=1)
+            if moment == start:
+                entry[0] = 0.0
+            cost = entry + best[moment, kind, high:0:-1]
+            top = int(cost.argmin())
+            choices.append((float(cost[top]), count, top, int(before[top].argmin())))
+        _, count, top, last = min(choices)
+        moment = end - count
+        tree, cut = self._tree(moment, count, kind, high - top)
+        return Row(moment, tree, cut, high - top, page, top), last
+
+    def _tree(self, moment: int, count: int, kind: int, high: int) -> tuple[Tree, int]:
+        """The best tree of a row of a kind, and its cut."""
+        columns, cut = self._kinds.cut_of(kind)
+        if columns == 1:
+            return PANEL, 0
+        trees = [tree for tree in rows(count) if tree.columns == columns]
+        costs = [
+            self.tables.by_cut(tree)[moment, cut - 1, high] + self._taste.template(tree, moment + 1)[-1]
+            for tree in trees
+        ]
+        return trees[int(np.argmin(costs))], cut
+
+    def places(self, row: Row) -> Iterator[Place]:
+        """Where the panels of a row are."""
+        whole = Place(row.moment, row.page, 0, row.row, self._units, row.high)
+        return self.tables.places(row.tree, whole, row.cut or None)
+
+    def cost(self, found: list[Row], places: list[Place]) -> float:
+        """What pages cost by this taste, whoever's optimum they are."""
+        panels = self.tables.of(PANEL)
+        cost = sum(float(panels[place.moment, place.wide, place.high]) for place in places)
+        cost += sum(float(self._taste.template(row.tree, row.moment + 1)[-1]) for row in found)
+        kinds = [self._kinds.of(row.tree.columns, row.cut, row.high) for row in found]
+        for row, other, kind, next_kind in zip(found, found[1:], kinds, kinds[1:], strict=False):
+            turned = other.page > row.page
+            cost += self._turns[other.moment] if turned else float(self._after[kind, next_kind])
+        return cost

@@ -1,0 +1,196 @@
+"""Rows of panels as slicing trees, and the best way to cut each: on a grid, all cuts are tried at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from vidstyle.comic.layout.paper import Rectangle
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A rectangle that is one panel, or is cut into two: side by side, or one over the other.
+
+    Attributes:
+        count: how many panels it holds; they are numbered in reading order.
+        first, rest: what it is cut into; None for a panel.
+        beside: whether they are side by side.
+    """
+
+    count: int = 1
+    first: Tree | None = None
+    rest: Tree | None = None
+    beside: bool = False
+
+    @property
+    def columns(self) -> int:
+        """How many parts stand side by side across its whole height."""
+        return 1 + self.rest.columns if self.rest and self.beside else 1
+
+
+PANEL = Tree()
+LARGEST = 4
+"""No row with a stack in it holds more panels."""
+
+
+def beside(first: Tree, rest: Tree) -> Tree:
+    """Two trees side by side."""
+    return Tree(first.count + rest.count, first, rest, True)
+
+
+def over(first: Tree, rest: Tree) -> Tree:
+    """One tree over another."""
+    return Tree(first.count + rest.count, first, rest)
+
+
+@lru_cache
+def rows(count: int) -> tuple[Tree, ...]:
+    """All rows of so many panels: each column is a panel or a stack of some.
+
+    No two stacks stand side by side, for there nobody knows which panel comes next; a stack may hold a
+    pair side by side, and there are none in a row of more panels than `LARGEST`.
+    """
+    return (
+        (PANEL,)
+        if count == 1
+        else tuple(each for each in _columns(count, count if count > LARGEST else 0) if each.beside)
+    )
+
+
+def _columns(count: int, unstacked: int) -> Iterator[Tree]:
+    """What stands side by side: a panel or a stack each, but no stack of the first `unstacked` panels."""
+    if count == 1:
+        yield PANEL
+    else:
+        yield from (beside(PANEL, rest) for rest in _columns(count - 1, max(0, unstacked - 1)))
+    for high in range(2, count + 1) if not unstacked else ():
+        for stack in _stacks(high):
+            if high == count:
+                yield stack
+            else:
+                yield from (beside(stack, rest) for rest in _columns(count - high, 1))
+
+
+def _stacks(count: int) -> Iterator[Tree]:
+    """Stacks of two or more layers, each a panel or a pair."""
+    for top in (PANEL, beside(PANEL, PANEL)):
+        left = count - top.count
+        if left == 1:
+            yield over(top, PANEL)
+        elif left == 2:
+            yield over(top, beside(PANEL, PANEL))
+        if left >= 2:
+            yield from (over(top, rest) for rest in _stacks(left))
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Where panels may begin and end: cuts lie on lines at even distances, a gutter is around each.
+
+    Attributes:
+        area: that of all panels, in pixels.
+        columns, rows: how many units it is wide and high.
+        gutter, row_gutter: pixels.
+    """
+
+    area: Rectangle
+    columns: int
+    rows: int
+    gutter: int
+    row_gutter: int
+
+    def widths(self) -> np.ndarray:
+        """Pixels of panels that are 0 to `columns` units wide; at least 1."""
+        unit = (self.area.width + self.gutter) / self.columns
+        return np.maximum(1.0, np.arange(self.columns + 1) * unit - self.gutter)
+
+    def heights(self) -> np.ndarray:
+        """Likewise, of panels that are 0 to `rows` units high."""
+        unit = (self.area.height + self.row_gutter) / self.rows
+        return np.maximum(1.0, np.arange(self.rows + 1) * unit - self.row_gutter)
+
+    def rectangle(self, place: Place) -> Rectangle:
+        """The panel at a place."""
+        left, right = (
+            self.area.left + round(unit * (self.area.width + self.gutter) / self.columns)
+            for unit in (place.column, place.column + place.wide)
+        )
+        top, bottom = (
+            self.area.top + round(unit * (self.area.height + self.row_gutter) / self.rows)
+            for unit in (place.row, place.row + place.high)
+        )
+        return Rectangle(left, top, right - self.gutter, bottom - self.row_gutter)
+
+
+@dataclass(frozen=True)
+class Place:
+    """The panel of a moment on the grid of a page, in units."""
+
+    moment: int
+    page: int
+    column: int
+    row: int
+    wide: int
+    high: int
+
+
+class Tables:
+    """The lowest cost of each tree, for each first panel and each size.
+
+    Args:
+        panels: the cost of each panel in each size: panel x units wide x units high, from 0 units on.
+    """
+
+    def __init__(self, panels: np.ndarray) -> None:
+        self._tables = {PANEL: panels}
+
+    def of(self, tree: Tree) -> np.ndarray:
+        """The table of a tree: first panel x units wide x units high; too small is infinite."""
+        if tree not in self._tables:
+            assert tree.first and tree.rest
+            first, rest = self.of(tree.first), self.of(tree.rest)[tree.first.count :]
+            swap = (0, 1, 2) if tree.beside else (0, 2, 1)
+            joined = _joined(first.transpose(swap)[: len(rest)], rest.transpose(swap))
+            self._tables[tree] = joined.transpose(swap)
+        return self._tables[tree]
+
+    def by_cut(self, tree: Tree) -> np.ndarray:
+        """The table of a row over the whole width for each place of its first cut: 1 to its columns - 1.
+
+        Returns:
+            First panel x cut x units high.
+        """
+        assert tree.first and tree.rest and tree.beside
+        rest = self.of(tree.rest)[tree.first.count :]
+        return self.of(tree.first)[: len(rest), 1:-1] + rest[:, -2:0:-1]
+
+    def places(self, tree: Tree, place: Place, cut: int | None = None) -> Iterator[Place]:
+        """Where the panels of a tree are if it fills a place; `cut` is where its first one is, if known."""
+        if tree.first is None or tree.rest is None:
+            yield place
+            return
+        index, after = place.moment, place.moment + tree.first.count
+        first, rest = self.of(tree.first)[index], self.of(tree.rest)[after]
+        page, column, row, wide, high = place.page, place.column, place.row, place.wide, place.high
+        if tree.beside:
+            cut = cut or 1 + int((first[1:wide, high] + rest[wide - 1 : 0 : -1, high]).argmin())
+            yield from self.places(tree.first, Place(index, page, column, row, cut, high))
+            yield from self.places(tree.rest, Place(after, page, column + cut, row, wide - cut, high))
+        else:
+            cut = 1 + int((first[wide, 1:high] + rest[wide, high - 1 : 0 : -1]).argmin())
+            yield from self.places(tree.first, Place(index, page, column, row, wide, cut))
+            yield from self.places(tree.rest, Place(after, page, column, row + cut, wide, high - cut))
+
+
+def _joined(first: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """The least sum for each size along the middle axis, over all places of the cut."""
+    joined = np.full(first.shape, np.inf)
+    sizes = first.shape[1]
+    for size in range(1, sizes - 1):
+        both = first[:, size : size + 1] + rest[:, 1 : sizes - size]
+        np.minimum(joined[:, size + 1 :], both, out=joined[:, size + 1 :])
+    return joined

@@ -1,0 +1,90 @@
+"""A contact sheet: whole pictures in rows, each with its time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from statistics import median
+
+from vidstyle.comic.layout.layout import Layout, Panel
+from vidstyle.comic.layout.paper import Paper, Rectangle
+from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.output.sheet import Label
+from vidstyle.errors import UsageError
+
+COLUMNS, COLUMNS_WIDE, COLUMNS_STRIP = 3, 5, 2
+"""Of an upright page, of one that lies on its side, and of a strip."""
+
+_LINE = 1.6
+"""The height of the line under each picture, in sizes of its letters."""
+
+
+def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int = 0) -> Layout:
+    """Pages of pictures in equal cells, in the order of time.
+
+    Args:
+        size: of the letters, in pixels.
+        head: pixels that are kept free above.
+
+    Raises:
+        UsageError: a page is too low for one row.
+    """
+    wide = paper.width > 1.2 * paper.height
+    columns = COLUMNS_STRIP if paper.is_strip else COLUMNS_WIDE if wide else COLUMNS
+    width = (paper.inside.width - (columns - 1) * paper.gutter) // columns
+    high = round(width / median(moment.shape[1] / moment.shape[0] for moment in moments))
+    step = high + round(_LINE * size) + paper.row_gutter
+    rows = math.ceil(len(moments) / columns)
+    if not paper.is_strip:
+        rows = min(rows, (paper.inside.height - head + paper.row_gutter) // step)
+    if rows < 1 or width < 1:
+        raise UsageError("storyboard", "the page is too small for a picture", "give a larger --size")
+    each = rows * columns
+
+    def cell(row: int, column: int) -> Rectangle:
+        left, top = paper.margin + column * (width + paper.gutter), paper.margin + head + row * step
+        return Rectangle(left, top, left + width, top + high)
+
+    panels = [
+        _panel(number, moment, number // each, cell(*divmod(number % each, columns)))
+        for number, moment in enumerate(moments)
+    ]
+    height = head + 2 * paper.margin + rows * step if paper.is_strip else paper.height
+    return Layout(tuple(panels), ((paper.width, height),) * math.ceil(len(moments) / each), 0.0)
+
+
+def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
+    """The whole picture in the middle of its cell."""
+    height, width = moment.shape
+    factor = min(cell.width / width, cell.height / height)
+    wide, high = max(1, round(width * factor)), max(1, round(height * factor))
+    left, top = cell.left + (cell.width - wide) // 2, cell.bottom - high
+    return Panel(number, page, Rectangle(left, top, left + wide, top + high), Box(0, 0, width, height))
+
+
+def time_labels(layout: Layout, moments: Sequence[Moment], size: int) -> Iterator[list[Label]]:
+    """The times under the pictures of each page."""
+    for page in range(len(layout.sizes)):
+        yield [
+            Label(
+                timecode(moments[panel.moment].time),
+                (panel.rectangle.left + panel.rectangle.right) / 2,
+                panel.rectangle.bottom + 1.15 * size,
+                size,
+            )
+            for panel in layout.panels
+            if panel.page == page
+        ]
+
+
+def timecode(seconds: float) -> str:
+    """A time for people, to the tenth of a second.
+
+    >>> timecode(3.25), timecode(3725.96)
+    ('0:03.2', '1:02:06.0')
+    """
+    tenths = round(seconds * 10)
+    minutes, tenths = divmod(tenths, 600)
+    hours, minutes = divmod(minutes, 60)
+    rest = f"{tenths / 10:04.1f}"
+    return f"{hours}:{minutes:02}:{rest}" if hours else f"{minutes}:{rest}"

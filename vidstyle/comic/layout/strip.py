@@ -1,0 +1,111 @@
+"""A strip for phones: one column of panels, with heights and pauses that vary."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vidstyle.comic.layout.cost import Taste, panel_costs, taste, wanted_areas
+from vidstyle.comic.layout.paper import Paper, Rectangle
+from vidstyle.comic.moment import Moment
+
+_STEPS = 24
+"""Heights are multiples of this part of the width."""
+_HIGHEST = 2
+"""Heights by the width."""
+_USUAL = 1.5
+"""Width by height of the mean panel, where the pictures do not ask for another."""
+_LIKE = 0.25
+"""Heights are alike if the natural logarithm of their quotient is below this."""
+_LONGEST = 3
+"""Gutters of a pause."""
+_INSET = 0.72
+"""The part of the width that a panel has which is drawn in."""
+_DRAWN_IN, _AGAIN, _WHIM = 1.0, 0.6, 3.0
+"""What that costs, what it costs to do so with the next one too, and the most that a seed takes off."""
+
+
+def strip_of(
+    moments: Sequence[Moment], paper: Paper, seed: int, growth: Sequence[float]
+) -> tuple[int, list[Rectangle], float]:
+    """The panels of a strip, by the costs of a page: rows are single panels, and alike if their heights are.
+
+    Some seeds draw some panels in, now from the left and now from the right; and each has other pauses.
+
+    Returns:
+        The strip's height, the panels' rectangles, and the cost without what the seed adds.
+    """
+    width = paper.width - 2 * paper.margin
+    sizes = _Sizes(width)
+    panels, after = _costs(moments, sizes, growth, Taste())
+    chosen = _costs(moments, sizes, growth, taste(seed, 0, len(moments), ()))[0]
+    random = np.random.default_rng((seed, len(moments)))
+    whims = _WHIM * random.random((len(moments), 1)) ** 2 * sizes.is_inset if seed else 0.0
+    found = _best(chosen - whims, after)
+    cost = float(panels[np.arange(len(found)), found].sum() + after[found[:-1], found[1:]].sum())
+    rectangles, top = [], paper.margin
+    aside = bool(random.integers(2))
+    for size, pause in zip(found, [0, *_pauses(moments, random if seed else None)], strict=True):
+        wide, high = round(sizes.widths[size]), round(sizes.heights[size])
+        top += pause * paper.row_gutter
+        left = paper.margin + (width - wide) * aside
+        rectangles.append(Rectangle(left, top, left + wide, top + high))
+        top += high
+        aside ^= wide < width
+    return top + paper.margin, rectangles, cost
+
+
+class _Sizes:
+    """The sizes that a panel may have, in pixels: all heights of the full width, then of the narrower one."""
+
+    def __init__(self, width: int) -> None:
+        heights = np.arange(_STEPS * _HIGHEST + 1) * (width / _STEPS)
+        self.widths = np.repeat([width, _INSET * width], len(heights))
+        self.heights = np.tile(heights, 2)
+        self.is_inset = self.widths < width
+
+
+def _costs(
+    moments: Sequence[Moment], sizes: _Sizes, growth: Sequence[float], taste: Taste
+) -> tuple[np.ndarray, np.ndarray]:
+    """The cost of each panel in each size, and of each size after each."""
+    width = sizes.widths[0]
+    areas = wanted_areas(moments, width * width / _USUAL, len(moments), taste) * np.asarray(growth)
+    heights = np.unique(sizes.heights)
+    widths = np.array([1.0, _INSET * width, width])
+    grid = panel_costs(moments, areas, widths, np.maximum(heights, 1.0), taste)
+    panels = np.concatenate([grid[:, 2], grid[:, 1] + _DRAWN_IN], axis=1)
+    logarithms = np.log(np.maximum(sizes.heights, 1.0))
+    apart = np.abs(logarithms[:, None] - logarithms)
+    after = taste.monotony * np.maximum(0.0, 1 - apart / _LIKE)
+    return panels, after + _AGAIN * (sizes.is_inset[:, None] & sizes.is_inset)
+
+
+def _best(panels: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """The number of each panel's height, of those that cost least together."""
+    cost, before = panels[0], []
+    for panel in panels[1:]:
+        all_of_them = cost[:, None] + after
+        before.append(all_of_them.argmin(axis=0))
+        cost = all_of_them.min(axis=0) + panel
+    found = [int(cost.argmin())]
+    for each in before[::-1]:
+        found.append(int(each[found[-1]]))
+    return np.array(found[::-1])
+
+
+def _pauses(moments: Sequence[Moment], random: np.random.Generator | None) -> list[int]:
+    """Gutters between each two panels: more where more time passes, and most where a scene ends.
+
+    Args:
+        random: lets some pauses be longer by a gutter.
+    """
+    pairs = list(zip(moments, moments[1:], strict=False))
+    gaps = [float(after.time - before.time) for before, after in pairs]
+    usual = float(np.median(gaps)) if gaps else 0.0
+    longer = random.integers(0, 2, len(pairs)) if random else np.zeros(len(pairs), int)
+    return [
+        min(_LONGEST, 1 + (gap > usual) + (gap > usual and before.scene != after.scene) + int(more))
+        for gap, more, (before, after) in zip(gaps, longer, pairs, strict=True)
+    ]

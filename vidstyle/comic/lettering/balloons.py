@@ -1,0 +1,204 @@
+"""Where balloons and captions stand in a panel: off faces, and in the order of reading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vidstyle.comic.analyze.attention import mean_under
+from vidstyle.comic.lettering.bubble import Bubble, Kind, size_of, with_face_room, with_tail
+from vidstyle.comic.lettering.wrap import Block
+from vidstyle.comic.moment import Box
+
+_GRID = 11
+"""Places that are tried along each side."""
+_TRIED = 28
+"""Places of each balloon for which one for the next is looked for."""
+_APART = 2.0
+"""Pixels between one balloon and the next."""
+_TALLEST, _WIDEST = 1.0, 4.5
+"""Width by height of balloons."""
+_WIDEST_CAPTION = 12.0
+_SHARE = 0.36
+"""The part of a panel that all its balloons may cover together."""
+_FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
+"""The shapes that are best."""
+_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.8, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6
+"""Prices: covering what catches the eye, being low, touching neither the upper nor the lower edge, a caption
+away from the side where reading begins, distance to the speaker, another shape than the best, standing below
+the speaker's mouth, size."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """A panel as far as it can be written into, in pixels of the page.
+
+    Attributes:
+        area: where words may be.
+        picture: all of it.
+        faces: what is seen of them.
+        attention: how much each part of the picture catches the eye, rows x columns; 1 is usual.
+    """
+
+    area: Box
+    picture: Box
+    faces: tuple[Box, ...]
+    attention: np.ndarray
+
+
+@dataclass(frozen=True)
+class Wording:
+    """A text to be placed.
+
+    Attributes:
+        blocks: the shapes that it can take.
+        face: of the speaker, or None.
+    """
+
+    kind: Kind
+    blocks: Sequence[Block]
+    face: Box | None = None
+
+
+@dataclass(frozen=True)
+class _Places:
+    """The places that one text could take: left, top, right and bottom of each, cheapest first."""
+
+    boxes: np.ndarray
+    prices: np.ndarray
+    blocks: list[Block]
+
+
+def place(wordings: Sequence[Wording], room: Room, right_to_left: bool = False) -> list[Bubble] | None:
+    """Balloons and captions for all texts, in their order; None if there is no room for all.
+
+    None lies on a face. A later one lies wholly below an earlier one, or beside it on the side towards which
+    is read, and no higher; so it is read later.
+    """
+    if right_to_left:
+        axis = room.area.left + room.area.right
+        turned = [replace(each, face=each.face and each.face.mirrored(axis)) for each in wordings]
+        placed = place(turned, _mirrored_room(room, axis))
+        return placed and [_mirrored_bubble(bubble, axis) for bubble in placed]
+    places = [_places(each, room) for each in wordings]
+    found = _best(places, np.empty((0, 4)), _SHARE * room.area.area)
+    if found is None:
+        return None
+    bubbles = [
+        Bubble(each.kind, Box(*map(float, choice.boxes[number])), choice.blocks[number])
+        for each, choice, number in zip(wordings, places, found[1], strict=True)
+    ]
+    faces = list(map(with_face_room, room.faces))
+    return [
+        with_tail(bubble, each.face, faces + [other.box for other in bubbles if other is not bubble])
+        for bubble, each in zip(bubbles, wordings, strict=True)
+    ]
+
+
+def _places(wording: Wording, room: Room) -> _Places:
+    boxes, prices, blocks = [np.empty((0, 4))], [np.empty(0)], list[Block]()
+    for block in wording.blocks:
+        width, height = size_of(wording.kind, block)
+        if width > room.area.width or height > room.area.height or not _is_shapely(wording, width, height):
+            continue
+        tried = _free(_tried(width, height, room), room)
+        boxes.append(tried)
+        prices.append(_prices(tried, wording, room))
+        blocks += [block] * len(tried)
+    price, box = np.concatenate(prices), np.concatenate(boxes)
+    order = np.argsort(price, kind="stable")
+    return _Places(box[order], price[order], [blocks[number] for number in order])
+
+
+def _is_shapely(wording: Wording, width: float, height: float) -> bool:
+    if wording.kind != "balloon":
+        return height * 0.8 <= width <= _WIDEST_CAPTION * height or len(wording.blocks) == 1
+    return _TALLEST * height <= width <= _WIDEST * height or len(wording.blocks) == 1
+
+
+def _tried(width: float, height: float, room: Room) -> np.ndarray:
+    """All places on a grid, and those that touch a face."""
+    area = room.area
+    lefts = [*np.linspace(area.left, area.right - width, _GRID)]
+    tops = [*np.linspace(area.top, area.bottom - height, _GRID)]
+    for face in map(with_face_room, room.faces):
+        lefts += [face.left - width, face.right]
+        tops += [face.top - height, face.bottom]
+    x, y = (np.unique(np.round(each)) for each in (lefts, tops))
+    x = x[(x >= area.left) & (x + width <= area.right)]
+    y = y[(y >= area.top) & (y + height <= area.bottom)]
+    left, top = (each.ravel() for each in np.meshgrid(x, y))
+    return np.stack([left, top, left + width, top + height], axis=1)
+
+
+def _free(boxes: np.ndarray, room: Room) -> np.ndarray:
+    for face in map(with_face_room, room.faces):
+        boxes = boxes[_covered(boxes, face) <= 0]
+    return boxes
+
+
+def _covered(boxes: np.ndarray, box: Box) -> np.ndarray:
+    """The area of a box that each of the others covers."""
+    across = np.minimum(boxes[:, 2], box.right) - np.maximum(boxes[:, 0], box.left)
+    down = np.minimum(boxes[:, 3], box.bottom) - np.maximum(boxes[:, 1], box.top)
+    return np.maximum(across, 0) * np.maximum(down, 0)
+
+
+def _prices(boxes: np.ndarray, wording: Wording, room: Room) -> np.ndarray:
+    area = room.area
+    width, height = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
+    price = _SEEN * mean_under(room.attention, room.picture, boxes)
+    price = price + _LOW * (boxes[:, 1] - area.top) / area.height + _BIG * width * height / area.area
+    price = price + _LOOSE * ((boxes[:, 1] > area.top) & (boxes[:, 3] < area.bottom - 1))
+    flat = _FLAT_BALLOON if wording.kind == "balloon" else _FLAT_CAPTION
+    price += _FLAT * np.log(width / height / flat) ** 2
+    if wording.kind != "balloon":
+        return price + _ASIDE * (boxes[:, 0] - area.left) / area.width
+    face = wording.face
+    if face is None:
+        return price
+    across, down = (face.left + face.right) / 2, (face.top + face.bottom) / 2
+    distance = np.hypot((boxes[:, 0] + boxes[:, 2]) / 2 - across, (boxes[:, 1] + boxes[:, 3]) / 2 - down)
+    return price + _FAR * distance / math.hypot(area.width, area.height) + _BELOW * (boxes[:, 1] > down)
+
+
+def _best(places: Sequence[_Places], taken: np.ndarray, left: float) -> tuple[float, list[int]] | None:
+    """The cheapest places for all texts behind those that are taken, and their price."""
+    if not places:
+        return 0.0, []
+    first, free = places[0], _after(places[0].boxes, taken)
+    sizes = (first.boxes[:, 2] - first.boxes[:, 0]) * (first.boxes[:, 3] - first.boxes[:, 1])
+    numbers = np.flatnonzero(free & (sizes <= left))
+    if len(places) > 1 and len(numbers) > _TRIED:
+        # The cheapest ones, and others, for those may leave no room for the next.
+        spread = np.linspace(0, len(numbers) - 1, _TRIED // 2).astype(int)
+        numbers = np.unique(np.concatenate([numbers[: _TRIED // 2], numbers[spread]]))
+    best: tuple[float, list[int]] | None = None
+    for number in map(int, numbers[: None if len(places) > 1 else 1]):
+        rest = _best(places[1:], np.vstack([taken, first.boxes[number]]), left - float(sizes[number]))
+        price = float(first.prices[number])
+        if rest is not None and (best is None or price + rest[0] < best[0]):
+            best = price + rest[0], [number, *rest[1]]
+    return best
+
+
+def _after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
+    """Which of the boxes are read after all that are taken: below, or beside them and no higher."""
+    free = np.ones(len(boxes), bool)
+    for earlier in taken:
+        below = boxes[:, 1] >= earlier[3] + _APART
+        free &= below | ((boxes[:, 0] >= earlier[2] + _APART) & (boxes[:, 1] >= earlier[1]))
+    return free
+
+
+def _mirrored_room(room: Room, axis: float) -> Room:
+    faces = tuple(face.mirrored(axis) for face in room.faces)
+    return Room(room.area.mirrored(axis), room.picture.mirrored(axis), faces, room.attention[:, ::-1])
+
+
+def _mirrored_bubble(bubble: Bubble, axis: float) -> Bubble:
+    tip = bubble.tip and (axis - bubble.tip[0], bubble.tip[1])
+    return replace(bubble, box=bubble.box.mirrored(axis), tip=tip)

@@ -1,0 +1,196 @@
+"""Words written into panels, and panels changed where the words find no room in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vidstyle.comic.analyze.attention import mean_under, within
+from vidstyle.comic.layout.crop import crop, elsewhere, on_page, within_border
+from vidstyle.comic.layout.layout import Layout, Panel
+from vidstyle.comic.layout.paper import Rectangle
+from vidstyle.comic.lettering.balloons import Room, Wording, place
+from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.lettering.fonts import Letters
+from vidstyle.comic.lettering.subtitles import Line
+from vidstyle.comic.lettering.title import bands, below_bands
+from vidstyle.comic.lettering.wrap import shapes
+from vidstyle.comic.moment import Box, Moment
+
+GROWTH = 1.6
+"""So many times as large a panel is wanted in which there is no room."""
+ROUNDS = 3
+"""Layouts that are tried."""
+
+_SMALLER = 0.85
+"""Letters may be that much smaller where there is little room."""
+_AIR = 0.35
+"""Between words and the border, in sizes of the letters."""
+_BAND, _WIDEST_BAND = 0.3, 0.55
+"""The part of a panel that a caption above its picture takes at most, and in the last round."""
+_CALM, _BUSY = 1.0, 1.5
+"""Words look no further for room where what they cover catches the eye no more than the first; where it does
+so more than the second, the panel is to be larger."""
+
+
+@dataclass(frozen=True)
+class Lettered:
+    """A panel with its words.
+
+    Attributes:
+        picture: where its picture is, within its border; it is lower where words stand above it.
+        crop: the part of the moment's picture that fills that.
+        bubbles: in the order of reading.
+    """
+
+    panel: Panel
+    picture: Rectangle
+    crop: Box
+    bubbles: tuple[Bubble, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hand:
+    """How it is written.
+
+    Attributes:
+        size: of the letters, in pixels.
+        border: of panels, in pixels.
+    """
+
+    letters: Letters
+    size: int
+    border: int
+    right_to_left: bool = False
+
+
+@dataclass(frozen=True)
+class Speech:
+    """What a panel is to hold.
+
+    Attributes:
+        attention: where the moment's picture catches the eye, see `attention_of`.
+    """
+
+    moment: Moment
+    lines: Sequence[Line]
+    attention: np.ndarray
+
+    def first(self, count: int) -> Speech:
+        """The same with its first lines only."""
+        return replace(self, lines=self.lines[:count])
+
+
+def letter(
+    lay_out: Callable[[Sequence[float]], Layout], speeches: Sequence[Speech], hand: Hand
+) -> tuple[Layout, list[Lettered], int]:
+    """Lay out panels and write into them.
+
+    Where there is no room the panel looks elsewhere, the letters are smaller, or the words stand above the
+    picture; where that would take too much of it, the panel is to be larger and all is laid out anew. What
+    finds no room in the end is left out, the last line first.
+
+    Args:
+        lay_out: makes a layout in which each panel is to be so many times as large as else.
+        speeches: of each moment.
+
+    Returns:
+        The layout, its panels, and how many lines were left out.
+    """
+    growth = [1.0] * len(speeches)
+    for _ in range(ROUNDS - 1):
+        layout = lay_out(growth)
+        written = [_written(panel, speeches[panel.moment], hand) for panel in layout.panels]
+        if None not in written:
+            return layout, [each for each in written if each], 0
+        growth = [size * (1.0 if found else GROWTH) for size, found in zip(growth, written, strict=True)]
+    layout = lay_out(growth)
+    ends = [_written_at_last(panel, speeches[panel.moment], hand) for panel in layout.panels]
+    lines = sum(len(speech.lines) for speech in speeches)
+    return layout, [lettered for lettered, _ in ends], lines - sum(count for _, count in ends)
+
+
+def _written(
+    panel: Panel, speech: Speech, hand: Hand, band: float = _BAND, busiest: float = _BUSY
+) -> Lettered | None:
+    """The panel with its words; None where they find no room, or only where much is to be seen."""
+    inside = within_border(panel.rectangle, hand.border)
+    # The border takes a little of the panel, and of its shape.
+    best = crop(speech.moment, inside.aspect)
+    if not speech.lines:
+        return Lettered(panel, inside, best)
+    found = _calmest(panel, inside, (best, *elsewhere(best, speech.moment)), speech, hand)
+    if found is None:
+        return _with_band(panel, speech, hand, band)
+    return found[1] if found[0] <= busiest else None
+
+
+def _calmest(
+    panel: Panel, inside: Rectangle, windows: Sequence[Box], speech: Speech, hand: Hand
+) -> tuple[float, Lettered] | None:
+    """The first window in which words cover little that catches the eye, or that in which it is least.
+
+    Returns:
+        How much what is covered most catches the eye, and the panel; None where there is no room.
+    """
+    least: tuple[float, Lettered] | None = None
+    for size in (hand.size, round(hand.size * _SMALLER)):
+        for window in windows:
+            bubbles = _balloons(inside, window, speech, replace(hand, size=size))
+            if bubbles is None:
+                continue
+            seen = within(speech.attention, speech.moment, window)
+            boxes = np.array([[*vars(bubble.box).values()] for bubble in bubbles])
+            covered = float(mean_under(seen, Box(*map(float, inside)), boxes).max())
+            if least is None or covered < least[0]:
+                least = covered, Lettered(panel, inside, window, tuple(bubbles))
+            if covered <= _CALM:
+                return least
+    return least
+
+
+def _written_at_last(panel: Panel, speech: Speech, hand: Hand) -> tuple[Lettered, int]:
+    """The panel with as many of its first lines as find room, and how many these are."""
+    counts = range(len(speech.lines), -1, -1)
+    tried = ((_written(panel, speech.first(count), hand, _WIDEST_BAND, np.inf), count) for count in counts)
+    return next((written, count) for written, count in tried if written is not None)
+
+
+def _balloons(picture: Rectangle, window: Box, speech: Speech, hand: Hand) -> list[Bubble] | None:
+    seen = [on_page(face, window, picture) for face in speech.moment.faces]
+    faces = tuple(face for face in seen if face.area > 0)
+    air, whole = round(_AIR * hand.size), Box(*map(float, picture))
+    area = Box(whole.left + air, whole.top + air, whole.right - air, whole.bottom - air)
+    room = Room(area, whole, faces, within(speech.attention, speech.moment, window))
+    wordings = list(_wordings(speech.lines, faces, area, hand))
+    return None if any(not each.blocks for each in wordings) else place(wordings, room, hand.right_to_left)
+
+
+def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, hand: Hand) -> Iterator[Wording]:
+    """Each line, with the face of who says it: several speakers are taken to stand from left to right."""
+    speakers = list(dict.fromkeys(line.speaker for line in lines if not line.narrated))
+    across = sorted(faces, key=lambda face: face.left, reverse=hand.right_to_left)
+    if len(speakers) < 2 and faces:
+        across = [max(faces, key=lambda face: face.area)]
+    of = dict(zip(speakers, across, strict=False))
+    for line in lines:
+        text = hand.letters.writable(line.text)
+        widest = area.width - 2 * hand.size
+        blocks = shapes(hand.letters, text, hand.size, widest) if widest > 0 else []
+        yield Wording(
+            "caption" if line.narrated else "balloon", blocks, None if line.narrated else of.get(line.speaker)
+        )
+
+
+def _with_band(panel: Panel, speech: Speech, hand: Hand, most: float) -> Lettered | None:
+    """The words above the picture, which is lower by them."""
+    inside = within_border(panel.rectangle, hand.border)
+    found = bands(speech.lines, inside, hand.letters, hand.size)
+    if found is None:
+        return None
+    picture = below_bands(found, inside, hand.border)
+    if picture.top - inside.top > most * inside.height:
+        return None
+    return Lettered(panel, picture, crop(speech.moment, picture.aspect), tuple(found))

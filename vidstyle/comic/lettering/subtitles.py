@@ -1,0 +1,169 @@
+"""Lines that are said in a film, out of its subtitles or a file of them: plain text, and who may say it."""
+
+from __future__ import annotations
+
+import html
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from vidstyle.comic.lettering.fonts import NOTES
+from vidstyle.errors import InputError
+from vidstyle.media.read.reader import ReadOptions
+from vidstyle.media.read.subtitles import SubtitleEvent, read_subtitles
+
+_CLOCK = r"(?:(\d+):)?(\d{1,2}):(\d{1,2})(?:[,.](\d{1,3}))?"
+_TIMES = re.compile(rf"^\s*{_CLOCK}\s*-+>\s*{_CLOCK}(?:\s.*)?$")
+_VOICE = re.compile(r"<v(?:\.[^ >]*)?\s+([^>]+)>")
+_TAG = re.compile(r"</?[a-zA-Z][^<>]*>|<\d[\d:.]*>|\{\\[^}]*\}")
+_ITALIC = re.compile(
+    r"<i(?:\.[^>]*)?>.*?(?:</i>|$)|\{[^}]*\\i1[^}]*\}.*?(?:\{[^}]*\\i0[^}]*\}|$)", re.S | re.I
+)
+_DRAWING = re.compile(r"\{[^}]*\\p[1-9]")
+_DASH = re.compile(r"^\s*[-‐‑–—]+\s*(?=\S)")
+_BRACKETS = re.compile(r"^[\[(][^\])]*[\])]$")
+
+
+@dataclass(frozen=True)
+class Line:
+    """What one voice says at a time.
+
+    Attributes:
+        start, end: in seconds.
+        text: plain, in one line.
+        narrated: whether it is no speech in the picture: a narrator's, a song's, the name of a noise.
+        speaker: who says it, by name or only by number; empty if nothing is known.
+    """
+
+    start: float
+    end: float
+    text: str
+    narrated: bool = False
+    speaker: str = ""
+
+
+def lines_of_film(source: str | os.PathLike[str], options: ReadOptions | None = None) -> list[Line]:
+    """What the film's own subtitles say, in the order of time; nothing where it has none.
+
+    Raises:
+        InputError: the film cannot be read.
+    """
+    return _lines(read_subtitles(source, options))
+
+
+def lines_of_file(path: Path) -> list[Line]:
+    """What a file of subtitles says: .srt, .vtt, or another file in which there is a track of text.
+
+    Raises:
+        InputError: it cannot be read, or holds no subtitles.
+    """
+    if path.suffix.lower() in (".srt", ".vtt"):
+        lines = _lines(parse(_text_of(path)))
+    else:
+        lines = _lines(read_subtitles(path))
+    if not lines:
+        raise InputError(path, "holds no subtitles")
+    return lines
+
+
+def parse(text: str) -> list[SubtitleEvent]:
+    r"""The events of a SubRip or WebVTT file, by its lines with times; what stands elsewhere is passed over.
+
+    >>> parse("1\n00:00:01,000 --> 00:00:02,500\nHello\nthere.")
+    [SubtitleEvent(start=1.0, end=2.5, text='Hello\nthere.', speaker='')]
+    """
+    rows = text.lstrip("\ufeff").splitlines()
+    is_web = rows[:1] != [] and rows[0].startswith("WEBVTT")
+    marks = [(number, found) for number, row in enumerate(rows) if (found := _TIMES.match(row))]
+    ends = [number for number, _ in marks[1:]] + [len(rows)] * bool(marks)
+    return [
+        _event(found, _web_text(rows[number + 1 : end]) if is_web else _rip_text(rows[number + 1 : end]))
+        for (number, found), end in zip(marks, ends, strict=True)
+    ]
+
+
+def _event(found: re.Match[str], rows: list[str]) -> SubtitleEvent:
+    start, end = _seconds(found.groups()[:4]), _seconds(found.groups()[4:])
+    text = "\n".join(rows)
+    voice = _VOICE.search(text)
+    return SubtitleEvent(start, max(start, end), text, voice[1].strip() if voice else "")
+
+
+def _seconds(clock: tuple[str | None, ...]) -> float:
+    hours, minutes, seconds = (int(part or 0) for part in clock[:3])
+    return 3600 * hours + 60 * minutes + seconds + int((clock[3] or "0").ljust(3, "0")) / 1000
+
+
+def _web_text(rows: list[str]) -> list[str]:
+    """The rows up to the first empty one."""
+    return rows[: next((number for number, row in enumerate(rows) if not row.strip()), len(rows))]
+
+
+def _rip_text(rows: list[str]) -> list[str]:
+    """All rows but the number of the next event: people leave empty rows within a text."""
+    while rows and not rows[-1].strip():
+        rows = rows[:-1]
+    if len(rows) > 1 and rows[-1].strip().isdigit() and not rows[-2].strip():
+        rows = rows[:-1]
+    elif len(rows) == 1 and rows[0].strip().isdigit():
+        return []
+    return [row for row in rows if row.strip()]
+
+
+def _text_of(path: Path) -> str:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from error
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16", "replace")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # What Windows wrote for western languages before.
+        return content.decode("cp1252", "replace")
+
+
+def _lines(events: Iterable[SubtitleEvent]) -> list[Line]:
+    """Everything that is said, in the order of time, each thing once."""
+    found = {line: None for event in events for line in _lines_of(event)}
+    return sorted(found, key=lambda line: line.start)
+
+
+def _lines_of(event: SubtitleEvent) -> Iterator[Line]:
+    if _DRAWING.search(event.text):
+        return
+    marked = event.text.replace("\\N", "\n").replace("\\n", "\n").replace("\\h", " ")
+    italic = not _plain(_ITALIC.sub("", marked)).strip()
+    voices = _voices(html.unescape(_TAG.sub("", marked)).split("\n"))
+    for number, voice in enumerate(voices):
+        text = _plain(voice)
+        narrated = italic or text[:1] in tuple(NOTES) or bool(_BRACKETS.match(text))
+        if text.strip(NOTES + " "):
+            speaker = event.speaker or (str(number + 1) if len(voices) > 1 else "")
+            yield Line(event.start, event.end, text, narrated, speaker)
+
+
+def _plain(text: str) -> str:
+    """Without tags, in one line, of characters that can be seen."""
+    shown = "".join(
+        each if each.isprintable() else " " for each in _TAG.sub("", text) if each not in "\u200b\u200e\u200f"
+    )
+    return " ".join(shown.split())
+
+
+def _voices(rows: list[str]) -> list[str]:
+    """The text of each voice: one that answers begins with a dash.
+
+    >>> _voices(["- Hello.", "- Who", "is there?"]), _voices(["- Yes."]), _voices(["One", "two"])
+    (['Hello.', 'Who is there?'], ['Yes.'], ['One two'])
+    """
+    voices: list[str] = []
+    for row in rows:
+        if _DASH.match(row) or not voices:
+            voices.append(_DASH.sub("", row))
+        else:
+            voices[-1] += f" {row}"
+    return [voice for voice in voices if voice.strip()]

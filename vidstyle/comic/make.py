@@ -1,0 +1,191 @@
+"""From a film to a comic: `vidstyle comic` as a function."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from vidstyle.comic.analyze.attention import attention_of_film
+from vidstyle.comic.analyze.faces import FaceFinder
+from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.survey import Film
+from vidstyle.comic.layout.layout import Layout, lay_out, pages_for
+from vidstyle.comic.layout.paper import BORDER, paper
+from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
+from vidstyle.comic.lettering.dialogue import match, panels_for
+from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
+from vidstyle.comic.lettering.letter import Hand, Lettered, Speech, letter
+from vidstyle.comic.lettering.subtitles import Line, lines_of_file, lines_of_film
+from vidstyle.comic.lettering.title import below_title, lowered, numbers, title_of
+from vidstyle.comic.moment import Moment
+from vidstyle.comic.options import ComicOptions
+from vidstyle.comic.output.frames import Frames
+from vidstyle.comic.output.pages import Plan, drawn
+from vidstyle.comic.output.panel import Brush
+from vidstyle.comic.output.sheet import Label
+from vidstyle.comic.output.write import Output
+from vidstyle.comic.select.moments import find_moments
+from vidstyle.style import PLAIN, load_style
+
+Step = Callable[[str, int, int], None]
+"""Told what is being done, how many parts of it are done, and how many there are (0: unknown)."""
+
+_log = logging.getLogger("vidstyle")
+
+
+@dataclass(frozen=True)
+class Comic:
+    """What was made.
+
+    Attributes:
+        files: that were written.
+        moments: that are shown.
+        pages: how many.
+    """
+
+    files: list[Path]
+    moments: list[Moment]
+    pages: int
+
+
+def make_comic(
+    source: str | Path, target: str | Path, options: ComicOptions | None = None, on_step: Step | None = None
+) -> Comic:
+    """Make a comic of a film, of numbered pictures or of a folder of pictures.
+
+    Args:
+        target: .png, .jpg, .svg (several pages: name-1.png, or as %02d says), .pdf, .cbz, .html.
+
+    Raises:
+        VidstyleError: of one of its kinds; an unfinished file is not left.
+    """
+    with _said_once():
+        job = _Job(str(source), Path(target), options or ComicOptions(), on_step or (lambda *_: None))
+        return job.run()
+
+
+@contextmanager
+def _said_once() -> Iterator[None]:
+    """A film is opened for each frame, and a renderer for each panel; what they say is said only once."""
+    said: set[str] = set()
+
+    def is_new(record: logging.LogRecord) -> bool:
+        known = record.getMessage() in said
+        said.add(record.getMessage())
+        return not known
+
+    _log.addFilter(is_new)
+    try:
+        yield
+    finally:
+        _log.removeFilter(is_new)
+
+
+class _Job:
+    """All that can be checked before the film is looked at is checked at the start."""
+
+    def __init__(self, source: str, target: Path, options: ComicOptions, on_step: Step) -> None:
+        check_pillow()
+        options.wishes.check()
+        self._source, self._options, self._step = source, options, on_step
+        self._output = Output(target, source, options.overwrite)
+        size = options.size or ("strip" if self._output.is_strip else "a4")
+        border = 0 if options.storyboard else BORDER
+        self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
+        self._styles = [load_style(each) for each in options.styles or self._usual_styles]
+        self._letters = Letters(options.font)
+        self._size = letter_size(self._paper)
+        self._title: Label | None = None
+        self._head = 0
+        self._lines = self._lines_of_file()
+
+    @property
+    def _usual_styles(self) -> tuple[str, ...]:
+        return (PLAIN,) if self._options.storyboard else ("comic",)
+
+    def _lines_of_file(self) -> list[Line] | None:
+        wanted = self._options.subtitles
+        if wanted is None:
+            return None
+        return [] if wanted == "none" else lines_of_file(Path(wanted))
+
+    def run(self) -> Comic:
+        """Look, choose, lay out, write in, draw."""
+        self._step("looking through the film", 0, 0)
+        faces = FaceFinder(self._options.face_model)
+        film = open_film(self._source, faces)
+        lines = self._spoken()
+        if lines and not faces.has_model:
+            _log.info("no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one")
+        self._take_letters(lines)
+        moments = find_moments(film, replace(self._options.wishes, least=panels_for(lines)))
+        self._step("laying out", 0, 0)
+        plan = self._plan(film, moments, lines)
+        pages = len(plan.layout.sizes)
+        brush = Brush(self._styles, self._paper.dpi, self._options.device)
+        folder = self._options.frames
+        with Frames(folder, len(moments), self._options.overwrite) if folder else nullcontext() as frames:
+            sheets = drawn(plan, film, brush, frames, partial(self._step, "drawing"))
+            files = self._output.write(sheets, pages, self._options.title)
+        return Comic(files, moments, pages)
+
+    def _take_letters(self, lines: Sequence[Line]) -> None:
+        title = self._options.title
+        self._letters = letters_for([title, *(line.text for line in lines)], self._letters)
+        if title:
+            self._title, self._head = title_of(title, self._paper, self._size, self._letters)
+
+    def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> Plan:
+        storyboard = self._options.storyboard
+        layout, panels = self._on_sheets(moments) if storyboard else self._on_pages(film, moments, lines)
+        if storyboard:
+            labels = list(time_labels(layout, moments, self._size))
+        else:
+            labels = list(numbers(layout, self._paper, self._size))
+        if self._title:
+            labels[0].append(self._title)
+        if self._letters.lacking:
+            lacking = " ".join(self._letters.lacking)
+            _log.warning("the font %s lacks %s; give another with --font", self._letters.family, lacking)
+        return Plan(moments, layout, panels, labels, self._letters, self._paper.dpi)
+
+    def _on_sheets(self, moments: Sequence[Moment]) -> tuple[Layout, list[Lettered]]:
+        layout = contact_sheet(moments, self._paper, self._size, self._head)
+        return layout, [Lettered(each, each.rectangle, each.crop) for each in layout.panels]
+
+    def _spoken(self) -> list[Line]:
+        if self._options.storyboard:
+            return []
+        if self._lines is not None:
+            return self._lines
+        return lines_of_film(self._source) if Path(self._source).is_file() else []
+
+    def _on_pages(
+        self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]
+    ) -> tuple[Layout, list[Lettered]]:
+        words = match(lines, moments)
+        hand = Hand(self._letters, self._size, self._paper.border, self._options.right_to_left)
+        attention = attention_of_film(film, moments, list(map(bool, words.panels)))
+        speeches = list(map(Speech, moments, words.panels, attention))
+        layout, panels, lost = letter(partial(self._layout, moments), speeches, hand)
+        if words.left_out + lost:
+            counts = words.left_out + lost, words.lines
+            _log.info("%d of %d subtitles stand in no panel; with more --panels more do", *counts)
+        return layout, panels
+
+    def _layout(self, moments: Sequence[Moment], growth: Sequence[float]) -> Layout:
+        options = self._options
+        pages = options.pages or pages_for(len(moments))
+        layout = lay_out(
+            *(moments, below_title(self._paper, self._head, pages)),
+            pages=options.pages,
+            seed=options.seed,
+            right_to_left=options.right_to_left,
+            bleeding=options.bleeding,
+            growth=growth,
+        )
+        return lowered(layout, moments, self._paper, self._head) if self._head else layout

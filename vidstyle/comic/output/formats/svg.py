@@ -1,0 +1,115 @@
+"""A page as SVG: panels are pictures, balloons and captions are shapes and text that can be changed."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable, Iterator
+from html import escape
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.layout.paper import INCH, Rectangle
+from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.output.formats.jpeg import QUALITY
+from vidstyle.comic.output.sheet import Label, Sheet, Shown
+
+SEVERAL = False
+
+
+def content(sheets: Iterable[Sheet], title: str) -> bytes:
+    """The file of one sheet."""
+    (sheet,) = sheets
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{svg_of(sheet, title)}'.encode()
+
+
+def svg_of(sheet: Sheet, title: str, before: int = 0, with_font: bool = True) -> str:
+    """The sheet as an element `svg`, as large as it is on paper.
+
+    Args:
+        before: how many panels stand before it in the document.
+        with_font: whether it brings the font, which one of a document does.
+    """
+    wide, high = (f"{length * INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
+    rows = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}"'
+        f' viewBox="0 0 {sheet.width} {sheet.height}" font-family="{_families(sheet)}">',
+        f"<title>{escape(title)}</title>" if title else "",
+        _font_face(sheet) if with_font else "",
+        '<rect width="100%" height="100%" fill="#fff"/>',
+        *(row for number, panel in enumerate(sheet.panels, before + 1) for row in _panel(panel, number)),
+        *map(_label, sheet.labels),
+        "</svg>",
+    ]
+    return "\n".join(row for row in rows if row) + "\n"
+
+
+def _families(sheet: Sheet) -> str:
+    return escape(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
+
+
+def _font_face(sheet: Sheet) -> str:
+    """The font itself, where it is the free one that everybody may pass on."""
+    font = sheet.letters.free_font
+    if font is None:
+        return ""
+    source = f"url(data:font/ttf;base64,{b64encode(font).decode('ascii')})"
+    return f"<style>@font-face {{ font-family: '{sheet.letters.family}'; src: {source}; }}</style>"
+
+
+def _panel(panel: Shown, number: int) -> Iterator[str]:
+    yield f'<g id="panel-{number}">'
+    if panel.note:
+        yield f"<title>{escape(panel.note)}</title>"
+    yield _rect(panel.rectangle, "#000")
+    if panel.band:
+        yield _rect(panel.band, "#fff")
+    yield (
+        f'<image {_place(panel.picture)} preserveAspectRatio="none"'
+        f' href="data:image/jpeg;base64,{b64encode(_jpeg(panel.color)).decode("ascii")}"/>'
+    )
+    for bubble in panel.bubbles:
+        yield from _bubble(bubble)
+    yield "</g>"
+
+
+def _rect(rectangle: Rectangle, fill: str) -> str:
+    return f'<rect {_place(rectangle)} fill="{fill}"/>'
+
+
+def _place(rectangle: Rectangle) -> str:
+    return f'x="{rectangle.left}" y="{rectangle.top}" width="{rectangle.width}" height="{rectangle.height}"'
+
+
+def _jpeg(color: np.ndarray) -> bytes:
+    factor = cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444
+    done, file = cv2.imencode(".jpg", color[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, QUALITY, *factor])
+    assert done
+    return file.tobytes()
+
+
+def _bubble(bubble: Bubble) -> Iterator[str]:
+    yield f'<g class="{bubble.kind}">'
+    if bubble.kind != "band":
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in bubble.outline)
+        yield (
+            f'<polygon points="{points}" fill="#fff" stroke="#000"'
+            f' stroke-width="{bubble.line_width:.2f}" stroke-linejoin="round"/>'
+        )
+    yield f'<text font-size="{bubble.block.size}">'
+    # The length holds where the font is another.
+    for text, left, foot, width in bubble.lines:
+        yield (
+            f'<tspan x="{left:.1f}" y="{foot:.1f}" textLength="{width:.1f}"'
+            f' lengthAdjust="spacingAndGlyphs">{escape(text)}</tspan>'
+        )
+    yield "</text>"
+    yield "</g>"
+
+
+def _label(label: Label) -> str:
+    return (
+        f'<text x="{label.middle:.1f}" y="{label.foot:.1f}" font-size="{label.size}"'
+        f' text-anchor="middle" stroke="#000" stroke-width="{2 * label.thickness}">'
+        f"{escape(label.text)}</text>"
+    )

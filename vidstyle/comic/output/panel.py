@@ -1,0 +1,87 @@
+"""The picture of a panel, restyled at the size that it is printed in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.layout.paper import INCH, Rectangle
+from vidstyle.comic.moment import Box
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.renderer import Backend, open_renderer
+from vidstyle.style import Style
+
+LINES = 720
+"""The height for which a style's lengths are meant if it names none."""
+HEIGHT = 90.0
+"""Millimetres: so high that picture is taken to be on paper."""
+
+
+def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
+    """The style with its lengths as they are on paper, whatever the size of the picture.
+
+    A style of 720 lines is taken to be meant for a picture 9 cm high: 5 pixels of it are 0.63 mm in every
+    panel, at every resolution.
+
+    Args:
+        height, width: of the picture that it is for, in pixels.
+    """
+    printed = HEIGHT * dpi / INCH
+    lines = style.height or LINES
+    # A still has nothing to hold.
+    return replace(style, height=min(height, width) * lines / printed, steady=0.0)
+
+
+class Brush:
+    """Draws panels in styles: the first in the first, and so on, over and over.
+
+    Args:
+        device: as for `open_renderer`.
+    """
+
+    def __init__(self, styles: Sequence[Style], dpi: float, device: str) -> None:
+        self._styles, self._dpi, self._device = styles, dpi, device
+        self._count = 0
+
+    def panel(self, color: np.ndarray, window: Box, picture: Rectangle) -> np.ndarray:
+        """The part of a frame that a panel shows, in its style.
+
+        Args:
+            color: the frame, H x W x 3 uint8.
+            window: in pixels of it.
+            picture: where it is to be; only its size matters.
+
+        Returns:
+            A picture of that size, uint8.
+        """
+        shown = cut_out(color, window, picture.width, picture.height)
+        style = self._styles[self._count % len(self._styles)]
+        if not style.is_plain:
+            shown = self._restyled(shown, on_paper(style, picture.height, picture.width, self._dpi))
+        self._count += 1
+        return shown
+
+    def _restyled(self, color: np.ndarray, style: Style) -> np.ndarray:
+        renderer: Backend = open_renderer(style, self._device, announce=self._count == 0)
+        try:
+            picture = Picture.from_array(color)
+            drawn = renderer.run(picture, None, Encoding(full_range=True, step=(1, 1)), rgb=True).color
+            assert drawn is not None
+            return np.array(drawn, np.uint8)
+        finally:
+            renderer.close()
+
+
+def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarray:
+    """A part of a picture, H x W x 3 uint8, at another size."""
+    tall, wide = color.shape[:2]
+    left, top = max(0, math.floor(window.left)), max(0, math.floor(window.top))
+    right, bottom = min(wide, math.ceil(window.right)), min(tall, math.ceil(window.bottom))
+    part = color[top : max(bottom, top + 1), left : max(right, left + 1)]
+    shrinks = width <= part.shape[1] and height <= part.shape[0]
+    method = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
+    return cv2.resize(np.ascontiguousarray(part), (max(1, width), max(1, height)), interpolation=method)
