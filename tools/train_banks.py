@@ -15,8 +15,8 @@ from vidstyle.blade.bank import Bank, load_bank, save_bank
 from vidstyle.blade.features import Bins
 from vidstyle.blade.learn import Lesson
 from vidstyle.blade.photographs import Photograph, photographs_in
+from vidstyle.blade.reference_filter import Teacher, teacher_by_reference
 from vidstyle.blade.run import BankRun
-from vidstyle.blade.teachers import Teacher, teacher_by_reference
 from vidstyle.blade.train import measure, train
 
 FOLDER = Path(__file__).parent.parent / "filters_bank"

@@ -13,8 +13,8 @@ from vidstyle.blade.bank import Bank
 from vidstyle.blade.fidelity import mssim, psnr
 from vidstyle.blade.learn import Lesson, Sums, look_at, residuals, solve
 from vidstyle.blade.photographs import Photograph, checksums, luma_of
+from vidstyle.blade.reference_filter import Teacher
 from vidstyle.blade.run import BankRun
-from vidstyle.blade.teachers import Teacher
 
 OnPicture = Callable[[str, int, int], None]
 """Told after each picture: what is being done, how many are done, and how many there are."""

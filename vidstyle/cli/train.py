@@ -13,7 +13,7 @@ from vidstyle.errors import UsageError
 if TYPE_CHECKING:
     from vidstyle.blade.bank import Bank
     from vidstyle.blade.learn import Lesson
-    from vidstyle.blade.teachers import Teacher
+    from vidstyle.blade.reference_filter import Teacher
 
 SHOWN_EVERY = 5
 """Pictures between two lines of progress."""
@@ -85,7 +85,7 @@ def _train(path: Path, options: dict[str, Any]) -> None:
 
 
 def _teacher(options: dict[str, Any]) -> Teacher:
-    from vidstyle.blade import teachers
+    from vidstyle.blade import reference_filter as teachers
 
     sources = ("reference", "command", "function", "pairs")
     given = [name for name in sources if options[name]]
