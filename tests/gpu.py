@@ -14,7 +14,7 @@ from pictures import FLOAT, RGB8, VIDEO, run, style
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device.choose import Device, choose
-from vidstyle.gpu.session import Request, Session
+from vidstyle.gpu.session import FrameRequest, GpuSession
 from vidstyle.style import Style
 
 FORMS: tuple[Form, ...] = ("compute", "fragment")
@@ -49,7 +49,7 @@ class Sessions:
     """
 
     def __init__(self, **options: Any) -> None:
-        self._sessions = {form: Session(style(), device(), form, **options) for form in FORMS}
+        self._sessions = {form: GpuSession(style(), device(), form, **options) for form in FORMS}
         self._styles: dict[Form, Style] = {}
 
     def __enter__(self) -> Sessions:
@@ -59,7 +59,7 @@ class Sessions:
         for session in self._sessions.values():
             session.close()
 
-    def use(self, form: Form, chosen: Style) -> Session:
+    def use(self, form: Form, chosen: Style) -> GpuSession:
         """The session of a form with a style."""
         if self._styles.get(form) is not chosen:
             self._styles[form] = chosen
@@ -77,7 +77,7 @@ class Sessions:
     ) -> Callable[[], Picture]:
         """Begin to restyle a picture on the GPU while other work goes on; call what this gives for it."""
         session = self.use(form, chosen)
-        drawn = session.start(Request(picture, time, target or picture.encoding, rgb))
+        drawn = session.start(FrameRequest(picture, time, target or picture.encoding, rgb))
         return lambda: session.fetch(drawn.result()).result()
 
     def run(self, form: Form, chosen: Style, picture: Picture, **options: Any) -> Picture:

@@ -19,7 +19,7 @@ WIDTH, HEIGHT = 33, 19
 STRIDES, OFFSETS = (48, 32, 32), (8, 1000, 1400)
 """Wider apart than GStreamer lays I420 by itself."""
 SHAPES = (HEIGHT, WIDTH), (10, 17), (10, 17)
-USUAL_STRIDES, USUAL_OFFSETS = (36, 20, 20), (0, 720, 920)
+DEFAULT_STRIDES, DEFAULT_OFFSETS = (36, 20, 20), (0, 720, 920)
 CAPS = f"video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate=25/1"
 
 
@@ -64,7 +64,7 @@ def _restyled(pipeline: Gst.Element, planes: list[np.ndarray], number: int) -> l
     result = made.extract_dup(0, made.get_size())
     return [
         np.ndarray(shape, np.uint8, result, offset, (stride, 1))
-        for shape, stride, offset in zip(SHAPES, USUAL_STRIDES, USUAL_OFFSETS, strict=True)
+        for shape, stride, offset in zip(SHAPES, DEFAULT_STRIDES, DEFAULT_OFFSETS, strict=True)
     ]
 
 

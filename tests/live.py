@@ -15,8 +15,8 @@ import pytest
 from vidstyle.errors import DeviceError
 from vidstyle.live import hot_swap as styler
 from vidstyle.live.control import Controls
-from vidstyle.live.options import LiveOptions, Setting
-from vidstyle.live.session import Session
+from vidstyle.live.options import LiveOptions, TargetContext
+from vidstyle.live.session import LiveSession
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.capture.input import LiveSource
@@ -62,7 +62,7 @@ class Running:
     def __init__(
         self,
         source: LiveSource,
-        makers: Sequence[Callable[[Setting], Target]],
+        makers: Sequence[Callable[[TargetContext], Target]],
         style: object,
         options: LiveOptions,
     ) -> None:
@@ -70,7 +70,7 @@ class Running:
         self.stop = threading.Event()
         self.summary: LiveSummary | None = None
         self.error: BaseException | None = None
-        self._session = Session(source, self.controls, makers, options)
+        self._session = LiveSession(source, self.controls, makers, options)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -98,7 +98,7 @@ class Running:
 @contextmanager
 def session(
     source: LiveSource,
-    *targets: Target | Callable[[Setting], Target],
+    *targets: Target | Callable[[TargetContext], Target],
     style: object = "plain",
     **options: object,
 ) -> Iterator[Running]:
@@ -114,7 +114,7 @@ def session(
     eventually(lambda: not own_threads() - before)
 
 
-def _handing(target: object) -> Callable[[Setting], Target]:
+def _handing(target: object) -> Callable[[TargetContext], Target]:
     return lambda setting: target  # type: ignore[return-value]
 
 

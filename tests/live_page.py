@@ -15,7 +15,7 @@ import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
 from vidstyle.live.control import Controls
-from vidstyle.live.page import Page
+from vidstyle.live.page import PageTarget
 from vidstyle.live.target import LiveFrame
 from vidstyle.style import load_style
 
@@ -34,7 +34,7 @@ def live_frame(number: int = 0, size: tuple[int, int] = (64, 48)) -> LiveFrame:
 class Visitor:
     """Asks a page's server for things, as a browser or as somebody who is up to something."""
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: PageTarget) -> None:
         parts = urlsplit(page.url)
         self.port = int(parts.port or 0)
         self.host = f"127.0.0.1:{self.port}"
@@ -124,10 +124,10 @@ class Window:
 @contextmanager
 def showing(
     style: object = "ink", names: list[str] | None = None
-) -> Iterator[tuple[Page, Controls, Visitor]]:
+) -> Iterator[tuple[PageTarget, Controls, Visitor]]:
     """A page with one frame, what it steers, and somebody to ask it."""
     controls = Controls(load_style(style), names)  # type: ignore[arg-type]
-    page = Page(controls)
+    page = PageTarget(controls)
     try:
         page.offer(live_frame())
         yield page, controls, Visitor(page)

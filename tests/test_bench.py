@@ -25,14 +25,14 @@ from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.cost import plan_traffic
 from vidstyle.gpu.compile.explain import plan_for_video
-from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.device.choose import choose
 from vidstyle.gpu.device.context import close_context, open_context
-from vidstyle.gpu.device.runner import Equipment
+from vidstyle.gpu.device.runner import GpuResources
 from vidstyle.gpu.timing import Clock, GpuTimes, TimedRunner
 from vidstyle.style import Style, load_style, style_names
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 SKETCH = Subject("style", "sketch", load_style("sketch"))
 
@@ -44,8 +44,8 @@ def run(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str
 
 
 def plan_for(chosen: Style, picture: Picture, form: Any) -> Plan:
-    steps = prepare(chosen, *picture.shape)
-    return make_plan(chosen, steps, Layout.of(picture), picture.encoding, False, form)
+    steps = resolve(chosen, *picture.shape)
+    return make_plan(chosen, steps, PictureLayout.of(picture), picture.encoding, False, form)
 
 
 def test_every_block_and_every_style_that_does_something_is_measured() -> None:
@@ -79,7 +79,7 @@ def test_every_pass_of_every_tile_takes_time(clock: Clock, largest: int) -> None
     plan = plan_for(load_style("comic"), picture, "fragment")
     context = open_context()
     try:
-        equipment = Equipment(context)
+        equipment = GpuResources(context)
         runner = TimedRunner(equipment, plan, largest, clock)
         runner.run(picture, 1)
         times = runner.run(picture, 3)

@@ -19,7 +19,7 @@ from vidstyle.blade.apply import apply_filters, padded_filters
 from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
 from vidstyle.blade.features import Bins, choose_filters, window_reach, window_weights
 from vidstyle.blade.fidelity import mssim, psnr
-from vidstyle.blade.learn import Lesson, Sums, look_at, residuals, solve
+from vidstyle.blade.learn import Sums, TrainingConfig, look_at, residuals, solve
 from vidstyle.blade.run import BankRun
 from vidstyle.blade.show import draw_bank
 from vidstyle.blade.symmetry import SYMMETRIES, pairs
@@ -53,7 +53,7 @@ def slowly_filtered(luma: np.ndarray, chosen: np.ndarray, filters: np.ndarray) -
     return np.einsum("yxij,yxij->yx", windows, filters[chosen].astype(np.float64))
 
 
-def learned(lesson: Lesson, pictures: list[np.ndarray], teach: object) -> np.ndarray:
+def learned(lesson: TrainingConfig, pictures: list[np.ndarray], teach: object) -> np.ndarray:
     sums = Sums.empty(lesson)
     with ThreadPoolExecutor(2) as pool:
         for luma in pictures:
@@ -140,14 +140,14 @@ def test_parts_and_the_picture_itself_are_weighted() -> None:
 def test_learning_finds_a_filter_that_is_one() -> None:
     """What is linear and symmetric is learned exactly, in bins that nobody has seen too."""
     kernel = cv2.getGaussianKernel(5, 1)
-    lesson = Lesson(BINS, 1.5, 5, smoothness=1e-9)
+    lesson = TrainingConfig(BINS, 1.5, 5, smoothness=1e-9)
     luma = face() + noise(301, 241, high=0.02)
     found = learned(lesson, [luma], lambda z: [cv2.sepFilter2D(z, -1, kernel, kernel)])
     np.testing.assert_allclose(found[0], np.broadcast_to(kernel @ kernel.T, found[0].shape), atol=2e-3)
 
 
 def test_constants_stay_or_vanish_whatever_is_learned() -> None:
-    lesson = Lesson(BINS, 1.5, 7, (1, 0))
+    lesson = TrainingConfig(BINS, 1.5, 7, (1, 0))
     found = learned(lesson, [face()], lambda z: [np.sqrt(np.abs(z)), np.sin(9 * z)])
     np.testing.assert_allclose(found[0].sum(axis=(1, 2)), 1, atol=1e-5)
     np.testing.assert_allclose(found[1].sum(axis=(1, 2)), 0, atol=1e-5)
@@ -155,7 +155,7 @@ def test_constants_stay_or_vanish_whatever_is_learned() -> None:
 
 def test_filters_have_the_eight_symmetries() -> None:
     bins = Bins(8, 2, 2)
-    found = learned(Lesson(bins, 1.0, 5), [face()], lambda z: [cv2.bilateralFilter(z, 5, 0.1, 2)])[0]
+    found = learned(TrainingConfig(bins, 1.0, 5), [face()], lambda z: [cv2.bilateralFilter(z, 5, 0.1, 2)])[0]
     np.testing.assert_allclose(found, found[:, ::-1, ::-1], atol=1e-6)
     for symmetry in SYMMETRIES:
         for number in range(bins.count):
@@ -168,7 +168,7 @@ def test_filters_have_the_eight_symmetries() -> None:
 
 
 def test_learning_from_turned_pictures_gives_the_same_filters() -> None:
-    lesson = Lesson(Bins(8, 2, 2), 1.0, 5)
+    lesson = TrainingConfig(Bins(8, 2, 2), 1.0, 5)
     blur = lambda z: [cv2.bilateralFilter(np.ascontiguousarray(z), 5, 0.1, 2)]  # noqa: E731
     upright = learned(lesson, [face()], blur)
     turned = learned(lesson, [np.ascontiguousarray(np.rot90(face()))], blur)
@@ -176,7 +176,7 @@ def test_learning_from_turned_pictures_gives_the_same_filters() -> None:
 
 
 def test_the_number_of_threads_changes_no_digit() -> None:
-    lesson, luma = Lesson(BINS, 1.5, 5), face()
+    lesson, luma = TrainingConfig(BINS, 1.5, 5), face()
     sums = []
     for threads in (1, 3):
         with ThreadPoolExecutor(threads) as pool:
@@ -186,7 +186,7 @@ def test_the_number_of_threads_changes_no_digit() -> None:
 
 
 def test_residuals_are_the_error_on_the_samples() -> None:
-    lesson, luma = Lesson(Bins(8, 1, 1), 1.5, 5), face()
+    lesson, luma = TrainingConfig(Bins(8, 1, 1), 1.5, 5), face()
     target = cv2.bilateralFilter(luma, 9, 0.1, 3)
     with ThreadPoolExecutor(2) as pool:
         sums = look_at(lesson, luma, [target], pool)

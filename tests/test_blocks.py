@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 
-from vidstyle.block import Block, Choice, LumaWeights, Measured, Place, Saved, Slider, Switch
+from vidstyle.block import Block, Choice, LumaWeights, Measured, PageRegion, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Style
@@ -69,13 +69,13 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
     complete = block.complete(values)
     luma = array if array.ndim == 2 else array.mean(axis=2)
     given: dict[object, Any] = {
-        Place: Place(0, *luma.shape),
+        PageRegion: PageRegion(0, *luma.shape),
         LumaWeights: Encoding().weights,
         Measured: np.percentile(luma, block.percentages(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.given.items()}
     for name, parameter in block.parameters.items():
-        if isinstance(parameter.control, Saved):
+        if isinstance(parameter.control, SavedRef):
             wants = parameter.control.on
             complete[name] = other if wants == "same" else other.reshape(*luma.shape, -1)[..., 0]
     result = block.function(array, **complete)

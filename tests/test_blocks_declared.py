@@ -9,7 +9,7 @@ from typing import get_args
 
 import pytest
 
-from vidstyle.block import Asset, Block, Choice, Color, Kind, On, Parameter, Saved, Slider, Switch
+from vidstyle.block import Asset, Block, Choice, Color, Kind, On, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 
 BLOCKS = list(all_blocks().values())
@@ -100,7 +100,7 @@ def test_a_value_beyond_the_ends_is_refused(block: Block, parameter: Parameter) 
         Choice: ["", "none of them", 1, None],
         Switch: [1, 0, "true", None],
         Color: ["red", "#12345", "#1234567", 0],
-        Saved: ["a b", "../x", 3, None],
+        SavedRef: ["a b", "../x", 3, None],
         Asset: ["/etc/passwd", "../x", 3, None],
     }
     if isinstance(control, Slider):

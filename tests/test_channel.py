@@ -7,11 +7,11 @@ import time
 
 import pytest
 
-from vidstyle.pipeline.bounded_queue import Channel, ChannelClosedError
+from vidstyle.pipeline.bounded_queue import BoundedQueue, QueueClosedError
 
 
 def test_items_arrive_in_order_and_the_giver_waits_for_room():
-    channel = Channel[int](room=2)
+    channel = BoundedQueue[int](room=2)
     lying: list[int] = []
     given = 0
 
@@ -35,12 +35,12 @@ def test_items_arrive_in_order_and_the_giver_waits_for_room():
 
 
 def test_closing_wakes_a_giver_that_waits():
-    channel = Channel[int](room=1)
+    channel = BoundedQueue[int](room=1)
     channel.put(1)
     raised = threading.Event()
 
     def give():
-        with pytest.raises(ChannelClosedError):
+        with pytest.raises(QueueClosedError):
             channel.put(2)
         raised.set()
 
@@ -53,7 +53,7 @@ def test_closing_wakes_a_giver_that_waits():
 
 
 def test_closing_wakes_a_taker_that_waits():
-    channel = Channel[int](room=1)
+    channel = BoundedQueue[int](room=1)
     taken: list[int] = []
     taker = threading.Thread(target=lambda: taken.extend(channel))
     taker.start()
@@ -64,7 +64,7 @@ def test_closing_wakes_a_taker_that_waits():
 
 
 def test_what_is_discarded_is_not_handed_out():
-    channel = Channel[int](room=2)
+    channel = BoundedQueue[int](room=2)
     channel.put(1)
     channel.close(discard=True)
     assert list(channel) == []

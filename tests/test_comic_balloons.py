@@ -10,12 +10,12 @@ import pytest
 
 from vidstyle.comic.analyze.attention import attention_in_box, attention_of, mean_under, within
 from vidstyle.comic.layout.crop import on_page
-from vidstyle.comic.layout.layout import Layout, lay_out
+from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
-from vidstyle.comic.lettering.balloons import Room, Wording, place
+from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, size_of, with_face_room, with_tail
 from vidstyle.comic.lettering.fonts import Letters, letter_size
-from vidstyle.comic.lettering.letter import Hand, Speech, letter
+from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
 from vidstyle.comic.lettering.subtitles import Line
 from vidstyle.comic.lettering.title import lowered
 from vidstyle.comic.lettering.wrap import shapes
@@ -68,12 +68,12 @@ def check(bubbles: list[Bubble], area: Box, faces: list[Box], right_to_left: boo
             assert not is_in_order(bubble.box, earlier.box, right_to_left)
 
 
-def room_of(width: float, height: float, faces: tuple[Box, ...], seen: Box) -> Room:
+def room_of(width: float, height: float, faces: tuple[Box, ...], seen: Box) -> FreeSpace:
     whole, shape = Box(0, 0, width, height), (round(height), round(width))
-    return Room(whole, whole, faces, attention_in_box(Moment(0, shape, 1, seen, faces, 0)))
+    return FreeSpace(whole, whole, faces, attention_in_box(Moment(0, shape, 1, seen, faces, 0)))
 
 
-def random_room(random: np.random.Generator) -> Room:
+def random_room(random: np.random.Generator) -> FreeSpace:
     width, height = random.uniform(120, 900, 2)
     faces = tuple(box_in(random, width, height, 0.1, 0.5) for _ in range(random.integers(0, 4)))
     return room_of(width, height, faces, box_in(random, width, height, 0.2, 0.9))
@@ -168,8 +168,10 @@ def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
     ]
 
 
-def speeches(moments: list[Moment], words: list[list[Line]]) -> list[Speech]:
-    return [Speech(each, lines, attention_in_box(each)) for each, lines in zip(moments, words, strict=True)]
+def speeches(moments: list[Moment], words: list[list[Line]]) -> list[PanelText]:
+    return [
+        PanelText(each, lines, attention_in_box(each)) for each, lines in zip(moments, words, strict=True)
+    ]
 
 
 @pytest.mark.parametrize("seed", range(24))
@@ -183,11 +185,11 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
         for _ in moments
     ]
 
-    def pages(growth: list[float]) -> Layout:
+    def pages(growth: list[float]) -> PageLayout:
         laid = lay_out(moments, sheet, seed=seed, growth=growth, right_to_left=right_to_left)
         return lowered(laid, moments, sheet, 30)
 
-    hand = Hand(LETTERS, letter_size(sheet), sheet.border, right_to_left)
+    hand = TextStyle(LETTERS, letter_size(sheet), sheet.border, right_to_left)
     layout, panels, lost = letter(pages, speeches(moments, words), hand)
     assert lost + sum(len(each.bubbles) for each in panels) == sum(map(len, words))
     assert lost <= sum(map(len, words)) / 3
@@ -207,12 +209,12 @@ def test_a_panel_grows_for_its_words() -> None:
     moments = random_moments(np.random.default_rng(3), 6)
     asked: list[list[float]] = []
 
-    def pages(growth: list[float]) -> Layout:
+    def pages(growth: list[float]) -> PageLayout:
         asked.append(list(growth))
         return lay_out(moments, paper("500x700", 90), growth=growth)
 
     words = [[] if number != 2 else [Line(0, 1, " ".join(WORDS * 2))] for number in range(6)]
-    letter(pages, speeches(moments, words), Hand(LETTERS, 16, 2))
+    letter(pages, speeches(moments, words), TextStyle(LETTERS, 16, 2))
     assert asked[0] == [1.0] * 6
     assert len(asked) > 1 and asked[1][2] > 1 and asked[1].count(1.0) == 5
 
@@ -244,7 +246,7 @@ def test_a_balloon_lies_where_nothing_is_to_be_seen() -> None:
     for left in (0, 100):
         window = Box(left, 0, 400, 240)
         whole = Box(0, 0, 400 - left, 240)
-        room = Room(whole, whole, (), within(seen, moment, window))
+        room = FreeSpace(whole, whole, (), within(seen, moment, window))
         (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300))], room) or []
         assert bubble.box.left + left > 195
 
@@ -261,7 +263,7 @@ def test_a_panel_grows_where_words_would_cover_what_is_to_be_seen() -> None:
     moments = random_moments(np.random.default_rng(3), 6)
     asked: list[list[float]] = []
 
-    def pages(growth: list[float]) -> Layout:
+    def pages(growth: list[float]) -> PageLayout:
         asked.append(list(growth))
         return lay_out(moments, paper("500x700", 90), growth=growth)
 
@@ -271,7 +273,7 @@ def test_a_panel_grows_where_words_would_cover_what_is_to_be_seen() -> None:
     for attention, rounds in ((busy, 3), (calm[2].attention, 1)):
         asked.clear()
         calm[2] = replace(calm[2], attention=attention)
-        _, panels, lost = letter(pages, calm, Hand(LETTERS, 16, 2))
+        _, panels, lost = letter(pages, calm, TextStyle(LETTERS, 16, 2))
         assert len(asked) == rounds
         assert lost == 0 and len(panels[2].bubbles) == 1
         assert (asked[-1][2] > 1) == (rounds > 1)

@@ -8,11 +8,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from vidstyle.comic.layout.cost import Taste
-from vidstyle.comic.layout.pagination import Breaking
+from vidstyle.comic.layout.cost import LayoutWeights
+from vidstyle.comic.layout.pagination import Pagination
 from vidstyle.comic.layout.paper import Rectangle
-from vidstyle.comic.layout.row_types import Kinds
-from vidstyle.comic.layout.slicing import LARGEST, PANEL, Grid, Place, Tree, rows
+from vidstyle.comic.layout.row_types import RowTypes
+from vidstyle.comic.layout.slicing import LARGEST, PANEL, Grid, Placement, Tree, rows
 
 WIDE, HIGH, COLUMNS = 4, 5, 4
 
@@ -39,9 +39,9 @@ def all_rows(count: int) -> Iterator[tuple[Tree, int, int, Sizes]]:
                 yield tree, sizes[0][0] if tree.columns > 1 else 0, high, sizes
 
 
-def least_of_all(panels: np.ndarray, taste: Taste, turns: list[float], pages: int) -> float:
+def least_of_all(panels: np.ndarray, taste: LayoutWeights, turns: list[float], pages: int) -> float:
     """The least cost, by trying everything."""
-    kinds = Kinds(COLUMNS, WIDE, HIGH)
+    kinds = RowTypes(COLUMNS, WIDE, HIGH)
     after = kinds.costs(taste)
     every = {count: list(all_rows(count)) for count in range(1, len(panels) + 1)}
 
@@ -75,11 +75,11 @@ def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
     whims = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
     taste, turns = (
-        Taste(whims=whims, monotony=3.0, cross=2.0, ragged=2.0),
+        LayoutWeights(whims=whims, monotony=3.0, cross=2.0, ragged=2.0),
         [0.0, *random.random(count - 1), 0.0],
     )
     grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
-    breaking = Breaking(panels, grid, taste, turns, count, COLUMNS)
+    breaking = Pagination(panels, grid, taste, turns, count, COLUMNS)
     found = breaking.pages(pages)
     places = [place for row in found for place in breaking.places(row)]
     assert [place.moment for place in places] == list(range(count))
@@ -93,7 +93,7 @@ def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have
     pair = rows(2)[0]
     whims = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in rows(size)}
     grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
-    breaking = Breaking(panels, grid, Taste(whims=whims, monotony=3.0), [0.0] * 5, 4, COLUMNS)
+    breaking = Pagination(panels, grid, LayoutWeights(whims=whims, monotony=3.0), [0.0] * 5, 4, COLUMNS)
     found = breaking.pages(1)
     assert [row.tree for row in found] == [pair, pair]
     first, second = (next(breaking.places(row)).wide for row in found)
@@ -102,19 +102,19 @@ def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have
 
 
 def test_rows_cost_more_the_more_they_are_like_the_one_before() -> None:
-    kinds = Kinds(4, 12, 34)
-    costs = kinds.costs(Taste())
+    kinds = RowTypes(4, 12, 34)
+    costs = kinds.costs(LayoutWeights())
     full, low = kinds.of(1, 0, 10), kinds.of(1, 0, 16)
     middle, next_to_it, apart = (kinds.of(2, cut, 0) for cut in (6, 7, 9))
     crossing, three = kinds.of(3, 6, 0), kinds.of(3, 4, 0)
     assert costs[middle, middle] > costs[middle, next_to_it] > costs[middle, apart] > costs[middle, three]
-    assert costs[middle, kinds.of(2, 8, 0)] < costs[middle, next_to_it] - Taste().ragged / 2
-    assert costs[middle, crossing] == Taste().cross
+    assert costs[middle, kinds.of(2, 8, 0)] < costs[middle, next_to_it] - LayoutWeights().ragged / 2
+    assert costs[middle, crossing] == LayoutWeights().cross
     assert costs[full, full] > costs[full, low] > costs[full, middle] == costs[middle, three] == 0
 
 
 def test_each_kind_of_row_has_its_number() -> None:
-    kinds = Kinds(4, 12, 34)
+    kinds = RowTypes(4, 12, 34)
     numbers = [kinds.of(columns, cut, 0) for columns in (2, 3, 4) for cut in range(1, 12)]
     assert sorted({kinds.of(1, 0, high) for high in range(1, 35)} | set(numbers)) == list(range(len(kinds)))
     assert [kinds.cut_of(number) for number in numbers] == [
@@ -147,7 +147,7 @@ def test_rows_of_up_to_four_panels() -> None:
 
 def test_the_places_of_a_grid_are_exact_and_end_at_its_edge() -> None:
     grid = Grid(Rectangle(7, 11, 510, 720), 12, 25, 9, 13)
-    edges = [grid.rectangle(Place(0, 0, column, 0, 1, 25)) for column in range(12)]
+    edges = [grid.rectangle(Placement(0, 0, column, 0, 1, 25)) for column in range(12)]
     assert edges[0].left == 7 and edges[-1].right == 510
     assert {other.left - one.right for one, other in zip(edges, edges[1:], strict=False)} == {9}
     assert {edge.bottom for edge in edges} == {720}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
-from vidstyle.comic.analyze.blobs import things
+from vidstyle.comic.analyze.blobs import blobs
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import judge
 from vidstyle.comic.layout.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
@@ -165,7 +165,7 @@ def test_things_are_found_and_kept_whole() -> None:
     assert len(seen.things) == 2
     assert all(any(thing.contains(ball) for thing in seen.things) for ball in balls)
     assert all(seen.salience.contains(ball) for ball in balls)
-    assert things(np.full((90, 160, 3), 90, np.uint8)) == []
+    assert blobs(np.full((90, 160, 3), 90, np.uint8)) == []
 
 
 def test_of_what_is_salient_rather_the_foot_is_lost_than_the_head() -> None:

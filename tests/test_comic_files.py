@@ -28,12 +28,12 @@ from vidstyle.comic.lettering.wrap import shapes
 from vidstyle.comic.moment import Box
 from vidstyle.comic.output.panel import on_paper
 from vidstyle.comic.output.raster import page_image
-from vidstyle.comic.output.sheet import Label, Sheet, Shown
+from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Output
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.read.subtitles import read_subtitles
 from vidstyle.style import load_style
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 WORDS = (
     "1\n00:00:00,000 --> 00:00:00,900\nHello <b>you</b> & me.\n\n2\n00:00:01,100 --> 00:00:01,900\n[knocks]\n"
@@ -61,7 +61,7 @@ def sheet(number: int) -> Sheet:
     color = cv2.resize(photograph("coffee"), (picture.width, picture.height))
     return Sheet(
         *(200, 160, 100.0, letters),
-        [Shown(panel, picture, color, bubbles, "0:01.0: <b>")],
+        [RenderedPanel(panel, picture, color, bubbles, "0:01.0: <b>")],
         [Label(f"{number}", 100, 150, 10, is_bold=True)],
     )
 
@@ -156,7 +156,7 @@ def test_pages_full_of_dots_are_written(ending: str, tmp_path: Path) -> None:
     """They need more bytes than pictures do."""
     color = np.random.default_rng(1).choice(np.array([0, 255], np.uint8), (700, 700, 3))
     whole = Rectangle(0, 0, 700, 700)
-    dots = Sheet(700, 700, 150, Letters(), [Shown(whole, whole, color)])
+    dots = Sheet(700, 700, 150, Letters(), [RenderedPanel(whole, whole, color)])
     (file,) = Output(tmp_path / f"dots.{ending}", "film.mp4", False).write([dots], 1, "")
     assert file.stat().st_size > 100_000
 
@@ -186,7 +186,7 @@ def test_dots_are_as_large_on_paper_in_every_panel(height: int, width: int) -> N
     cells = []
     for dpi in (300, 600):
         style = on_paper(load_style("comic"), height, width, dpi)
-        steps = prepare(style, height, width)["background"]
+        steps = resolve(style, height, width)["background"]
         cells.append(
             next(step.values["cell"] for step in steps if step.block and step.block.name == "halftone")
         )

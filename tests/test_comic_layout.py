@@ -12,7 +12,7 @@ import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
 from vidstyle.comic.layout.cost import NARROWEST, WIDEST
-from vidstyle.comic.layout.layout import Layout, Panel, lay_out, pages_for
+from vidstyle.comic.layout.layout import PageLayout, Panel, lay_out, pages_for
 from vidstyle.comic.layout.pages import GOOD, GOOD_AT_ALL
 from vidstyle.comic.layout.paper import Paper, Rectangle, paper
 from vidstyle.comic.moment import Box, Moment
@@ -31,7 +31,7 @@ class Case:
     moments: list[Moment]
     paper: Paper
     backwards: bool
-    layout: Layout
+    layout: PageLayout
     seed: int
 
 
@@ -48,7 +48,7 @@ def cases() -> list[Case]:
     return made
 
 
-def by_page(layout: Layout) -> list[list[Panel]]:
+def by_page(layout: PageLayout) -> list[list[Panel]]:
     return [[panel for panel in layout.panels if panel.page == page] for page in range(len(layout.sizes))]
 
 

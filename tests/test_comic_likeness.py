@@ -13,9 +13,9 @@ from stories import PLACES, RATE, shot, view, write_film
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import judge
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.similarity import ALIKE, likeness
+from vidstyle.comic.analyze.similarity import ALIKE, similarity
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.select.moments import Wishes, find_moments
+from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
 
 Color = tuple[int, int, int]
 AGAIN = {
@@ -33,11 +33,11 @@ def with_ball(still: np.ndarray, across: float, radius: int = 16, color: Color =
 
 def table(pictures: list[np.ndarray]) -> np.ndarray:
     faces = FaceFinder()
-    return likeness([judge(each, 0, each.shape[:2], faces).small for each in pictures])
+    return similarity([judge(each, 0, each.shape[:2], faces).small for each in pictures])
 
 
 def moments_of(path: Path, panels: int | None = None) -> list[Moment]:
-    return find_moments(open_film(path), Wishes(panels=panels))
+    return find_moments(open_film(path), KeyFrameOptions(panels=panels))
 
 
 @pytest.mark.parametrize("again", AGAIN)
@@ -59,7 +59,7 @@ def test_other_places_look_different() -> None:
 def test_blank_pictures_are_no_trouble() -> None:
     faces = FaceFinder()
     black = [judge(np.full((90, 160, 3), light, np.uint8), 0, (90, 160), faces) for light in (0, 0, 255)]
-    like = likeness([each.small for each in black])
+    like = similarity([each.small for each in black])
     assert np.isfinite(like).all()
     assert like[0, 1] == pytest.approx(like[0, 0])
     assert like[0, 2] < like[0, 1]

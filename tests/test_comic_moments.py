@@ -19,10 +19,10 @@ from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import Candidate, judge
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.letterbox import between_bars
-from vidstyle.comic.analyze.similarity import ALIKE, likeness
+from vidstyle.comic.analyze.similarity import ALIKE, similarity
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.select.choose import choose
-from vidstyle.comic.select.moments import Wishes, find_moments
+from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
 from vidstyle.errors import InputError, UsageError
 
 CASCADE = "lbpcascade_frontalface_opencv.xml"
@@ -35,7 +35,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def moments_of(path: Path, **wishes: object) -> list[Moment]:
-    return find_moments(open_film(path), Wishes(**wishes))  # type: ignore[arg-type]
+    return find_moments(open_film(path), KeyFrameOptions(**wishes))  # type: ignore[arg-type]
 
 
 def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
@@ -46,7 +46,7 @@ def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
 
 
 def doubles(candidates: Sequence[Candidate]) -> int:
-    return int(np.triu(likeness([each.small for each in candidates]) > ALIKE, 1).sum())
+    return int(np.triu(similarity([each.small for each in candidates]) > ALIKE, 1).sum())
 
 
 def test_moments_tell_each_shot_in_order(told: Path) -> None:
@@ -305,7 +305,7 @@ def test_a_face_is_worth_a_panel(tmp_path: Path) -> None:
     crop = cv2.resize(photograph("astronaut")[:288], (256, 144), interpolation=cv2.INTER_AREA)
     frames = [view(PLACES[2])] * 25 + [crop] * 25
     path = write_film(tmp_path / "film.mp4", frames)
-    (moment,) = find_moments(open_film(path, FaceFinder(cascade(tmp_path))), Wishes(panels=1))
+    (moment,) = find_moments(open_film(path, FaceFinder(cascade(tmp_path))), KeyFrameOptions(panels=1))
     assert moment.scene == 1
     assert len(moment.faces) == 1
     assert moment.salience.intersection(moment.faces[0]).area > 0.9 * moment.faces[0].area

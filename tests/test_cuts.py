@@ -10,7 +10,7 @@ import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
-from vidstyle.core.scene_cuts import PAUSE, CutDetector, Scene, find_scenes
+from vidstyle.core.scene_cuts import PAUSE, Scene, SceneCutDetector, find_scenes
 
 PAIRS = [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea"), ("chelsea", "astronaut")]
 WHITE, BLACK = np.ones((144, 256), np.float32), np.zeros((144, 256), np.float32)
@@ -38,26 +38,26 @@ def grainy(frames: Iterable[np.ndarray], deviation: float) -> list[np.ndarray]:
 
 def cuts(frames: Iterable[np.ndarray]) -> list[int]:
     """The numbers of the frames that are cuts, but for the first, which always is."""
-    detector = CutDetector()
+    detector = SceneCutDetector()
     found = [number for number, frame in enumerate(frames) if detector.is_cut(frame)]
     assert found[0] == 0
     return found[1:]
 
 
 def test_the_first_frame_begins_a_scene_and_the_same_again_does_not() -> None:
-    detector = CutDetector()
+    detector = SceneCutDetector()
     assert [detector.is_cut(small("astronaut")) for _ in range(3)] == [True, False, False]
 
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_another_picture_is_a_cut(pair: tuple[str, str]) -> None:
-    detector = CutDetector()
+    detector = SceneCutDetector()
     cuts = [detector.is_cut(small(name)) for name in (pair[0], pair[0], pair[1], pair[1], pair[0])]
     assert cuts == [True, False, True, False, True]
 
 
 def test_another_size_is_a_cut() -> None:
-    detector = CutDetector()
+    detector = SceneCutDetector()
     detector.is_cut(small("coffee"))
     assert detector.is_cut(small("coffee")[:32])
 
@@ -152,7 +152,7 @@ def test_pictures_of_any_size_are_taken(shape: tuple[int, int]) -> None:
 
 
 def test_a_buffer_that_is_used_again_does_not_hide_a_cut() -> None:
-    detector = CutDetector()
+    detector = SceneCutDetector()
     buffer = small("astronaut").copy()
     detector.is_cut(buffer)
     buffer[:] = small("rocket")

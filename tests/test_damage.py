@@ -13,11 +13,11 @@ import pytest
 
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.read.decoder import Damage
+from vidstyle.media.read.decoder import DecodeReport
 from vidstyle.media.read.reader import open_reader
 
 
-def read(path: Path) -> tuple[list[Frame], Damage]:
+def read(path: Path) -> tuple[list[Frame], DecodeReport]:
     with open_reader(path) as reader:
         return [item for item in reader if isinstance(item, Frame)], reader.damage
 
@@ -129,13 +129,16 @@ def test_flipped_bytes_never_crash(tmp_path, container):
 
 
 def test_the_report_counts_in_plain_words():
-    damage = Damage(decoded=97, held=1, lost=2, concealed=5)
+    damage = DecodeReport(decoded=97, held=1, lost=2, concealed=5)
     assert damage.report() == (
         "the input is damaged: 1 frame damaged, the last good one held, 2 frames damaged and left out, "
         "5 frames patched by the decoder"
     )
     assert damage.is_notable
-    assert not Damage(decoded=1000, concealed=10).is_notable and Damage(decoded=1000, concealed=11).is_notable
+    assert (
+        not DecodeReport(decoded=1000, concealed=10).is_notable
+        and DecodeReport(decoded=1000, concealed=11).is_notable
+    )
 
 
 def _index_first(path: Path) -> Path:

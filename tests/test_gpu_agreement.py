@@ -13,7 +13,7 @@ from gpu import SHAPES, Sessions, faults, film_picture, gray_picture
 from pictures import step, style
 from test_blocks import settings
 
-from vidstyle.block import Asset, Block, Saved, Slider
+from vidstyle.block import Asset, Block, SavedRef, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Step, Style, load_style, style_names
@@ -41,7 +41,7 @@ def all_settings(block: Block, folder: Path) -> list[dict[str, Any]]:
     """Those of every block test, and each saved picture and what the folder has for a parameter given too."""
     found = settings(block)
     for name, parameter in block.parameters.items():
-        if isinstance(parameter.control, Saved):
+        if isinstance(parameter.control, SavedRef):
             found += [{name: "soft"}, {name: "flat"}, {**found[-1], name: "soft"}]
         elif isinstance(parameter.control, Asset) and (folder / name).exists():
             found += [{**values, name: name} for values in settings(block)]

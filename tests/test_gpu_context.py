@@ -15,7 +15,7 @@ import pytest
 
 from vidstyle.errors import DeviceError, UsageError
 from vidstyle.gpu.device import choose as devices
-from vidstyle.gpu.device.choose import Choice, choose, has_gpu_hardware, list_devices
+from vidstyle.gpu.device.choose import DeviceChoice, choose, has_gpu_hardware, list_devices
 from vidstyle.gpu.device.context import close_context, count_devices, open_context
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is Linux's")
@@ -162,7 +162,7 @@ def test_devices_say_what_they_are() -> None:
 
 
 def test_the_cpu_is_chosen_without_a_word() -> None:
-    assert choose("cpu") == Choice(None, "")
+    assert choose("cpu") == DeviceChoice(None, "")
 
 
 @pytest.mark.parametrize("word", ["", "GPU", "cuda", "gpu:", "gpu:-1", "gpu:one", "gpu:0 ", "gpu:²"])

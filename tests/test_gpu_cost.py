@@ -16,7 +16,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.cli.bench import FORMS
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.cost import (
-    Room,
+    HeldTexture,
     Traffic,
     download_bytes,
     held_textures,
@@ -26,11 +26,11 @@ from vidstyle.gpu.compile.cost import (
 )
 from vidstyle.gpu.compile.explain import calls_of, explain, lines_of, plan_for_video
 from vidstyle.gpu.compile.formats import WORKING, plane_format
-from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style, expand, load_style, style_names
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 SUBJECTS = subjects()
 BLOCKS = [subject for subject in SUBJECTS if subject.kind == "block"]
@@ -46,8 +46,8 @@ FIVE = style(
 LUMA = style(step("brightness"), step("luma_posterize"), step("minimum_range"))
 
 
-def plan_of(chosen: Style, layout: Layout, target: Encoding | None = None, rgb: bool = False) -> Plan:
-    steps = prepare(chosen, *layout.shape)
+def plan_of(chosen: Style, layout: PictureLayout, target: Encoding | None = None, rgb: bool = False) -> Plan:
+    steps = resolve(chosen, *layout.shape)
     return make_plan(chosen, steps, layout, target or layout.encoding, rgb, "compute")
 
 
@@ -78,14 +78,17 @@ def test_a_style_on_luma_alone_moves_a_byte_each_way(form: Form) -> None:
 
 
 def test_a_filter_keeps_its_first_half_in_a_texture_of_two_bytes() -> None:
-    plan = plan_of(style(step("gaussian")), Layout(VIDEO, (90, 160), "gray"))
+    plan = plan_of(style(step("gaussian")), PictureLayout(VIDEO, (90, 160), "gray"))
     assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1, 2), Traffic(2, 1)]
     assert plan_traffic(plan) == Traffic(3, 3)
-    assert held_textures(plan, 8192) == [Room(90, 160, WORKING["luma"]), Room(90, 160, plane_format(8))]
+    assert held_textures(plan, 8192) == [
+        HeldTexture(90, 160, WORKING["luma"]),
+        HeldTexture(90, 160, plane_format(8)),
+    ]
 
 
 def test_long_pages_need_only_the_textures_of_a_tile() -> None:
-    plan = plan_of(style(step("gaussian", sigma=1)), Layout(VIDEO, (90, 1600), "gray"))
+    plan = plan_of(style(step("gaussian", sigma=1)), PictureLayout(VIDEO, (90, 1600), "gray"))
     assert all(room.width <= 256 for room in held_textures(plan, 256))
     assert any(room.width == 1600 for room in held_textures(plan, 8192))
 
@@ -98,11 +101,11 @@ def test_a_sampling_pass_reads_only_its_grid() -> None:
 
 def test_deep_odd_and_packed_pictures_count_what_they_hold() -> None:
     hue = style(step("hue"))
-    deep = plan_of(hue, Layout(replace(VIDEO, depth=10), (4, 6), "chroma"))
+    deep = plan_of(hue, PictureLayout(replace(VIDEO, depth=10), (4, 6), "chroma"))
     assert (upload_bytes(deep), download_bytes(deep), plan_traffic(deep)) == (3, 3, Traffic(3, 3))
-    odd = plan_of(hue, Layout(VIDEO, (3, 5), "chroma"))
+    odd = plan_of(hue, PictureLayout(VIDEO, (3, 5), "chroma"))
     assert upload_bytes(odd) == download_bytes(odd) == 1 + 2 * (2 * 3) / (3 * 5)
-    packed = plan_of(hue, Layout(RGB8, (4, 6), "color"), rgb=True)
+    packed = plan_of(hue, PictureLayout(RGB8, (4, 6), "color"), rgb=True)
     assert (upload_bytes(packed), download_bytes(packed)) == (3, 3)
     assert plan_traffic(packed) == Traffic(3, 4), "a texture of RGB has a fourth component"
 

@@ -20,14 +20,14 @@ from gpu import (
 )
 from pictures import VIDEO, run, step
 
-from vidstyle.block import Asset, Block, Choice, Color, Saved, Switch
+from vidstyle.block import Asset, Block, Choice, Color, SavedRef, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.compile.nodes import Layout
-from vidstyle.gpu.compile.passes import MOST_STORED
+from vidstyle.gpu.compile.nodes import PictureLayout
+from vidstyle.gpu.compile.passes import MAX_STORED
 from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.style import LAYERS, Step, Style
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 SHAPE = (61, 97)
 SOURCES = (
@@ -36,7 +36,7 @@ SOURCES = (
     gray_picture(*SHAPE),
     packed_picture(*SHAPE),
 )
-LARGEST_FACTOR = 1.6
+MAX_FACTOR = 1.6
 """Working sizes grow no faster: a few steps would take most of the time."""
 
 
@@ -102,7 +102,7 @@ class Chance:
     def _value(self, block: Block, name: str) -> Any:
         parameter = block.parameters[name]
         control = parameter.control
-        if isinstance(control, Saved):
+        if isinstance(control, SavedRef):
             return "" if control.optional and self._happens(0.5) else self._one_of(self._saved)
         if isinstance(control, Switch):
             return self._happens(0.5)
@@ -115,7 +115,7 @@ class Chance:
         ends = (control.low, control.high) if self._wild else control.explore
         if ends is None:
             return parameter.default
-        high = min(ends[1], LARGEST_FACTOR) if block.kind == "resize" else ends[1]
+        high = min(ends[1], MAX_FACTOR) if block.kind == "resize" else ends[1]
         value = float(self._random.uniform(ends[0], high))
         return round(value) if parameter.whole else value
 
@@ -177,6 +177,6 @@ def many_saved(*first: Step) -> Style:
 )
 def test_no_pass_keeps_more_pictures_than_a_device_has_targets(chosen: Style, fused: Sessions) -> None:
     for form in FORMS:
-        plan = make_plan(chosen, prepare(chosen, *SHAPE), Layout.of(SOURCES[0]), VIDEO, False, form)
-        assert max(len(each.stored) for each in plan.passes) == MOST_STORED
+        plan = make_plan(chosen, resolve(chosen, *SHAPE), PictureLayout.of(SOURCES[0]), VIDEO, False, form)
+        assert max(len(each.stored) for each in plan.passes) == MAX_STORED
     assert faults(fused, chosen, SOURCES[0], "twelve saved pictures") == []

@@ -17,7 +17,7 @@ from vidstyle.gpu.compile.formats import working_format
 from vidstyle.gpu.compile.nodes import Node
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device import choose as devices
-from vidstyle.gpu.session import Request, Session
+from vidstyle.gpu.session import FrameRequest, GpuSession
 from vidstyle.style import Style
 
 ONCE = style(step("etf", passes=3, reselect=False))
@@ -29,16 +29,16 @@ def form(request: pytest.FixtureRequest) -> Iterator[Form]:
     yield request.param
 
 
-def drawn(look: Style, form: Form, shape: tuple[int, int]) -> Session:
+def drawn(look: Style, form: Form, shape: tuple[int, int]) -> GpuSession:
     device = devices.choose("gpu").device
     assert device is not None
-    session = Session(look, device, form)
+    session = GpuSession(look, device, form)
     picture = film_picture(*shape)
-    session.fetch(session.start(Request(picture, None, picture.encoding, False)).result()).result()
+    session.fetch(session.start(FrameRequest(picture, None, picture.encoding, False)).result()).result()
     return session
 
 
-def numbers_in(session: Session) -> np.ndarray:
+def numbers_in(session: GpuSession) -> np.ndarray:
     """The numbers of the filters that the GPU has chosen, H x W."""
     assert session._runner is not None
     (node,) = [node for node in session._runner._slots._nodes if name_of(node).startswith("chosen_filter")]

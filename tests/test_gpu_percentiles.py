@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from vidstyle.core.measured import Settling
+from vidstyle.core.measured import ExponentialSmoother
 from vidstyle.gpu.device.percentiles import Percentiles
 
 LOW, SPAN = -0.125, 1.25
@@ -119,7 +119,7 @@ def test_fewer_than_four_repeat_the_last(context: moderngl.Context, percentiles:
 
 def test_they_settle_as_on_the_cpu(percentiles: Percentiles) -> None:
     """Through slow changes, a jump back in time and a constant of 0."""
-    settling, shares = Settling(), Settling()
+    settling, shares = ExponentialSmoother(), ExponentialSmoother()
     times = [(2.0, 0.4), (2.04, 0.4), (2.1, 0.4), (2.2, 0.4), (1.0, 0.4), (1.1, 0.4), (1.2, 0), (1.5, 2.0)]
     for seed, (time, constant) in enumerate(times):
         values = random(40, 50, seed) * 0.1 * seed

@@ -9,18 +9,18 @@ import pytest
 from pictures import RGB8, VIDEO, step, style
 
 import vidstyle
-from vidstyle.block import Asset, Block, Choice, Color, Parameter, Saved, Slider, Switch
+from vidstyle.block import Asset, Block, Choice, Color, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.glsl import functions_of_block
-from vidstyle.gpu.compile.nodes import Layout
-from vidstyle.gpu.compile.passes import MOST_STORED
+from vidstyle.gpu.compile.nodes import PictureLayout
+from vidstyle.gpu.compile.passes import MAX_STORED
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import ending
 from vidstyle.gpu.compile.tiles import jobs_of
 from vidstyle.style import Style, override, style_names
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 SHAPE = (360, 640)
 GIVEN = {"at": "ivec2", "page": "ivec2", "weights": "vec3", "measured": "vec2"}
@@ -34,8 +34,8 @@ with_shaders = pytest.mark.parametrize(
 
 
 def plan_of(look: Style, form: Form = "compute", target: Encoding = VIDEO, **source: Any) -> Plan:
-    layout = Layout(**({"encoding": VIDEO, "shape": SHAPE, "planes": "chroma"} | source))
-    return make_plan(look, prepare(look, *layout.shape), layout, target, False, form)
+    layout = PictureLayout(**({"encoding": VIDEO, "shape": SHAPE, "planes": "chroma"} | source))
+    return make_plan(look, resolve(look, *layout.shape), layout, target, False, form)
 
 
 def calls(plan: Plan) -> list[list[str]]:
@@ -138,7 +138,7 @@ def test_no_pass_keeps_more_than_opengl_promises() -> None:
         for part in (step("gaussian", f"b{number}", f"s{number}"), step("blend", other="b0"))
     ]
     plan = plan_of(style(*saves, *blurs))
-    assert max(len(each.stored) for each in plan.passes) <= MOST_STORED
+    assert max(len(each.stored) for each in plan.passes) <= MAX_STORED
 
 
 @pytest.mark.parametrize("form", ["compute", "fragment"])
@@ -173,7 +173,7 @@ def glsl_type(parameter: Parameter, block: Block) -> str:
         return "int" if parameter.whole else "float"
     if isinstance(control, Asset):
         return "sampler2DArray"
-    if isinstance(control, Saved):
+    if isinstance(control, SavedRef):
         same = {"luma": "float", "color": "vec3", "channels": "channels"}[block.on]
         return same if control.on == "same" else "float"
     return TYPES[type(control)]

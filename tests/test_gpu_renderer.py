@@ -27,7 +27,7 @@ from vidstyle.gpu.compile import glsl as includes
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device import choose as devices
 from vidstyle.gpu.renderer import GpuRenderer
-from vidstyle.gpu.session import Request, Session
+from vidstyle.gpu.session import FrameRequest, GpuSession
 from vidstyle.pipeline.render import render
 from vidstyle.renderer import open_renderer
 from vidstyle.style import Style
@@ -94,14 +94,14 @@ def test_a_film_is_fetched_one_frame_late(
 ) -> None:
     """Frame n + 1 is on its way to the GPU before anybody waits for frame n; the last ones arrive too."""
     order: list[tuple[str, float]] = []
-    start, fetch = Session._start, Session._fetch
+    start, fetch = GpuSession._start, GpuSession._fetch
     monkeypatch.setattr(
-        Session,
+        GpuSession,
         "_start",
         lambda self, request: (order.append(("start", request.time)), start(self, request))[1],
     )
     monkeypatch.setattr(
-        Session,
+        GpuSession,
         "_fetch",
         lambda self, drawn: (order.append(("fetch", drawn.request.time)), fetch(self, drawn))[1],
     )
@@ -251,13 +251,13 @@ def test_the_device_is_said_in_a_line(program: Program, clip: Path) -> None:
 @pytest.mark.parametrize("form", ["compute", "fragment"])
 def test_styles_and_sizes_that_change_leave_nothing_behind(device: devices.Device, form: Form) -> None:
     looks = [vidstyle.load_style(name) for name in ("comic", "sketch", "poster")]
-    made = Session(looks[0], device, form)
+    made = GpuSession(looks[0], device, form)
     counts = []
     for number in range(24):
         made.change_style(looks[number % 3])
         shape = (30, 40) if number % 2 else (36, 28)
         for _ in range(3):
-            drawn = made.start(Request(codes(VIDEO, *shape), None, VIDEO, False)).result()
+            drawn = made.start(FrameRequest(codes(VIDEO, *shape), None, VIDEO, False)).result()
             made.fetch(drawn).result()
         counts.append(made._owner.submit(living, made._context).result())
     made.close()

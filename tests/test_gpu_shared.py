@@ -11,12 +11,12 @@ from pictures import FLOAT, step, style
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile import shared
 from vidstyle.gpu.compile.explain import plan_for_video
-from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.plan import Form, make_plan
 from vidstyle.gpu.compile.shader import Shader
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 TWICE = style(
     step("to_gray", save="gray"),
@@ -87,14 +87,14 @@ def test_one_pass_prepares_one_choice() -> None:
 
 @pytest.mark.parametrize("grid", [(2, 2), (4, 4)])
 def test_shared_memory_stays_below_what_opengl_promises(grid: tuple[int, int]) -> None:
-    source = Layout(Encoding(step=grid), (180, 320), "chroma")
+    source = PictureLayout(Encoding(step=grid), (180, 320), "chroma")
     sizes = []
     for value in [number / 4 for number in range(1, 130)]:
         for look in (
             style(step("gaussian", sigma=value)),
             style(step("etf", passes=1, rho=min(max(0.5, value / 8), 4)), step("saturation")),
         ):
-            plan = make_plan(look, prepare(look, 180, 320), source, source.encoding, False, "compute")
+            plan = make_plan(look, resolve(look, 180, 320), source, source.encoding, False, "compute")
             sizes += [shared_bytes(write_shader(plan, each)) for each in plan.passes]
     assert 28000 < max(sizes) <= 32768
 

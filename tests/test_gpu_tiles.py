@@ -11,7 +11,7 @@ from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.resample import METHODS
-from vidstyle.gpu.session import Request
+from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style, load_style, style_names
 
 SHAPE = (361, 641)
@@ -76,7 +76,7 @@ def test_tiles_are_what_is_tested(whole: Sessions, tiled: Sessions) -> None:
     source = film_picture(*SHAPE)
     for form in FORMS:
         drawn = [
-            each.use(form, STYLES["gaussian"]).start(Request(source, None, VIDEO, False)).result()
+            each.use(form, STYLES["gaussian"]).start(FrameRequest(source, None, VIDEO, False)).result()
             for each in (whole, tiled)
         ]
         assert len(drawn[0].fetches) == 1

@@ -13,7 +13,7 @@ from pictures import FLOAT, RGB8, VIDEO, run, same_bits, step, style
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.gpu.compile.plan import Form
-from vidstyle.gpu.session import Request
+from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style
 
 SHAPE = (121, 163)
@@ -139,7 +139,7 @@ def test_a_planes_memory_may_be_used_again_once_its_picture_is_started(sessions:
         luma, (blue, red) = first.luma.copy(), (plane.copy() for plane in first.chroma)  # type: ignore[union-attr]
         drawn = (
             sessions.use(form, MEASURED)
-            .start(Request(Picture(VIDEO, luma, (blue, red)), None, VIDEO, False))
+            .start(FrameRequest(Picture(VIDEO, luma, (blue, red)), None, VIDEO, False))
             .result()
         )
         luma[:] = second.luma

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.lib.array_utils import byte_bounds
 
-from vidstyle.gpu.device.transfer import Download, Transfer, Upload, _as_it_lies
+from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload, _as_it_lies
 
 TYPES = {"f1": np.uint8, "nu2": np.uint16, "f4": np.float32}
 SIZES = [(1, 1), (1, 9), (9, 1), (361, 641), (8192, 16)]
@@ -228,7 +228,7 @@ def test_two_transfers_under_way_keep_their_own(context: moderngl.Context, downl
 
 def test_a_third_transfer_ends_the_first(context: moderngl.Context, download: Download) -> None:
     """Its arrays are kept in it, however many follow and whatever becomes of the texture."""
-    transfers: list[Transfer] = []
+    transfers: list[PlaneTransfer] = []
     for seed in range(7):
         texture = gray_texture(context, seed, (61, 41 + seed))
         transfers.append(download.begin([(texture, 1)]))

@@ -13,8 +13,8 @@ from live import LONG, eventually
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.live.control import Controls
 from vidstyle.live.keys import keys, press
-from vidstyle.live.latest import Newest
-from vidstyle.live.process import SCALES, Budget
+from vidstyle.live.latest import DropOldestQueue
+from vidstyle.live.process import SCALES, AdaptiveScale
 from vidstyle.style import load_style, override
 
 
@@ -144,7 +144,7 @@ def test_the_program_listens_to_keys():
     os.close(theirs)
 
 
-def run_budget(budget: Budget, full: float, frames: int) -> list[float]:
+def run_budget(budget: AdaptiveScale, full: float, frames: int) -> list[float]:
     """The scales at which a style runs that takes `full` seconds at the full size."""
     scales = []
     for _ in range(frames):
@@ -154,28 +154,28 @@ def run_budget(budget: Budget, full: float, frames: int) -> list[float]:
 
 
 def test_the_budget_goes_down_until_the_rate_holds():
-    scales = run_budget(Budget(1 / 30), 0.1, 300)
+    scales = run_budget(AdaptiveScale(1 / 30), 0.1, 300)
     assert scales[0] == 1 and scales[-1] == 0.5
     assert scales == sorted(scales, reverse=True), "it does not try what cannot be"
 
 
 def test_the_budget_goes_no_lower_than_its_least():
-    assert run_budget(Budget(1 / 30), 10.0, 50)[-1] == SCALES[-1]
+    assert run_budget(AdaptiveScale(1 / 30), 10.0, 50)[-1] == SCALES[-1]
 
 
 def test_the_budget_goes_up_again_and_stays_up():
-    budget = Budget(1 / 30)
+    budget = AdaptiveScale(1 / 30)
     run_budget(budget, 0.1, 200)
     scales = run_budget(budget, 0.01, 300)
     assert scales[0] == 0.5 and scales[-1] == 1 and 0.75 in scales
 
 
 def test_the_budget_leaves_alone_what_is_fast_enough():
-    assert set(run_budget(Budget(1 / 30), 0.03, 500)) == {1.0}
+    assert set(run_budget(AdaptiveScale(1 / 30), 0.03, 500)) == {1.0}
 
 
 def test_a_rise_that_fails_is_tried_later_and_later():
-    budget = Budget(1 / 30)
+    budget = AdaptiveScale(1 / 30)
     changes = []
     for number in range(3000):
         # Small pictures cost less than their size promises, so that the larger ones always disappoint.
@@ -189,7 +189,7 @@ def test_a_rise_that_fails_is_tried_later_and_later():
 
 
 def test_only_the_newest_wait():
-    place = Newest[int](room=2)
+    place = DropOldestQueue[int](room=2)
     for number in range(5):
         place.put(number)
     assert [place.take(), place.take(), place.take(0.01)] == [3, 4, None] and place.dropped == 3

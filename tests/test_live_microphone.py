@@ -18,10 +18,10 @@ from live import Kept, eventually, generated, session
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError
-from vidstyle.live.audio import Listening, Sound
+from vidstyle.live.audio import AudioRouter, MicrophoneCapture
 from vidstyle.live.options import LiveOptions
 from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.media.audio import RATE, Heard
+from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture import microphone
 from vidstyle.media.capture import microphone as alsa
 from vidstyle.media.capture.microphone import Microphone
@@ -49,7 +49,7 @@ class Whistle:
         self._stopping = stopping
         return self
 
-    def __iter__(self) -> Iterator[Heard]:
+    def __iter__(self) -> Iterator[AudioChunk]:
         begin = time.monotonic()
         while not self._stopping.wait(PIECE):
             if not self.there:
@@ -57,7 +57,7 @@ class Whistle:
             while begin + PIECE < time.monotonic():
                 moments = begin + np.arange(round(PIECE * RATE)) / RATE
                 level = sum((moments >= first) & (moments < last) for first, last in self.loud)
-                yield Heard(np.tile(np.float32(0.5) * level, (2, 1)).astype(np.float32), begin)
+                yield AudioChunk(np.tile(np.float32(0.5) * level, (2, 1)).astype(np.float32), begin)
                 begin += PIECE
 
     def close(self) -> None: ...
@@ -120,9 +120,9 @@ def test_a_lost_microphone_is_silent_and_comes_back(tmp_path: Path, caplog: pyte
 
 def test_there_is_silence_all_the_while():
     """Not only once the sound is back: who plays a stream waits for its sound."""
-    pieces: list[Heard] = []
+    pieces: list[AudioChunk] = []
     whistle = Whistle(((0.0, float("inf")),))
-    listening = Listening(whistle, pieces.append)  # type: ignore[arg-type]
+    listening = MicrophoneCapture(whistle, pieces.append)  # type: ignore[arg-type]
     listening.start()
     listening.wait()
     whistle.there = False
@@ -135,10 +135,10 @@ def test_there_is_silence_all_the_while():
 
 
 def test_the_sound_of_the_source_gives_way():
-    heard, piece = [], Heard(np.zeros((2, 10), np.float32), 0.0)
-    Sound(LiveOptions(microphone=Microphone("test")), heard.append).heard(piece)
+    heard, piece = [], AudioChunk(np.zeros((2, 10), np.float32), 0.0)
+    AudioRouter(LiveOptions(microphone=Microphone("test")), heard.append).heard(piece)
     assert heard == []
-    Sound(LiveOptions(), heard.append).heard(piece)
+    AudioRouter(LiveOptions(), heard.append).heard(piece)
     assert heard == [piece]
 
 
@@ -228,7 +228,7 @@ def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
 
 def test_one_that_says_nothing_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("vidstyle.live.audio.FIRST_SECONDS", 0.1)
-    listening = Listening(Whistle(), lambda heard: None)  # type: ignore[arg-type]  # never started: silent
+    listening = MicrophoneCapture(Whistle(), lambda heard: None)  # type: ignore[arg-type]  # never started: silent
     with pytest.raises(DeviceError, match="gave no sound in 0.1 s"):
         listening.wait()
 

@@ -21,10 +21,10 @@ from websockets.exceptions import ConnectionClosed
 
 from vidstyle.live.control import Controls, Status
 from vidstyle.live.options import LiveOptions
-from vidstyle.live.page import Page
+from vidstyle.live.page import PageTarget
 from vidstyle.live.page import messages as wishes
 from vidstyle.live.page.hub import LARGEST, Quality, jpeg
-from vidstyle.live.session import Session
+from vidstyle.live.session import LiveSession
 from vidstyle.style import load_style
 
 FOLDER = Path(wishes.__file__).parent
@@ -231,12 +231,12 @@ def test_the_quality_follows_what_a_browser_manages() -> None:
 def test_a_session_shows_itself_on_the_page() -> None:
     """From the source through the style to a browser, and back from a slider to the picture."""
     controls = Controls(load_style("plain"), ["plain", "noir"])
-    pages: list[Page] = []
+    pages: list[PageTarget] = []
     stop = threading.Event()
-    session = Session(
+    session = LiveSession(
         generated(),
         controls,
-        [lambda setting: pages.append(Page(setting.controls, 0, setting.meter)) or pages[0]],  # type: ignore[func-returns-value]
+        [lambda setting: pages.append(PageTarget(setting.controls, 0, setting.meter)) or pages[0]],  # type: ignore[func-returns-value]
         LiveOptions(rate=Fraction(30), device="cpu"),
     )
     thread = threading.Thread(target=session.run, args=(stop,), daemon=True)

@@ -14,18 +14,18 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
-from vidstyle.live.page import Page, server
+from vidstyle.live.page import PageTarget, server
 from vidstyle.style import load_style
 
 
 @pytest.fixture
-def page() -> Iterator[Page]:
+def page() -> Iterator[PageTarget]:
     with showing() as (page, _, _):
         yield page
 
 
 @pytest.fixture
-def visitor(page: Page) -> Iterator[Visitor]:
+def visitor(page: PageTarget) -> Iterator[Visitor]:
     """Whatever a test does to the server, it answers the next one at once."""
     visitor = Visitor(page)
     yield visitor
@@ -198,13 +198,13 @@ def test_a_page_sets_no_path_beyond_the_style() -> None:
 
 def test_messages_have_a_limit(visitor: Visitor) -> None:
     with visitor.look() as window:
-        window.socket.send("x" * (server.LARGEST_MESSAGE + 1))
+        window.socket.send("x" * (server.MAX_MESSAGE + 1))
         with pytest.raises(ConnectionClosed) as caught:
             window.news("never")
     assert caught.value.rcvd is not None and caught.value.rcvd.code == 1009
 
 
-def test_a_flood_of_messages_ends_the_socket(visitor: Visitor, page: Page) -> None:
+def test_a_flood_of_messages_ends_the_socket(visitor: Visitor, page: PageTarget) -> None:
     with visitor.look() as window:
         with pytest.raises(ConnectionClosed) as caught:
             for _ in range(10_000):
@@ -219,7 +219,7 @@ def test_long_headers_are_refused(visitor: Visitor) -> None:
     assert visitor.ask("/" + "x" * 100_000)[0] in (0, 400, 414, 431)
 
 
-def test_so_many_browsers_and_no_more(visitor: Visitor, page: Page) -> None:
+def test_so_many_browsers_and_no_more(visitor: Visitor, page: PageTarget) -> None:
     with visitor.look(), visitor.look(), visitor.look(), visitor.look() as last:
         assert last.news("status")
         assert refused_socket(visitor) == 429
@@ -255,7 +255,7 @@ def test_what_a_stranger_sends_plays_no_tricks_on_the_terminal(
 
 def test_a_port_that_is_taken_is_said(visitor: Visitor) -> None:
     with pytest.raises(OutputError, match=f"page: port {visitor.port}: .*in use; give another with --port"):
-        Page(Controls(load_style("plain")), visitor.port)
+        PageTarget(Controls(load_style("plain")), visitor.port)
 
 
 def test_the_files_of_the_page_load_nothing_from_elsewhere() -> None:

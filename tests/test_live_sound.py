@@ -13,7 +13,7 @@ from live import session
 from test_live_targets import Receiver
 
 from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.media.audio import RATE, Voice
+from vidstyle.media.audio import RATE, AudioEncoder
 from vidstyle.media.capture.sources import File
 
 BEEP = 1.5
@@ -109,7 +109,7 @@ def test_a_long_gap_is_left_and_not_filled(tmp_path: Path):
     path = tmp_path / "voice.mkv"
     tone = np.full((2, RATE // 2), 0.5, np.float32)
     with av.open(str(path), "w") as container:
-        voice = Voice(container, "aac")
+        voice = AudioEncoder(container, "aac")
         assert sum(len(bytes(packet)) > 0 for packet in voice.packets(tone, 0.0)) > 5
         packets = voice.packets(tone, 4000.0)
         assert len(packets) < 50, "an hour of silence was made"
@@ -121,7 +121,7 @@ def test_gaps_are_silent_and_overlaps_are_left_out(tmp_path: Path):
     path = tmp_path / "voice.mkv"
     tone = np.full((2, RATE // 10), 0.5, np.float32)
     with av.open(str(path), "w") as container:
-        voice = Voice(container, "pcm_s16le")
+        voice = AudioEncoder(container, "pcm_s16le")
         for seconds in (0.0, 0.1, 0.105, 1.0, 0.9):
             container.mux(voice.packets(tone, seconds))
         container.mux(voice.flush())
@@ -140,7 +140,7 @@ def test_small_gaps_and_a_clock_that_drifts_do_not_add_up(tmp_path: Path, gap: f
     path = tmp_path / "voice.mka"
     seconds, loud = 0.0, 0.0
     with av.open(str(path), "w") as container:
-        voice = Voice(container, "pcm_s16le")
+        voice = AudioEncoder(container, "pcm_s16le")
         for number in range(300):
             seconds += 0.02 * (1 + drift) + (gap if number == 20 else 0.0)
             loud = loud or (seconds if number == 250 else 0.0)

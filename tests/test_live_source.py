@@ -21,7 +21,7 @@ from media import make_clip
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError, UsageError
 from vidstyle.media.capture.camera import Camera, Screen, choose_mode, mode_rate
-from vidstyle.media.capture.input import LiveInput, Pace
+from vidstyle.media.capture.input import LiveInput, PlaybackClock
 from vidstyle.media.capture.sources import (
     File,
     GeneratedPicture,
@@ -93,7 +93,7 @@ def test_a_film_plays_at_its_own_pace_and_again(tmp_path: Path):
 
 
 def test_the_pace_goes_on_over_the_seam_of_a_loop():
-    pace = Pace()
+    pace = PlaybackClock()
     waits = [pace.until(number / 10) for number in range(5)]
     pace.restart()
     assert waits[4] == pytest.approx(0.4, abs=0.05) and pace.until(0.0) == pytest.approx(0.5, abs=0.05)

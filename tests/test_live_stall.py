@@ -17,7 +17,7 @@ from live import Kept, eventually, session
 from vidstyle.errors import DeviceError
 from vidstyle.live import capture
 from vidstyle.media.capture import input as live_input
-from vidstyle.media.capture.camera_wait import Wait, noting_descriptors
+from vidstyle.media.capture.camera_wait import WaitForFrame, noting_descriptors
 from vidstyle.media.capture.input import LiveInput
 
 LAVFI = "testsrc2=size=64x48:rate=30"
@@ -80,7 +80,7 @@ class Driver:
         self.opened += 1
         return LiveInput(av.open(LAVFI, format="lavfi"), self.name, stopping, wait=self._wait())
 
-    def _wait(self) -> Wait:
+    def _wait(self) -> WaitForFrame:
         def wait(stopping: threading.Event, seconds: float) -> bool:
             stopping.wait(1 / 30)
             until = time.monotonic() + seconds

@@ -13,7 +13,7 @@ from live import LONG, before_opening, eventually, refuse
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.device.choose import list_devices
 from vidstyle.live import hot_swap as styler
-from vidstyle.live.hot_swap import Styler
+from vidstyle.live.hot_swap import HotSwapRenderer
 from vidstyle.style import Style, load_style, override
 
 FEW = load_style(
@@ -25,7 +25,7 @@ ENCODING = Encoding("bt709", full_range=False, depth=8, step=(2, 2))
 class Film:
     """Runs the same picture through a styler again and again."""
 
-    def __init__(self, styler: Styler) -> None:
+    def __init__(self, styler: HotSwapRenderer) -> None:
         ramp = np.tile(np.linspace(0, 255, 96).astype(np.uint8), (64, 1))
         self._picture = Picture.from_array(np.dstack([ramp] * 3))
         self._styler, self._count = styler, 0
@@ -39,9 +39,9 @@ class Film:
 
 
 @contextmanager
-def running(device: str = "cpu") -> Iterator[tuple[Film, list[str], Styler]]:
+def running(device: str = "cpu") -> Iterator[tuple[Film, list[str], HotSwapRenderer]]:
     told: list[str] = []
-    made = Styler(FEW, device, told.append)
+    made = HotSwapRenderer(FEW, device, told.append)
     try:
         yield Film(made), told, made
     finally:

@@ -21,10 +21,10 @@ from live import LONG, POSTER, SMALL, Kept, eventually, generated, session
 from vidstyle import cli
 from vidstyle.errors import DeviceError, OutputError, UsageError
 from vidstyle.live.meter import Meter
-from vidstyle.live.sinks import Nowhere, Steadily, Ticks
+from vidstyle.live.sinks import ConstantRateTarget, FramePacer, NullTarget
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.media.audio import Heard
+from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
 
 
@@ -204,14 +204,14 @@ def test_nothing_new_is_shown_again():
         def write(self, frame: LiveFrame, number: int) -> None:
             self.numbers.append(number)
 
-        def hear(self, heard: Heard) -> None: ...
+        def hear(self, heard: AudioChunk) -> None: ...
 
         def close(self) -> None: ...
 
     sink = Sink()
 
     def make(setting):
-        outlet = Steadily("steady", lambda first: sink, setting.meter, Fraction(30), lasting=False)
+        outlet = ConstantRateTarget("steady", lambda first: sink, setting.meter, Fraction(30), lasting=False)
         outlet.start(setting.first)
         return outlet
 
@@ -222,7 +222,7 @@ def test_nothing_new_is_shown_again():
 
 
 def test_trembling_is_no_reason_to_drop_or_repeat():
-    ticks = Ticks(Fraction(30))
+    ticks = FramePacer(Fraction(30))
     moments = [(number + (0.4 if number % 2 else -0.4)) / 30 for number in range(1, 60)]
     assert [ticks.place(moment + 100) for moment in (0, *moments)] == list(range(60))
     assert ticks.wait(100 + 59.4 / 30) == pytest.approx(1.35 / 30)
@@ -230,7 +230,7 @@ def test_trembling_is_no_reason_to_drop_or_repeat():
 
 @pytest.mark.parametrize(("rate", "expected"), [(60, 0.5), (15, 1.0)])
 def test_another_rate_than_the_source_has(rate: int, expected: float):
-    ticks = Ticks(Fraction(30))
+    ticks = FramePacer(Fraction(30))
     placed = [ticks.place(number / rate) for number in range(120)]
     taken = [number for number in placed if number is not None]
     assert len(taken) / 120 == pytest.approx(expected, abs=0.05)
@@ -238,7 +238,7 @@ def test_another_rate_than_the_source_has(rate: int, expected: float):
 
 
 def test_a_reader_that_stood_still_is_not_flooded():
-    ticks = Ticks(Fraction(30))
+    ticks = FramePacer(Fraction(30))
     assert [ticks.place(1.0), ticks.place(9.0), ticks.place(9.04)] == [0, 1, 2]
 
 
@@ -317,7 +317,7 @@ def test_statistics(capfd: pytest.CaptureFixture[str]):
     told = json.loads(said.out)
     assert told["frames"] == 10 and told["targets"][0]["delivered"] == 10
     assert 0 < told["latency_ms"]["median"] <= told["latency_ms"]["p99"]
-    assert Nowhere(Meter()).state == "running"
+    assert NullTarget(Meter()).state == "running"
 
 
 def test_the_list_of_cameras(capfd: pytest.CaptureFixture[str]):

@@ -9,7 +9,7 @@ import pytest
 from media import photograph
 from pictures import FLOAT, noise, step, style
 
-from vidstyle.core.measured import SAMPLES, Settling, sampled
+from vidstyle.core.measured import SAMPLES, ExponentialSmoother, sampled
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.style import Style
@@ -33,7 +33,7 @@ def test_percentiles_of_the_small_copy_are_those_of_the_picture() -> None:
 
 
 def test_numbers_approach_each_measure_with_the_time_constant() -> None:
-    settling = Settling()
+    settling = ExponentialSmoother()
     start, goal = np.array([0.0, 1.0]), np.array([1.0, 0.5])
     np.testing.assert_array_equal(settling.follow(start, 10.0, 0.4), start)
     for time in (10.1, 10.4, 10.45, 11.2):
@@ -46,13 +46,13 @@ def test_numbers_approach_each_measure_with_the_time_constant() -> None:
 )
 def test_numbers_follow_at_once(time: float | None, constant: float) -> None:
     """A picture that stands alone, a constant of 0, and a jump back in time."""
-    settling = Settling()
+    settling = ExponentialSmoother()
     settling.follow(np.array([0.0]), 5.0, 0.4)
     assert settling.follow(np.array([1.0]), time, constant) == 1.0
 
 
 def test_restarted_numbers_take_the_next_measure() -> None:
-    settling = Settling()
+    settling = ExponentialSmoother()
     settling.follow(np.array([0.0]), 5.0, 0.4)
     settling.restart()
     assert settling.follow(np.array([1.0]), 5.1, 0.4) == 1.0

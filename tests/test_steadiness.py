@@ -12,11 +12,11 @@ import pytest
 from media import make_clip, photograph
 from pictures import step, style
 
+from tools.steadiness import Figures, Study, difference, flicker, ghosts, mean_error
+from tools.steadiness.clips import Clip, motions_of, moving_disc, read_clip, still_scene
+from tools.steadiness.table import SOURCE, markdown
+from tools.steadiness.warping import Motion, find_motion, seen_in_both, warping_error
 from vidstyle.errors import InputError
-from vidstyle.steadiness import Figures, Study, difference, flicker, ghosts, mean_error
-from vidstyle.steadiness.clips import Clip, motions_of, moving_disc, read_clip, still_scene
-from vidstyle.steadiness.table import SOURCE, markdown
-from vidstyle.steadiness.warping import Motion, find_motion, seen_in_both, warping_error
 
 SMALL = cv2.resize(photograph("coffee"), (160, 90), interpolation=cv2.INTER_AREA)
 

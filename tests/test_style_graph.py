@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from vidstyle.block import Saved
+from vidstyle.block import SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import main
-from vidstyle.diagram.graph import Node, graph_of
+from vidstyle.diagram.graph import DiagramNode, graph_of
 from vidstyle.diagram.svg import svg_of
 from vidstyle.diagram.text import text_of
 from vidstyle.style import LAYERS, Step, Style, load_style, save_style, style_names, table_from_style
@@ -71,7 +71,7 @@ def expected_inputs(style: Style) -> list[list[int]]:
             if step.block:
                 block, given = all_blocks()[step.block], [current]
                 for name, parameter in block.parameters.items():
-                    if isinstance(parameter.control, Saved):
+                    if isinstance(parameter.control, SavedRef):
                         wanted = step.values.get(name, parameter.default)
                         given += [named[wanted]] if wanted else []
                 inputs.append(list(dict.fromkeys(given)))
@@ -253,7 +253,7 @@ def test_the_result_says_how_the_layers_meet() -> None:
         assert (result.title, result.settings) == (title, settings)
 
 
-def named(nodes: tuple[Node, ...], title: str) -> Node:
+def named(nodes: tuple[DiagramNode, ...], title: str) -> DiagramNode:
     return next(node for node in nodes if node.block.title == title)
 
 

@@ -20,7 +20,7 @@ from vidstyle.pipeline.render import render
 
 WARM_UP = 500
 """Frames after which every buffer has been made once."""
-MOST_MEGABYTES = 1.0
+MAX_MEGABYTES = 1.0
 """How much memory may grow in 10,000 frames (design, section 9)."""
 RATE = Fraction(25)
 SAMPLE_RATE = 16000
@@ -47,7 +47,7 @@ def main() -> None:
         f"threads {threads.min()} to {threads.max()}, open files {files.min()} to {files.max()}"
     )
     constant = threads.min() == threads.max() and files.min() == files.max()
-    sys.exit(slope > MOST_MEGABYTES or not constant)
+    sys.exit(slope > MAX_MEGABYTES or not constant)
 
 
 def soak(frames: int, style: str, size: tuple[int, int], kind: str) -> np.ndarray:

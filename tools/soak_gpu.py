@@ -11,11 +11,11 @@ import sys
 from itertools import cycle
 
 import numpy as np
-from soak import MOST_MEGABYTES, growth, pictures, resident_bytes
+from soak import MAX_MEGABYTES, growth, pictures, resident_bytes
 
 from vidstyle.core.picture import Picture
 from vidstyle.gpu.device.choose import choose
-from vidstyle.gpu.session import Drawn, Request, Session
+from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
 from vidstyle.style import load_style, style_names
 
 STYLE_FRAMES = 100
@@ -40,7 +40,7 @@ def main() -> None:
         f"{half[:, 2].min()} to {half[:, 2].max()} OpenGL objects"
     )
     first, last = np.array_split(half, 2)
-    sys.exit(int(slope > MOST_MEGABYTES or last[:, 2].max() > first[:, 2].max()))
+    sys.exit(int(slope > MAX_MEGABYTES or last[:, 2].max() > first[:, 2].max()))
 
 
 def soak(frames: int, device: str, form: str | None) -> np.ndarray:
@@ -49,11 +49,11 @@ def soak(frames: int, device: str, form: str | None) -> np.ndarray:
     chosen = choose(device).device
     if chosen is None:
         sys.exit(f"{device}: is no GPU; use --device gpu")
-    session = Session(next(styles), chosen, form)  # type: ignore[arg-type]
+    session = GpuSession(next(styles), chosen, form)  # type: ignore[arg-type]
     samples: list[tuple[int, int, int]] = []
     done = 0
     for size in cycle(SIZES):
-        waiting: Drawn | None = None
+        waiting: InFlightFrame | None = None
         for picture in pictures(max(frames // 10, 1), *size):
             waiting = advance(session, picture, done, waiting)
             done += 1
@@ -66,15 +66,17 @@ def soak(frames: int, device: str, form: str | None) -> np.ndarray:
     raise AssertionError("cycles do not end")
 
 
-def advance(session: Session, picture: Picture, number: int, waiting: Drawn | None) -> Drawn:
+def advance(
+    session: GpuSession, picture: Picture, number: int, waiting: InFlightFrame | None
+) -> InFlightFrame:
     """Start a frame, and fetch the one before, as a film does."""
-    drawn = session.start(Request(picture, number / 25, picture.encoding, False))
+    drawn = session.start(FrameRequest(picture, number / 25, picture.encoding, False))
     if waiting is not None:
         session.fetch(waiting).result()
     return drawn.result()
 
 
-def living_objects(session: Session) -> int:
+def living_objects(session: GpuSession) -> int:
     """How many OpenGL objects have not been released."""
     import moderngl
 

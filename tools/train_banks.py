@@ -13,9 +13,9 @@ import numpy as np
 
 from vidstyle.blade.bank import Bank, load_bank, save_bank
 from vidstyle.blade.features import Bins
-from vidstyle.blade.learn import Lesson
+from vidstyle.blade.learn import TrainingConfig
 from vidstyle.blade.photographs import Photograph, photographs_in
-from vidstyle.blade.reference_filter import Teacher, teacher_by_reference
+from vidstyle.blade.reference_filter import ReferenceFilter, reference_by_name
 from vidstyle.blade.run import BankRun
 from vidstyle.blade.train import measure, train
 
@@ -33,8 +33,8 @@ class Plan:
     """
 
     name: str
-    teacher: Teacher
-    lesson: Lesson
+    teacher: ReferenceFilter
+    lesson: TrainingConfig
     uses: dict[str, tuple[tuple[float, ...], float]]
 
 
@@ -42,32 +42,32 @@ ALONE = {"alone": ((1.0,), 0.0)}
 PLANS = (
     Plan(
         "etf",
-        teacher_by_reference("edge_tangent_flow", sigma=2.0, rho=2.0),
-        Lesson(Bins(24, 1, 3), 2.0, 5),
+        reference_by_name("edge_tangent_flow", sigma=2.0, rho=2.0),
+        TrainingConfig(Bins(24, 1, 3), 2.0, 5),
         ALONE,
     ),
     Plan(
         "tvf",
-        teacher_by_reference("tv_flow", time=2.0, gradient_power=1),
-        Lesson(Bins(16, 4, 4), 1.0, 7),
+        reference_by_name("tv_flow", time=2.0, gradient_power=1),
+        TrainingConfig(Bins(16, 4, 4), 1.0, 7),
         ALONE,
     ),
     Plan(
         "flow_dog",
-        teacher_by_reference("flow_dog", sigma=1.0),
-        Lesson(Bins(16, 5, 3), 1.5, 7, (1, 0)),
+        reference_by_name("flow_dog", sigma=1.0),
+        TrainingConfig(Bins(16, 5, 3), 1.5, 7, (1, 0)),
         {"p 10": ((1.0, 10.0), 0.0), "p 20": ((1.0, 20.0), 0.0)},
     ),
     Plan(
         "flow_dog_fine",
-        teacher_by_reference("flow_dog", sigma=0.5),
-        Lesson(Bins(16, 5, 3), 1.5, 7, (1, 0)),
+        reference_by_name("flow_dog", sigma=0.5),
+        TrainingConfig(Bins(16, 5, 3), 1.5, 7, (1, 0)),
         {"p 10": ((1.0, 10.0), 0.0)},
     ),
     Plan(
         "detail",
-        teacher_by_reference("detail_base"),
-        Lesson(Bins(16, 5, 3), 1.5, 9),
+        reference_by_name("detail_base"),
+        TrainingConfig(Bins(16, 5, 3), 1.5, 9),
         {
             "delta -100": ((1.0,), 0.0),
             "delta -20": ((0.2,), 0.8),
@@ -106,7 +106,11 @@ def make(plan: Plan, pictures: list[Photograph], held_out: list[Photograph]) -> 
 
 
 def measured(
-    bank: Bank, teacher: Teacher, weights: tuple[float, ...], identity: float, pictures: list[Photograph]
+    bank: Bank,
+    teacher: ReferenceFilter,
+    weights: tuple[float, ...],
+    identity: float,
+    pictures: list[Photograph],
 ) -> dict[str, float]:
     """How close one use of a bank comes to the same use of its reference."""
     run = BankRun(bank, weights, identity)

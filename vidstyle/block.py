@@ -1,6 +1,6 @@
 """What a block is: a decorated function whose parameters declare themselves.
 
-A parameter is annotated with its control (`Slider`, `Choice`, `Switch`, `Color`, `Saved` or
+A parameter is annotated with its control (`Slider`, `Choice`, `Switch`, `Color`, `SavedRef` or
 `Asset`), which holds its range, unit and help; its default is the function's own. A parameter
 annotated with one of the `Given` types is filled in by the runner instead of the user.
 Everything else, from the command line to the JSON Schema, is derived from here.
@@ -134,7 +134,7 @@ class Color:
 
 
 @dataclass(frozen=True)
-class Saved:
+class SavedRef:
     """The name of a picture that an earlier step saved, or "source"; the block gets the picture's array.
 
     Attributes:
@@ -196,13 +196,13 @@ Reach = Callable[..., int]
 Percentiles = Callable[..., Sequence[float]]
 """Takes those of a measured block's values that it names and returns which percentiles of luma it wants."""
 
-Control = Slider | Choice | Switch | Color | Saved | Asset
+Control = Slider | Choice | Switch | Color | SavedRef | Asset
 NAME_PATTERN = "[A-Za-z_][A-Za-z0-9_-]{0,63}"
 """What a style's saved pictures may be called."""
 
 
 @dataclass(frozen=True)
-class Place:
+class PageRegion:
     """Where the given rows lie on the page, for blocks whose result depends on the position.
 
     Attributes:
@@ -223,7 +223,7 @@ LumaWeights = NewType("LumaWeights", np.ndarray)
 Measured = NewType("Measured", np.ndarray)
 """Given to a measured block: the percentiles of luma that it asks for, smoothed over time."""
 
-GIVEN: tuple[object, ...] = (Place, LumaWeights, Measured)
+INJECTED: tuple[object, ...] = (PageRegion, LumaWeights, Measured)
 """The annotations that the runner fills in."""
 
 
@@ -286,7 +286,7 @@ class Block:
             text = complete[name] if isinstance(complete[name], str) else None
             if isinstance(parameter.control, Color) and text is not None:
                 complete[name] = rgb_from_text(text)
-            elif isinstance(parameter.control, Saved | Asset) and text == "":
+            elif isinstance(parameter.control, SavedRef | Asset) and text == "":
                 complete[name] = None
         return complete
 
@@ -361,7 +361,7 @@ def _read_signature(
     given: dict[str, object] = {}
     for name, parameter in list(inspect.signature(function).parameters.items())[skip:]:
         hint = hints.get(name)
-        if hint in GIVEN:
+        if hint in INJECTED:
             given[name] = hint
         else:
             parameters[name] = _read_parameter(f"{function.__name__}.{name}", parameter, hint)

@@ -25,7 +25,7 @@ StyleLike = Style | str | Path | Mapping[str, object]
 log = logging.getLogger("vidstyle")
 
 
-class Pending(Protocol):
+class PendingPicture(Protocol):
     """A picture that is being restyled."""
 
     def result(self) -> Picture:
@@ -43,7 +43,7 @@ class Backend(Protocol):
 
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Pending:
+    ) -> PendingPicture:
         """Begin with a picture."""
 
     def run(

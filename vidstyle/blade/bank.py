@@ -20,7 +20,7 @@ FORMAT = 1
 """The version of the file's format."""
 SIZES = range(3, 16, 2)
 """How wide filters may be, in pixels."""
-MOST_BYTES = 64 << 20
+MAX_BYTES = 64 << 20
 """A file that unpacks to more is not read."""
 ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
 
@@ -111,8 +111,8 @@ def load_bank(path: str | Path) -> Bank:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MOST_BYTES:
-                raise ValueError(f"unpacks to more than {MOST_BYTES >> 20} MiB")
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise ValueError(f"unpacks to more than {MAX_BYTES >> 20} MiB")
         with np.load(path, allow_pickle=False) as found:
             if missing := ARRAYS - set(found.files):
                 raise ValueError(f"is no bank: {', '.join(sorted(missing))} missing")

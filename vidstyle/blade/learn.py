@@ -23,7 +23,7 @@ STRIPES = 8
 
 
 @dataclass(frozen=True)
-class Lesson:
+class TrainingConfig:
     """What is to be learned.
 
     Attributes:
@@ -60,7 +60,7 @@ class Sums:
     samples: np.ndarray
 
     @classmethod
-    def empty(cls, lesson: Lesson) -> Sums:
+    def empty(cls, lesson: TrainingConfig) -> Sums:
         """Nothing yet."""
         count, parts, unknowns = lesson.bins.count, len(lesson.sums), len(pairs(lesson.size))
         return cls(
@@ -78,7 +78,7 @@ class Sums:
         self.samples += other.samples
 
 
-def look_at(lesson: Lesson, luma: np.ndarray, targets: Sequence[np.ndarray], pool: Executor) -> Sums:
+def look_at(lesson: TrainingConfig, luma: np.ndarray, targets: Sequence[np.ndarray], pool: Executor) -> Sums:
     """The sums of one picture.
 
     Args:
@@ -120,7 +120,7 @@ def look_at(lesson: Lesson, luma: np.ndarray, targets: Sequence[np.ndarray], poo
     return total
 
 
-def solve(lesson: Lesson, sums: Sums) -> np.ndarray:
+def solve(lesson: TrainingConfig, sums: Sums) -> np.ndarray:
     """The filters: parts x bins x size x size float32."""
     matrices, vectors = folded(sums.matrices, sums.vectors, lesson.bins, lesson.size)
     samples = _folded_samples(lesson, sums.samples)
@@ -133,7 +133,7 @@ def solve(lesson: Lesson, sums: Sums) -> np.ndarray:
     return _as_filters(lesson, found.transpose(2, 0, 1))
 
 
-def residuals(lesson: Lesson, sums: Sums, filters: np.ndarray) -> np.ndarray:
+def residuals(lesson: TrainingConfig, sums: Sums, filters: np.ndarray) -> np.ndarray:
     """The mean squared error of each part and bin on the samples themselves; NaN for empty bins."""
     weights = as_weights(filters, lesson.size)
     with np.errstate(invalid="ignore"):
@@ -150,14 +150,14 @@ def residuals(lesson: Lesson, sums: Sums, filters: np.ndarray) -> np.ndarray:
         )
 
 
-def _folded_samples(lesson: Lesson, samples: np.ndarray) -> np.ndarray:
+def _folded_samples(lesson: TrainingConfig, samples: np.ndarray) -> np.ndarray:
     nothing = np.zeros((len(samples), 0, len(pairs(lesson.size))))
     counted = np.broadcast_to(samples[:, None, None], (len(samples), *[len(pairs(lesson.size))] * 2))
     return folded(counted.astype(float), nothing, lesson.bins, lesson.size)[0][:, 0, 0]
 
 
 def _with_kin(
-    lesson: Lesson, matrices: np.ndarray, vectors: np.ndarray, samples: np.ndarray
+    lesson: TrainingConfig, matrices: np.ndarray, vectors: np.ndarray, samples: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The equations with some of those of all bins of the same orientation, and of all bins, added."""
     kin = samples.reshape(lesson.bins.orientations, -1).sum(1)
@@ -171,7 +171,7 @@ def _with_kin(
     return results[0], results[1]
 
 
-def _regularizer(lesson: Lesson) -> tuple[np.ndarray, np.ndarray]:
+def _regularizer(lesson: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     """The squared differences of neighbouring coefficients: a matrix on the weights, and a linear part."""
     size = lesson.size
     index = np.arange(size * size).reshape(size, size)
@@ -201,7 +201,7 @@ def _spread(size: int) -> np.ndarray:
     return matrix.reshape(size * size, -1)
 
 
-def _as_filters(lesson: Lesson, weights: np.ndarray) -> np.ndarray:
+def _as_filters(lesson: TrainingConfig, weights: np.ndarray) -> np.ndarray:
     size = lesson.size
     filters = (weights @ _spread(size).T).reshape(*weights.shape[:2], size, size)
     filters[:, :, size // 2, size // 2] += np.array(lesson.sums)[:, None]

@@ -23,7 +23,7 @@ COMMAND_SECONDS = 600
 
 
 @dataclass(frozen=True)
-class Teacher:
+class ReferenceFilter:
     """Turns a picture into what a bank is to make of its luma.
 
     Attributes:
@@ -41,7 +41,7 @@ class Teacher:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def teacher_by_reference(name: str, **settings: float) -> Teacher:
+def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
     """One of our references by name; settings are those of its function.
 
     Raises:
@@ -64,10 +64,10 @@ def teacher_by_reference(name: str, **settings: float) -> Teacher:
             raise UsageError(name, str(error).rpartition("() ")[2], "see its function") from None
         return list(result) if len(parts) > 1 else [result]
 
-    return Teacher(name, teach, parts, sums, settings)
+    return ReferenceFilter(name, teach, parts, sums, settings)
 
 
-def teacher_by_command(command: str) -> Teacher:
+def reference_by_command(command: str) -> ReferenceFilter:
     """Any program that reads a picture and writes one: "convert {in} -paint 4 {out}"; no shell.
 
     Raises:
@@ -86,10 +86,10 @@ def teacher_by_command(command: str) -> Teacher:
                 raise InputError(words[0], f"wrote no picture for {photograph.path.name}", "try it by hand")
             return [_fitting(Photograph(target, 1 << 20).color(), color, words[0])]
 
-    return Teacher(command, teach)
+    return ReferenceFilter(command, teach)
 
 
-def teacher_by_function(name: str) -> Teacher:
+def reference_by_function(name: str) -> ReferenceFilter:
     """A Python function "module:function" that takes RGB, H x W x 3 uint8, and returns such a picture.
 
     Raises:
@@ -106,17 +106,17 @@ def teacher_by_function(name: str) -> Teacher:
         scale = 1 / 255 if result.dtype == np.uint8 else 1
         return [_fitting(result.astype(np.float32) * np.float32(scale), color, name)]
 
-    return Teacher(name, teach)
+    return ReferenceFilter(name, teach)
 
 
-def teacher_by_pairs(folder: Path) -> Teacher:
+def reference_by_pairs(folder: Path) -> ReferenceFilter:
     """Pictures of the same names as those learned from, in another folder, filtered by whatever it may be."""
 
     def teach(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         target = folder / photograph.path.name
         return [_fitting(Photograph(target, photograph.long_side).color(), color, str(target))]
 
-    return Teacher(f"the pictures in {folder.name}", teach)
+    return ReferenceFilter(f"the pictures in {folder.name}", teach)
 
 
 def _run(words: list[str]) -> None:

@@ -11,9 +11,9 @@ import numpy as np
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.fidelity import mssim, psnr
-from vidstyle.blade.learn import Lesson, Sums, look_at, residuals, solve
+from vidstyle.blade.learn import Sums, TrainingConfig, look_at, residuals, solve
 from vidstyle.blade.photographs import Photograph, checksums, luma_of
-from vidstyle.blade.reference_filter import Teacher
+from vidstyle.blade.reference_filter import ReferenceFilter
 from vidstyle.blade.run import BankRun
 
 OnPicture = Callable[[str, int, int], None]
@@ -40,8 +40,8 @@ class Report:
 
 
 def train(
-    lesson: Lesson,
-    teacher: Teacher,
+    lesson: TrainingConfig,
+    teacher: ReferenceFilter,
     photographs: Sequence[Photograph],
     on_picture: OnPicture = lambda *_: None,
 ) -> tuple[Bank, Report]:
@@ -73,7 +73,7 @@ def train(
 
 def measure(
     run: BankRun,
-    teacher: Teacher,
+    teacher: ReferenceFilter,
     photographs: Sequence[Photograph],
     weights: Sequence[float] = (1.0,),
     identity: float = 0.0,
@@ -101,7 +101,7 @@ def measure(
     return {name: round(float(mean), 4) for name, mean in zip(names, np.mean(rows, axis=0), strict=True)}
 
 
-def _report(lesson: Lesson, sums: Sums, filters: np.ndarray) -> Report:
+def _report(lesson: TrainingConfig, sums: Sums, filters: np.ndarray) -> Report:
     errors = np.nan_to_num(residuals(lesson, sums, filters)) * sums.samples
     mean = errors.sum(axis=1) / max(int(sums.samples.sum()), 1)
     levels = tuple(255 * float(np.sqrt(max(part, 0))) for part in mean)

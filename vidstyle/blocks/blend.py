@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Choice, Saved, Slider, block
+from vidstyle.block import Choice, SavedRef, Slider, block
 
 MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "normal": lambda below, above: above,
@@ -33,12 +33,14 @@ MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 @block("pixel", on="channels")
 def blend(
     picture: np.ndarray,
-    other: Annotated[Any, Saved("the picture laid over the current one")] = "source",
+    other: Annotated[Any, SavedRef("the picture laid over the current one")] = "source",
     mode: Annotated[
         str, Choice(tuple(MODES), "how the two are mixed", explore=("multiply", "overlay"))
     ] = "normal",
     opacity: Annotated[float, Slider(0, 1, "0 leaves the current picture", explore=(0.3, 1))] = 0.5,
-    mask: Annotated[Any, Saved("picture whose luma multiplies the opacity", on="luma", optional=True)] = "",
+    mask: Annotated[
+        Any, SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True)
+    ] = "",
 ) -> np.ndarray:
     """Lay a saved picture over the current one; over a gray one, its luma."""
     mixed = MODES[mode](picture, other)

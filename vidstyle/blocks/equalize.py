@@ -8,7 +8,7 @@ import numpy as np
 
 from vidstyle.block import Measured, Slider, block
 
-LEAST_RANGE = 8 / 255
+MIN_RANGE = 8 / 255
 """A smaller range counts as this, so that black frames and fades do not turn into noise."""
 
 
@@ -29,7 +29,7 @@ def equalize(
     A range of less than 8 levels of 255 counts as 8. Paper, section 3.2 D.
     """
     black, white = measured
-    gain = 1 / max(white - black, LEAST_RANGE)
+    gain = 1 / max(white - black, MIN_RANGE)
     out = np.subtract(luma, np.float32(black))
     out *= np.float32(gain)
     return np.clip(out, 0, 1, out=out)

@@ -8,7 +8,7 @@ from typing import Annotated
 import cv2
 import numpy as np
 
-from vidstyle.block import Choice, Place, Slider, block
+from vidstyle.block import Choice, PageRegion, Slider, block
 from vidstyle.core.kernels import compiled
 
 ANGLES = (15.0, 75.0, 0.0, 45.0)
@@ -29,7 +29,7 @@ def _reach(cell: float) -> int:
 @block("filter", on="color", reach=_reach)
 def halftone(
     picture: np.ndarray,
-    place: Place,
+    place: PageRegion,
     cell: Annotated[float, Slider(3, 64, "distance of the dots", "px", explore=(4, 12))] = 6,
     dot: Annotated[float, Slider(0.2, 1.5, "amount of ink; below 1 even black keeps its dots")] = 1,
     gain: Annotated[float, Slider(0, 0.4, "dot gain: how much the middle tones spread")] = 0.15,

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Measured, Slider, block
-from vidstyle.blocks.equalize import LEAST_RANGE
+from vidstyle.blocks.equalize import MIN_RANGE
 
 
 def _percentiles() -> tuple[float, float]:
@@ -29,7 +29,7 @@ def minimum_range(
     and white. A range of less than 8 levels of 255 counts as 8. Paper, section 3.2 D.
     """
     wanted = dynamic_range / 255
-    present = max(measured[1] - measured[0], LEAST_RANGE)
+    present = max(measured[1] - measured[0], MIN_RANGE)
     if present >= wanted:
         return luma
     middle = (measured[0] + measured[1]) / 2

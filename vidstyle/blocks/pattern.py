@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 
-from vidstyle.block import Asset, Choice, Place, Slider, block
+from vidstyle.block import Asset, Choice, PageRegion, Slider, block
 from vidstyle.core.kernels import TIE_LIFT, compiled
 
 TILE_SIDE = 1024
@@ -51,7 +51,7 @@ def _read_tile(file: Path) -> np.ndarray:
 @block("pixel", on="luma", chroma="dropped")
 def pattern(
     luma: np.ndarray,
-    place: Place,
+    place: PageRegion,
     levels: Annotated[int, Slider(2, 9, "tones; the lightest is blank", explore=(3, 6))] = 5,
     spacing: Annotated[float, Slider(3, 64, "distance of the strokes", "px", explore=(5, 12))] = 7,
     width: Annotated[float, Slider(0.05, 1, "width of a stroke by the distance", explore=(0.15, 0.4))] = 0.24,

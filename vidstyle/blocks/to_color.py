@@ -6,13 +6,13 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Saved, block
+from vidstyle.block import SavedRef, block
 
 
 @block("pixel", on="luma")
 def to_color(
     luma: np.ndarray,
-    chroma: Annotated[Any, Saved("the picture whose colours are taken", on="chroma")] = "chroma",
+    chroma: Annotated[Any, SavedRef("the picture whose colours are taken", on="chroma")] = "chroma",
 ) -> np.ndarray:
     """Give luma the colours of a saved picture, by default those that to_gray put aside.
 

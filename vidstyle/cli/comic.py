@@ -113,9 +113,9 @@ def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
     """
     from vidstyle.comic.make import make_comic
     from vidstyle.comic.options import ComicOptions
-    from vidstyle.comic.select.moments import Wishes
+    from vidstyle.comic.select.moments import KeyFrameOptions
 
-    wishes = Wishes(options.pop("panels") or None, options.pop("at"), options.pop("skip"))
+    wishes = KeyFrameOptions(options.pop("panels") or None, options.pop("at"), options.pop("skip"))
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
     with _steps() as show:
         made = make_comic(source, target, ComicOptions(wishes=wishes, styles=names, **options), show)

@@ -79,7 +79,7 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
     """
     from vidstyle.live.control import Controls
     from vidstyle.live.keys import HELP, keys
-    from vidstyle.live.session import Session
+    from vidstyle.live.session import LiveSession
     from vidstyle.live.targets import target_maker
     from vidstyle.media.capture.sources import live_source
     from vidstyle.pipeline.stopping import stop_on_signals
@@ -92,7 +92,7 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
     controls = Controls(override(load_style(options["style_name"]), [*options["changes"], *steady]))
     makers = [target_maker(target, _target_options(options)) for target in targets]
     opened = live_source(source, _source_options(options))
-    session = Session(opened, controls, makers, _live_options(options))
+    session = LiveSession(opened, controls, makers, _live_options(options))
     no_keys = options["no_keys"] or source == "-"
     with stop_on_signals() as stop, nullcontext(False) if no_keys else keys(controls) as has_keys:
         if has_keys:

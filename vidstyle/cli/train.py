@@ -12,8 +12,8 @@ from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
     from vidstyle.blade.bank import Bank
-    from vidstyle.blade.learn import Lesson
-    from vidstyle.blade.reference_filter import Teacher
+    from vidstyle.blade.learn import TrainingConfig
+    from vidstyle.blade.reference_filter import ReferenceFilter
 
 SHOWN_EVERY = 5
 """Pictures between two lines of progress."""
@@ -84,7 +84,7 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     say(f"{path}: {learned.bins.count} filters of {learned.size} x {learned.size}")
 
 
-def _teacher(options: dict[str, Any]) -> Teacher:
+def _teacher(options: dict[str, Any]) -> ReferenceFilter:
     from vidstyle.blade import reference_filter as teachers
 
     sources = ("reference", "command", "function", "pairs")
@@ -92,8 +92,8 @@ def _teacher(options: dict[str, Any]) -> Teacher:
     if len(given) != 1:
         raise UsageError("train", "learns from one thing", f"give one of --{', --'.join(sources)}")
     if given[0] == "reference":
-        return teachers.teacher_by_reference(options["reference"], **_settings(options["settings"]))
-    make = getattr(teachers, f"teacher_by_{given[0]}")
+        return teachers.reference_by_name(options["reference"], **_settings(options["settings"]))
+    make = getattr(teachers, f"reference_by_{given[0]}")
     return make(options[given[0]])
 
 
@@ -104,9 +104,9 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
         raise UsageError(" ".join(texts), "is not NAME=NUMBER", "write it so, as --set sigma=2") from None
 
 
-def _lesson(options: dict[str, Any]) -> Lesson:
+def _lesson(options: dict[str, Any]) -> TrainingConfig:
     from vidstyle.blade.features import Bins
-    from vidstyle.blade.learn import Lesson
+    from vidstyle.blade.learn import TrainingConfig
 
     try:
         orientations, strengths, coherences = (int(part) for part in options["bins"].split("x"))
@@ -120,10 +120,10 @@ def _lesson(options: dict[str, Any]) -> Lesson:
         raise UsageError(str(options["size"]), "is no size of a filter", "choose an odd number from 3 to 15")
     if not 0.3 <= options["rho"] <= 8:
         raise UsageError(f"{options['rho']:g}", "is no window", "choose a rho from 0.3 to 8")
-    return Lesson(Bins(orientations, strengths, coherences), options["rho"], options["size"])
+    return TrainingConfig(Bins(orientations, strengths, coherences), options["rho"], options["size"])
 
 
-def _for_teacher(lesson: Lesson, teacher: Teacher) -> Lesson:
+def _for_teacher(lesson: TrainingConfig, teacher: ReferenceFilter) -> TrainingConfig:
     from dataclasses import replace
 
     return replace(lesson, sums=teacher.sums)

@@ -13,19 +13,19 @@ from vidstyle.comic.analyze.attention import attention_of_film
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.survey import Film
-from vidstyle.comic.layout.layout import Layout, lay_out, pages_for
+from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
 from vidstyle.comic.layout.paper import BORDER, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
-from vidstyle.comic.lettering.letter import Hand, Lettered, Speech, letter
+from vidstyle.comic.lettering.letter import LetteredPanel, PanelText, TextStyle, letter
 from vidstyle.comic.lettering.subtitles import Line, lines_of_file, lines_of_film
 from vidstyle.comic.lettering.title import below_title, lowered, numbers, title_of
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.options import ComicOptions
 from vidstyle.comic.output.frames import Frames
-from vidstyle.comic.output.pages import Plan, drawn
-from vidstyle.comic.output.panel import Brush
+from vidstyle.comic.output.pages import PagePlan, drawn
+from vidstyle.comic.output.panel import PanelRenderer
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Output
 from vidstyle.comic.select.moments import find_moments
@@ -126,7 +126,7 @@ class _Job:
         self._step("laying out", 0, 0)
         plan = self._plan(film, moments, lines)
         pages = len(plan.layout.sizes)
-        brush = Brush(self._styles, self._paper.dpi, self._options.device)
+        brush = PanelRenderer(self._styles, self._paper.dpi, self._options.device)
         folder = self._options.frames
         with Frames(folder, len(moments), self._options.overwrite) if folder else nullcontext() as frames:
             sheets = drawn(plan, film, brush, frames, partial(self._step, "drawing"))
@@ -139,7 +139,7 @@ class _Job:
         if title:
             self._title, self._head = title_of(title, self._paper, self._size, self._letters)
 
-    def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> Plan:
+    def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> PagePlan:
         storyboard = self._options.storyboard
         layout, panels = self._on_sheets(moments) if storyboard else self._on_pages(film, moments, lines)
         if storyboard:
@@ -151,11 +151,11 @@ class _Job:
         if self._letters.lacking:
             lacking = " ".join(self._letters.lacking)
             _log.warning("the font %s lacks %s; give another with --font", self._letters.family, lacking)
-        return Plan(moments, layout, panels, labels, self._letters, self._paper.dpi)
+        return PagePlan(moments, layout, panels, labels, self._letters, self._paper.dpi)
 
-    def _on_sheets(self, moments: Sequence[Moment]) -> tuple[Layout, list[Lettered]]:
+    def _on_sheets(self, moments: Sequence[Moment]) -> tuple[PageLayout, list[LetteredPanel]]:
         layout = contact_sheet(moments, self._paper, self._size, self._head)
-        return layout, [Lettered(each, each.rectangle, each.crop) for each in layout.panels]
+        return layout, [LetteredPanel(each, each.rectangle, each.crop) for each in layout.panels]
 
     def _spoken(self) -> list[Line]:
         if self._options.storyboard:
@@ -166,18 +166,18 @@ class _Job:
 
     def _on_pages(
         self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]
-    ) -> tuple[Layout, list[Lettered]]:
+    ) -> tuple[PageLayout, list[LetteredPanel]]:
         words = match(lines, moments)
-        hand = Hand(self._letters, self._size, self._paper.border, self._options.right_to_left)
+        hand = TextStyle(self._letters, self._size, self._paper.border, self._options.right_to_left)
         attention = attention_of_film(film, moments, list(map(bool, words.panels)))
-        speeches = list(map(Speech, moments, words.panels, attention))
+        speeches = list(map(PanelText, moments, words.panels, attention))
         layout, panels, lost = letter(partial(self._layout, moments), speeches, hand)
         if words.left_out + lost:
             counts = words.left_out + lost, words.lines
             _log.info("%d of %d subtitles stand in no panel; with more --panels more do", *counts)
         return layout, panels
 
-    def _layout(self, moments: Sequence[Moment], growth: Sequence[float]) -> Layout:
+    def _layout(self, moments: Sequence[Moment], growth: Sequence[float]) -> PageLayout:
         options = self._options
         pages = options.pages or pages_for(len(moments))
         layout = lay_out(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vidstyle.comic.layout.paper import DPI
-from vidstyle.comic.select.moments import Wishes
+from vidstyle.comic.select.moments import KeyFrameOptions
 from vidstyle.renderer import StyleLike
 
 
@@ -34,7 +34,7 @@ class ComicOptions:
         device: what runs the style, as for `open_renderer`.
     """
 
-    wishes: Wishes = field(default_factory=Wishes)
+    wishes: KeyFrameOptions = field(default_factory=KeyFrameOptions)
     styles: tuple[StyleLike, ...] | None = None
     size: str | None = None
     dpi: float = DPI

@@ -1,1 +1,1 @@
-"""TODO vidstyle/core."""
+"""Pictures and planes, and the compiled loops that everything else is built on."""

@@ -59,7 +59,7 @@ def small_luma(picture: Picture) -> np.ndarray:
     return luma_rows(small, 0, small.shape[0])
 
 
-class Settling:
+class ExponentialSmoother:
     """Numbers that approach each new measure with a time constant: p += (1 - e^(-dt/tau)) (measure - p)."""
 
     def __init__(self) -> None:

@@ -52,14 +52,14 @@ def find_scenes(frames: Iterable[tuple[float, np.ndarray]]) -> Iterator[Scene]:
     """The scenes of a film, each as soon as it is over.
 
     Args:
-        frames: time in seconds and small luma, as for `CutDetector.is_cut`, of every frame in order.
+        frames: time in seconds and small luma, as for `SceneCutDetector.is_cut`, of every frame in order.
 
     >>> still = np.tile(np.linspace(0, 1, 96, dtype=np.float32), (54, 1))
     >>> other = np.ascontiguousarray(still[:, ::-1])
     >>> list(find_scenes((number / 10, still if number < 3 else other) for number in range(5)))
     [Scene(start=0.0, end=0.3, frames=3), Scene(start=0.3, end=0.4, frames=2)]
     """
-    detector = CutDetector()
+    detector = SceneCutDetector()
     start, time, count = 0.0, 0.0, 0
     for time, luma in frames:
         if detector.is_cut(luma):
@@ -71,7 +71,7 @@ def find_scenes(frames: Iterable[tuple[float, np.ndarray]]) -> Iterator[Scene]:
         yield Scene(start, time, count)
 
 
-class CutDetector:
+class SceneCutDetector:
     """Says for each frame whether it begins a scene; the first one does.
 
     Each block of a picture is looked for in the picture before, around its place and at any brightness and

@@ -9,16 +9,16 @@ import numpy as np
 
 from vidstyle.blade.run import BankRun
 from vidstyle.core.bands import CORES
-from vidstyle.core.measured import Settling, small_luma
+from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.resample import resample
-from vidstyle.core.scene_cuts import CutDetector
+from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.output import Page, at_size, finish
 from vidstyle.cpu.work import Call, Work, run_bank
-from vidstyle.stabilize.stabilizer import Steady
+from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import SOURCE, Style
-from vidstyle.style.resolve import PreparedStep, has_fixed_marks, prepare
+from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve
 
 
 class CpuRenderer:
@@ -37,10 +37,10 @@ class CpuRenderer:
         self.style = style
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
         self._shape: tuple[int, int] | None = None
-        self._layers: dict[str, tuple[PreparedStep, ...]] = {}
-        self._memories: dict[tuple[str, int], Settling] = {}
-        self._cuts = CutDetector()
-        self._steady: Steady | None = None
+        self._layers: dict[str, tuple[ResolvedStep, ...]] = {}
+        self._memories: dict[tuple[str, int], ExponentialSmoother] = {}
+        self._cuts = SceneCutDetector()
+        self._steady: Stabilizer | None = None
 
     def __enter__(self) -> CpuRenderer:
         return self
@@ -91,15 +91,15 @@ class CpuRenderer:
         """Look everything up anew for a new size."""
         if picture.shape == self._shape:
             return
-        self._layers = prepare(self.style, *picture.shape)
+        self._layers = resolve(self.style, *picture.shape)
         self._memories = {
-            (layer, number): Settling()
+            (layer, number): ExponentialSmoother()
             for layer, steps in self._layers.items()
             for number, step in enumerate(steps)
             if step.block is not None and step.block.kind == "measured"
         }
         if self.style.steady:
-            self._steady = Steady(self.style.steady, has_fixed_marks(self._layers), self._pool)
+            self._steady = Stabilizer(self.style.steady, has_fixed_marks(self._layers), self._pool)
         self._shape = picture.shape
 
     def _page(self, picture: Picture, time: float | None) -> Page:
@@ -127,12 +127,12 @@ class _FrameRun:
         pool: ThreadPoolExecutor,
         source: Picture,
         time: float | None,
-        memories: dict[tuple[str, int], Settling],
+        memories: dict[tuple[str, int], ExponentialSmoother],
     ) -> None:
         self._pool, self._time, self._memories = pool, time, memories
         self._saved: dict[str, Work] = {SOURCE: Work(Whole.of(source))}
 
-    def run_layer(self, layer: str, steps: tuple[PreparedStep, ...], work: Work) -> Work:
+    def run_layer(self, layer: str, steps: tuple[ResolvedStep, ...], work: Work) -> Work:
         """The work after all steps of a layer."""
         for number, step in enumerate(steps):
             work = self._saved[step.source] if step.source else work
@@ -146,7 +146,7 @@ class _FrameRun:
         """The work back at the page's own size."""
         return work if work.shape == shape else Work(at_size(work.done(self._pool), shape, work.back))
 
-    def _run_step(self, step: PreparedStep, work: Work, memory: Settling | None) -> Work:
+    def _run_step(self, step: ResolvedStep, work: Work, memory: ExponentialSmoother | None) -> Work:
         block = step.block
         assert block is not None
         if block.saves:
@@ -176,7 +176,7 @@ class _FrameRun:
         encoding = whole.main.encoding.as_float()
         return replace(work, whole=Whole(Picture(encoding, luma=luma), whole.tint), calls=())
 
-    def _resize(self, step: PreparedStep, work: Work) -> Work:
+    def _resize(self, step: ResolvedStep, work: Work) -> Work:
         assert step.block is not None
         size = step.block.function(work.shape, **step.values)
         resized = at_size(work.done(self._pool), size, step.values["method"])

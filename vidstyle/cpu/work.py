@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from vidstyle.blade.run import BankRun
-from vidstyle.block import LumaWeights, Measured, Place, Saved
+from vidstyle.block import LumaWeights, Measured, PageRegion, SavedRef
 from vidstyle.core.bands import in_bands
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.band import Band, Whole
-from vidstyle.style.resolve import PreparedStep
+from vidstyle.style.resolve import ResolvedStep
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Call:
         page: height and width.
     """
 
-    step: PreparedStep
+    step: ResolvedStep
     numbers: np.ndarray | None
     pictures: dict[str, Whole]
     page: tuple[int, int]
@@ -61,19 +61,19 @@ class Call:
     def _wants(self, name: str) -> str:
         assert self.step.block is not None
         control = self.step.block.parameters[name].control
-        assert isinstance(control, Saved)
+        assert isinstance(control, SavedRef)
         return control.on
 
     def _arguments(self, band: Band, margin: tuple[int, int], color: bool) -> dict[str, Any]:
         assert self.step.block is not None
         given: dict[object, Any] = {
-            Place: Place(band.top, *self.page, margin),
+            PageRegion: PageRegion(band.top, *self.page, margin),
             LumaWeights: band.encoding.weights,
             Measured: self.numbers,
         }
         arguments = {name: given[kind] for name, kind in self.step.block.given.items()}
         for name, parameter in self.step.block.parameters.items():
-            if isinstance(parameter.control, Saved):
+            if isinstance(parameter.control, SavedRef):
                 arguments[name] = self._rows(name, band, color)
         return self.step.values | arguments
 

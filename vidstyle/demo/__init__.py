@@ -1,1 +1,1 @@
-"""TODO vidstyle/demo."""
+"""A short film drawn in code, and what styles make of it."""

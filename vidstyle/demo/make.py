@@ -12,7 +12,7 @@ import numpy as np
 from vidstyle.comic.lettering.fonts import check_pillow
 from vidstyle.comic.make import make_comic
 from vidstyle.comic.options import ComicOptions
-from vidstyle.comic.select.moments import Wishes
+from vidstyle.comic.select.moments import KeyFrameOptions
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.demo.film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
@@ -72,7 +72,7 @@ def make_page(film: Path, target: Path) -> Path:
     with whole_file(words, overwrite=True) as write:
         write(text.encode())
     options = ComicOptions(
-        wishes=Wishes(PANELS),
+        wishes=KeyFrameOptions(PANELS),
         size="square",
         seed=1,
         title="Good morning",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from vidstyle.block import Saved
+from vidstyle.block import SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.style import LAYERS, SOURCE, Step, Style
 
@@ -105,7 +105,7 @@ def _settings(step: Step) -> dict[str, str]:
     return {
         name: value_text(value)
         for name, value in step.values.items()
-        if value != parameters[name].default or isinstance(parameters[name].control, Saved)
+        if value != parameters[name].default or isinstance(parameters[name].control, SavedRef)
     }
 
 
@@ -113,7 +113,7 @@ def _asked(step: Step) -> list[str]:
     """The names of the saved pictures that a step uses."""
     parameters = all_blocks()[step.block].parameters.values()
     asked = (
-        step.values.get(each.name, each.default) for each in parameters if isinstance(each.control, Saved)
+        step.values.get(each.name, each.default) for each in parameters if isinstance(each.control, SavedRef)
     )
     return [name for name in asked if name]
 

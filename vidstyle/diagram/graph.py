@@ -19,7 +19,7 @@ class Move(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Edge:
+class DiagramEdge:
     """A picture on its way from a block to one that is given it.
 
     Attributes:
@@ -37,7 +37,7 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class Node:
+class DiagramNode:
     """A block in its place.
 
     Attributes:
@@ -50,12 +50,12 @@ class Node:
     block: GraphBlock
     row: int
     lane: int
-    edges: tuple[Edge, ...]
+    edges: tuple[DiagramEdge, ...]
     aside: int | None
     used: bool
 
 
-def graph_of(style: Style) -> tuple[Node, ...]:
+def graph_of(style: Style) -> tuple[DiagramNode, ...]:
     """The graph of a style: the source, its steps in the order in which they run, and the result."""
     blocks = blocks_of(style)
     lanes = _Lanes(Counter(number for block in blocks for number in block.inputs))
@@ -83,7 +83,7 @@ class _Lanes:
         self._free: dict[int, int] = {}
         """The lanes without a line, and the first row that is empty in each."""
 
-    def place(self, number: int, block: GraphBlock) -> Node:
+    def place(self, number: int, block: GraphBlock) -> DiagramNode:
         """Put a block below the one that it goes on from, whose line moves aside if it is needed later."""
         lines = [self._lines[given] for given in block.inputs]
         row = max((line.row for line in lines), default=0)
@@ -94,7 +94,7 @@ class _Lanes:
             self._uses[given] -= 1
             goes_on = self._uses[given] > 0
             moves = line.moves if line.lane == lane else (*line.moves, Move(row, line.lane, lane))
-            edges.append(Edge(given, number, tuple(names), goes_on, moves))
+            edges.append(DiagramEdge(given, number, tuple(names), goes_on, moves))
             if position == 0 and goes_on:
                 aside = self._take(row)
                 self._lines[given] = _Line(aside, row, (*line.moves, Move(row, lane, aside)))
@@ -109,7 +109,7 @@ class _Lanes:
             self._lines[number] = _Line(lane, row + 1)
         else:
             self._free[lane] = row + 1
-        return Node(block, row, lane, tuple(edges), aside, used)
+        return DiagramNode(block, row, lane, tuple(edges), aside, used)
 
     def _take(self, row: int) -> int:
         """A lane that is free from a row on."""

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, groupby
 
-from vidstyle.diagram.graph import Edge, Move, Node
+from vidstyle.diagram.graph import DiagramEdge, DiagramNode, Move
 from vidstyle.diagram.shapes import rect, safe, words_at
 
 WIDTH = 210
@@ -55,7 +55,7 @@ _LINE = 'fill="none" stroke="#555" stroke-width="1.3" stroke-linejoin="round" ma
 _SMALL = 'fill="#777" font-size="10"'
 
 
-def svg_of(nodes: Sequence[Node], name: str) -> str:
+def svg_of(nodes: Sequence[DiagramNode], name: str) -> str:
     """The picture as the text of an SVG file.
 
     Args:
@@ -74,7 +74,7 @@ def svg_of(nodes: Sequence[Node], name: str) -> str:
 class _Page:
     """Knows where everything lies, in pixels."""
 
-    def __init__(self, nodes: Sequence[Node]) -> None:
+    def __init__(self, nodes: Sequence[DiagramNode]) -> None:
         self._nodes = nodes
         rows = 1 + max(node.row for node in nodes)
         lanes = 1 + max(max(node.lane, node.aside or 0) for node in nodes)
@@ -92,7 +92,7 @@ class _Page:
         self.width = 2 * MARGIN + rights[-1] - ACROSS
         self.height = self._tops[-1] + heights[-1] + MARGIN
 
-    def block(self, node: Node) -> Iterator[str]:
+    def block(self, node: DiagramNode) -> Iterator[str]:
         """The box of a block with its words."""
         left, top = self._middles[node.lane] - WIDTH / 2, self._tops[node.row]
         lines = _words(node)
@@ -105,7 +105,7 @@ class _Page:
             if color := re.search("#[0-9a-f]{6}$", words):
                 yield rect(left + WIDTH - 24, top + number * LINE - 11, 14, 13, color[0])
 
-    def arrow(self, edge: Edge) -> str:
+    def arrow(self, edge: DiagramEdge) -> str:
         """The way of a picture, and the names by which it is asked for."""
         start, end = self._nodes[edge.start], self._nodes[edge.end]
         x = self._middles[start.lane]
@@ -122,7 +122,7 @@ class _Page:
         return self._tops[row] - GAP / 2 - TRACK * self._tracks[picture, row]
 
 
-def _tracks(nodes: Sequence[Node]) -> dict[tuple[int, int], int]:
+def _tracks(nodes: Sequence[DiagramNode]) -> dict[tuple[int, int], int]:
     """For each picture and row that its line moves above: which track it takes, the lowest being 0."""
     tracks: dict[tuple[int, int], int] = {}
     crowds: Counter[int] = Counter()
@@ -134,13 +134,13 @@ def _tracks(nodes: Sequence[Node]) -> dict[tuple[int, int], int]:
     return tracks
 
 
-def _turns(edge: Edge) -> list[Move]:
+def _turns(edge: DiagramEdge) -> list[Move]:
     """Its moves, those in one gap taken together."""
     gaps = [list(moves) for _, moves in groupby(edge.moves, key=lambda move: move.row)]
     return [Move(moves[0].row, moves[0].lane, moves[-1].to) for moves in gaps]
 
 
-def _aside(edge: Edge, end: Node) -> float:
+def _aside(edge: DiagramEdge, end: DiagramNode) -> float:
     """How far right of the middle of a block an arrow ends: all but the first on the side they come from."""
     position = [each.start for each in end.edges].index(edge.start)
     if position == 0:
@@ -149,7 +149,7 @@ def _aside(edge: Edge, end: Node) -> float:
     return distance if _turns(edge)[-1].lane > end.lane else -distance
 
 
-def _names(edge: Edge, end: Node, x: float, y: float) -> str:
+def _names(edge: DiagramEdge, end: DiagramNode, x: float, y: float) -> str:
     """The names beside an arrow's head, on the side where no other arrow ends."""
     if not edge.names:
         return ""
@@ -160,7 +160,7 @@ def _names(edge: Edge, end: Node, x: float, y: float) -> str:
     return words_at(x + (-5 if on_left else 5), y, ", ".join(edge.names), how)
 
 
-def _words(node: Node) -> list[str]:
+def _words(node: DiagramNode) -> list[str]:
     """What stands under the title of a block."""
     block = node.block
     words = [f"from {block.source}"] * bool(block.source)
@@ -169,14 +169,14 @@ def _words(node: Node) -> list[str]:
     return [text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…" for text in words]
 
 
-def _height(node: Node) -> float:
+def _height(node: DiagramNode) -> float:
     return LINE * (1 + len(_words(node))) + 10
 
 
 class _Legend:
     """What the colours mean, in rows that fit into a width."""
 
-    def __init__(self, nodes: Sequence[Node], width: float) -> None:
+    def __init__(self, nodes: Sequence[DiagramNode], width: float) -> None:
         self._kinds = list(dict.fromkeys(node.block.kind for node in nodes if node.block.layer))
         self._columns = max(1, int(width // KIND))
         self.height = LINE * -(-len(self._kinds) // self._columns) + LINE

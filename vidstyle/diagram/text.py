@@ -6,12 +6,12 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from itertools import chain, repeat
 
-from vidstyle.diagram.graph import Node
+from vidstyle.diagram.graph import DiagramNode
 from vidstyle.style import LAYERS
 
 SPACING = 3
 """Characters from lane to lane."""
-LEAST_WORDS = 30
+MIN_WORDS = 30
 """Characters of words in a line, however many lanes there are."""
 
 _ASCII = str.maketrans(dict(zip("●│─├┤╮╭╯╰┼◄►", "*|-+++++++<>", strict=True)) | {"→": "->"})
@@ -19,7 +19,7 @@ _TIED = "\N{NO-BREAK SPACE}"
 """Stands for the spaces in what is not to be torn apart."""
 
 
-def text_of(nodes: Sequence[Node], width: int = 80, encoding: str = "utf-8") -> list[str]:
+def text_of(nodes: Sequence[DiagramNode], width: int = 80, encoding: str = "utf-8") -> list[str]:
     """The lines of the drawing.
 
     Args:
@@ -34,7 +34,7 @@ def text_of(nodes: Sequence[Node], width: int = 80, encoding: str = "utf-8") -> 
     layer = ""
     for node in nodes:
         lines += (" " * left + row for row in _rows_above(node, live, lanes))
-        words = _words(node, max(LEAST_WORDS, width - left - lanes * SPACING))
+        words = _words(node, max(MIN_WORDS, width - left - lanes * SPACING))
         headings = chain([node.block.layer if node.block.layer != layer else ""], repeat(""))
         rows = _rows_beside(node, len(words), live, lanes)
         lines += (
@@ -44,7 +44,7 @@ def text_of(nodes: Sequence[Node], width: int = 80, encoding: str = "utf-8") -> 
     return [_drawable(line.rstrip(), encoding) for line in lines]
 
 
-def _words(node: Node, room: int) -> list[str]:
+def _words(node: DiagramNode, room: int) -> list[str]:
     """What stands beside a block, in lines."""
     block = node.block
     parts = [f"from {block.source}"] * bool(block.source)
@@ -55,7 +55,7 @@ def _words(node: Node, room: int) -> list[str]:
     return [line.replace(_TIED, " ") for line in textwrap.wrap(text, room, subsequent_indent="  ")]
 
 
-def _rows_beside(node: Node, count: int, live: set[int], lanes: int) -> Iterator[str]:
+def _rows_beside(node: DiagramNode, count: int, live: set[int], lanes: int) -> Iterator[str]:
     """The row of a block, and so many in all below it as its words need."""
     live.add(node.lane)
     yield _row(live, lanes, {node.lane * SPACING: "●"})
@@ -64,7 +64,7 @@ def _rows_beside(node: Node, count: int, live: set[int], lanes: int) -> Iterator
     yield from [_row(live, lanes)] * (count - 1)
 
 
-def _rows_above(node: Node, live: set[int], lanes: int) -> Iterator[str]:
+def _rows_above(node: DiagramNode, live: set[int], lanes: int) -> Iterator[str]:
     """What moves from lane to lane before a block, in a row each."""
     if node.aside is not None:
         yield _fork(node.lane, node.aside, live, lanes)

@@ -11,7 +11,7 @@ from string import Template
 
 from vidstyle.errors import printable
 from vidstyle.gallery.encode import encoded
-from vidstyle.gallery.samples import Sample
+from vidstyle.gallery.samples import StyleSample
 
 _TEMPLATE = Path(__file__).with_name("page.html")
 
@@ -24,7 +24,7 @@ _FIGURE = Template("""\
 """)
 
 
-def page_of(heading: str, samples: Sequence[Sample]) -> str:
+def page_of(heading: str, samples: Sequence[StyleSample]) -> str:
     """The page, with a picture for each sample; the first is the source itself.
 
     Args:
@@ -37,7 +37,7 @@ def page_of(heading: str, samples: Sequence[Sample]) -> str:
     )
 
 
-def _figure(sample: Sample) -> str:
+def _figure(sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
     return _FIGURE.substitute(
         name=escape(sample.style.name),

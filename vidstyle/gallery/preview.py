@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.errors import UsageError
 from vidstyle.gallery.encode import encoded
 from vidstyle.gallery.page import page_of
-from vidstyle.gallery.samples import Sample, samples_of
+from vidstyle.gallery.samples import StyleSample, samples_of
 from vidstyle.gallery.sheet import sheet_of_samples
 from vidstyle.gallery.still import read_still
 from vidstyle.media.read.reader import ReadOptions
@@ -53,7 +53,7 @@ def write_preview(
     return heading
 
 
-def _kind(target: Path) -> Callable[[str, list[Sample]], bytes]:
+def _kind(target: Path) -> Callable[[str, list[StyleSample]], bytes]:
     kinds = {".html": _page, ".png": _png, ".jpg": _jpeg}
     try:
         return kinds[target.suffix.lower()]
@@ -61,17 +61,17 @@ def _kind(target: Path) -> Callable[[str, list[Sample]], bytes]:
         raise UsageError(target, "is no kind of preview", f"end its name in {' or '.join(kinds)}") from None
 
 
-def _page(heading: str, samples: list[Sample]) -> bytes:
+def _page(heading: str, samples: list[StyleSample]) -> bytes:
     return page_of(heading, samples).encode("utf-8")
 
 
-def _png(_: str, samples: list[Sample]) -> bytes:
+def _png(_: str, samples: list[StyleSample]) -> bytes:
     return encoded(_sheet(samples), ".png")
 
 
-def _jpeg(_: str, samples: list[Sample]) -> bytes:
+def _jpeg(_: str, samples: list[StyleSample]) -> bytes:
     return encoded(_sheet(samples), ".jpg")
 
 
-def _sheet(samples: list[Sample]) -> np.ndarray:
+def _sheet(samples: list[StyleSample]) -> np.ndarray:
     return sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])

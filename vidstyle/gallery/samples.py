@@ -15,17 +15,17 @@ from vidstyle.style import Style
 
 
 @dataclass(frozen=True)
-class Sample:
+class StyleSample:
     """What a style makes of the picture; H x W x 3 uint8."""
 
     style: Style
     picture: np.ndarray
 
 
-def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[Sample]:
+def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:
     """The picture, H x W x 3 uint8, in every style, in their order; each as soon as it is there."""
     with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-gallery") as pool:
-        yield from pool.map(lambda style: Sample(style, restyled(picture, style)), styles)
+        yield from pool.map(lambda style: StyleSample(style, restyled(picture, style)), styles)
 
 
 def restyled(picture: np.ndarray, style: Style) -> np.ndarray:

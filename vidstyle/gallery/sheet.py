@@ -11,7 +11,7 @@ LABEL = 24
 GAP = 4
 SHAPE = 16 / 10
 """Width to height that a sheet comes near to."""
-LONGEST_SIDE = 480
+MAX_SIDE = 480
 """Of one picture on a sheet of samples, in pixels."""
 
 
@@ -33,7 +33,7 @@ def sheet_of(pictures: Iterable[np.ndarray], columns: int) -> np.ndarray:
 def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
     """Pictures of one size with their names, reduced, in so many columns that the sheet is a good shape."""
     height, width = named[0][1].shape[:2]
-    factor = min(1, LONGEST_SIDE / max(height, width))
+    factor = min(1, MAX_SIDE / max(height, width))
     size = max(1, round(width * factor)), max(1, round(height * factor))
     columns = round((len(named) * SHAPE * (size[1] + LABEL) / size[0]) ** 0.5)
     return sheet_of(

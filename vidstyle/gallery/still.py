@@ -15,14 +15,14 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, open_reader, open_source
 from vidstyle.stills import rgb_of
 
-LONGEST_SIDE = 960
+MAX_SIDE = 960
 """Pixels; styles take seconds at this size, and show what they do."""
 
 log = logging.getLogger("vidstyle")
 
 
 def read_still(
-    source: str | Path, read: ReadOptions | None = None, longest_side: int = LONGEST_SIDE
+    source: str | Path, read: ReadOptions | None = None, longest_side: int = MAX_SIDE
 ) -> np.ndarray:
     """One picture of the source, upright, with square pixels, reduced to the longest side: H x W x 3 uint8.
 

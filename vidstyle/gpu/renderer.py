@@ -12,7 +12,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device.choose import Device
-from vidstyle.gpu.session import Drawn, Request, Session
+from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
 from vidstyle.style import Style
 
 log = logging.getLogger("vidstyle")
@@ -21,7 +21,7 @@ HANG_SECONDS = 10.0
 """A GPU that gives no picture for so long is taken for lost; software, which may be slow, never is."""
 
 
-class Substitute(Protocol):
+class Fallback(Protocol):
     """What restyles pictures when the GPU no longer does."""
 
     def run(self, picture: Picture, time: float | None, target: Encoding | None, rgb: bool) -> Picture:
@@ -31,14 +31,14 @@ class Substitute(Protocol):
         """Let go."""
 
 
-class Pending:
+class PendingFrame:
     """A picture on its way; `result` waits for it."""
 
-    def __init__(self, renderer: GpuRenderer, request: Request, session: Session | None) -> None:
+    def __init__(self, renderer: GpuRenderer, request: FrameRequest, session: GpuSession | None) -> None:
         self._renderer = renderer
         self.request = request
         self.session = session
-        self.drawn: Future[Drawn] | None = session.start(request) if session else None
+        self.drawn: Future[InFlightFrame] | None = session.start(request) if session else None
 
     def result(self) -> Picture:
         """The restyled picture.
@@ -64,20 +64,20 @@ class GpuRenderer:
     late = 1
 
     def __init__(
-        self, style: Style, device: Device, substitute: Callable[[], Substitute], form: Form | None = None
+        self, style: Style, device: Device, substitute: Callable[[], Fallback], form: Form | None = None
     ) -> None:
         self.style = style
         self._device, self._form = device, form
         self._make_substitute = substitute
-        self._substitute: Substitute | None = None
-        self._session: Session | None = Session(style, device, form)
+        self._substitute: Fallback | None = None
+        self._session: GpuSession | None = GpuSession(style, device, form)
         self._rebuilt = False
 
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Pending:
+    ) -> PendingFrame:
         """Send a picture and start its passes; the arguments are those of `run`."""
-        return Pending(self, Request(picture, time, target or picture.encoding, rgb), self._session)
+        return PendingFrame(self, FrameRequest(picture, time, target or picture.encoding, rgb), self._session)
 
     def run(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
@@ -92,11 +92,11 @@ class GpuRenderer:
         """
         return self.start(picture, time, target, rgb).result()
 
-    def finish(self, pending: Pending) -> Picture:
+    def finish(self, pending: PendingFrame) -> Picture:
         """The result of a started picture, on whatever works by now."""
         while (session := self._session) is not None:
             if pending.session is not session:
-                pending = Pending(self, pending.request, session)
+                pending = PendingFrame(self, pending.request, session)
             try:
                 return self._wait(pending)
             except (DeviceError, MemoryError, TooLate) as error:
@@ -110,13 +110,13 @@ class GpuRenderer:
         if self._substitute is not None:
             self._substitute.close()
 
-    def _wait(self, pending: Pending) -> Picture:
+    def _wait(self, pending: PendingFrame) -> Picture:
         assert pending.drawn is not None and pending.session is not None
         seconds = None if self._device.software else HANG_SECONDS
         drawn = pending.drawn.result(seconds)
         return pending.session.fetch(drawn).result(seconds)
 
-    def _give_up(self, session: Session, error: Exception) -> None:
+    def _give_up(self, session: GpuSession, error: Exception) -> None:
         """Leave a context that has failed: open it once more, and no more than once."""
         hangs = isinstance(error, TooLate)
         reason = f"no picture for {HANG_SECONDS:g} s" if hangs else str(error).partition("\n")[0]
@@ -125,14 +125,14 @@ class GpuRenderer:
         if not (self._rebuilt or hangs):
             self._rebuilt = True
             try:
-                self._session = Session(self.style, self._device, self._form)
+                self._session = GpuSession(self.style, self._device, self._form)
                 log.warning("the GPU is lost (%s): opened again", reason)
                 return
             except DeviceError as again:
                 reason = again.reason
         log.warning("the GPU is lost (%s): the CPU goes on", reason)
 
-    def _run_substitute(self, request: Request) -> Picture:
+    def _run_substitute(self, request: FrameRequest) -> Picture:
         try:
             self._substitute = self._substitute or self._make_substitute()
             return self._substitute.run(request.picture, request.time, request.target, request.rgb)

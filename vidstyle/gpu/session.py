@@ -11,20 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.measured import Settling, small_luma
+from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth
-from vidstyle.core.scene_cuts import CutDetector
+from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.nodes import Layout, Measure
+from vidstyle.gpu.compile.nodes import Measure, PictureLayout
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.device.choose import Device
-from vidstyle.gpu.device.context import Owner, close_context, open_context
-from vidstyle.gpu.device.runner import Equipment, Fetch, Runner, Shares
-from vidstyle.gpu.device.stabilizer import Steadier, plain_layout, steady_layout
-from vidstyle.stabilize.stabilizer import Steadied
+from vidstyle.gpu.device.context import ContextThread, close_context, open_context
+from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, Shares
+from vidstyle.gpu.device.stabilizer import GpuStabilizer, plain_layout, steady_layout
+from vidstyle.stabilize.stabilizer import Stabilized
 from vidstyle.style import Style
-from vidstyle.style.resolve import PreparedStep, has_fixed_marks, prepare
+from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve
 
 LARGEST = 8192
 """A page with a longer side is done in tiles, even where the device says that it takes more: what drivers
@@ -34,7 +34,7 @@ END_SECONDS = 2.0
 
 
 @dataclass(frozen=True)
-class Request:
+class FrameRequest:
     """A picture to be restyled; the arguments are those of `CpuRenderer.run`."""
 
     picture: Picture
@@ -44,16 +44,16 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class InFlightFrame:
     """What has been started for a request."""
 
-    request: Request
+    request: FrameRequest
     plan: Plan
-    fetches: list[Fetch]
-    steadied: Steadied | None = None
+    fetches: list[Readback]
+    steadied: Stabilized | None = None
 
 
-class Session:
+class GpuSession:
     """A context, its thread, and what a style needs there.
 
     Args:
@@ -79,23 +79,23 @@ class Session:
         self._form: Form = form or device.form
         self._fused = fused
         self._largest = min(device.limits.texture_size, largest)
-        self._owner = Owner("vidstyle-gpu")
+        self._owner = ContextThread("vidstyle-gpu")
         self._runner: Runner | None = None
-        self._steps: dict[str, tuple[PreparedStep, ...]] = {}
-        self._settlings: dict[tuple[str, int], Settling] = {}
-        self._cuts = CutDetector()
-        self._steadier: Steadier | None = None
+        self._steps: dict[str, tuple[ResolvedStep, ...]] = {}
+        self._settlings: dict[tuple[str, int], ExponentialSmoother] = {}
+        self._cuts = SceneCutDetector()
+        self._steadier: GpuStabilizer | None = None
         try:
             self._owner.submit(self._open, device.index).result()
         except DeviceError:
             self._owner.end(END_SECONDS)
             raise
 
-    def start(self, request: Request) -> Future[Drawn]:
+    def start(self, request: FrameRequest) -> Future[InFlightFrame]:
         """Send a picture and start all passes for it, in the thread."""
         return self._owner.submit(self._start, request)
 
-    def fetch(self, drawn: Drawn) -> Future[Picture]:
+    def fetch(self, drawn: InFlightFrame) -> Future[Picture]:
         """The restyled picture; waits, in the thread, until the GPU is done with it."""
         return self._owner.submit(self._fetch, drawn)
 
@@ -110,7 +110,7 @@ class Session:
 
     def _open(self, index: int) -> None:
         self._context = open_context(index)
-        self._equipment = Equipment(self._context)
+        self._equipment = GpuResources(self._context)
 
     def _close(self) -> None:
         self._let_runner_go()
@@ -123,7 +123,7 @@ class Session:
         self._equipment.forget_numbers()
         self._let_runner_go()
 
-    def _start(self, request: Request) -> Drawn:
+    def _start(self, request: FrameRequest) -> InFlightFrame:
         with driver_errors():
             steady = self._style.steady > 0 and request.time is not None
             runner = self._prepared(request, steady)
@@ -136,17 +136,17 @@ class Session:
             else:
                 fetches, steadied = runner.draw(request.picture, shares), None
             self._check()
-            return Drawn(request, runner.plan, fetches, steadied)
+            return InFlightFrame(request, runner.plan, fetches, steadied)
 
-    def _prepared(self, request: Request, steady: bool) -> Runner:
+    def _prepared(self, request: FrameRequest, steady: bool) -> Runner:
         """The runner for pictures such as this one, and what keeps their film steady."""
-        layout = steady_layout(request.picture) if steady else Layout.of(request.picture)
+        layout = steady_layout(request.picture) if steady else PictureLayout.of(request.picture)
         old = self._runner.plan if self._runner else None
         if old and (old.source, old.target, old.rgb) == (layout, request.target, request.rgb) and self._steps:
             assert self._runner is not None
             return self._runner
         if old is None or old.source.shape != layout.shape or not self._steps:
-            self._steps = prepare(self._style, *layout.shape)
+            self._steps = resolve(self._style, *layout.shape)
             self._settlings = {}
         plan = make_plan(
             self._style, self._steps, layout, request.target, request.rgb, self._form, self._fused
@@ -156,7 +156,7 @@ class Session:
         if steady:
             is_fixed = has_fixed_marks(self._steps)
             source = plain_layout(request.picture).encoding
-            self._steadier = Steadier(
+            self._steadier = GpuStabilizer(
                 self._equipment, self._runner, self._style.steady, is_fixed, source, request.target
             )
         self._equipment.textures.clear()
@@ -174,11 +174,11 @@ class Session:
         if begins:
             self._settlings = {}
         return {
-            each.step: self._settlings.setdefault(each.step, Settling()).share(time, each.settle)
+            each.step: self._settlings.setdefault(each.step, ExponentialSmoother()).share(time, each.settle)
             for each in measures
         }
 
-    def _fetch(self, drawn: Drawn) -> Picture:
+    def _fetch(self, drawn: InFlightFrame) -> Picture:
         with driver_errors():
             tiles = [(fetch, fetch.transfer.arrays()) for fetch in drawn.fetches]
             self._check()
@@ -211,12 +211,12 @@ def driver_errors() -> Iterator[None]:
         raise DeviceError("the GPU", f"fails ({reason})", "use --device cpu") from None
 
 
-def _plane_shape(drawn: Drawn, name: str) -> tuple[int, int]:
+def _plane_shape(drawn: InFlightFrame, name: str) -> tuple[int, int]:
     shape = drawn.request.picture.shape
     return drawn.request.target.chroma_shape(*shape) if name in ("blue", "red") else shape
 
 
-def _picture(drawn: Drawn, planes: dict[str, np.ndarray]) -> Picture:
+def _picture(drawn: InFlightFrame, planes: dict[str, np.ndarray]) -> Picture:
     """The result, with what the passes have left untouched."""
     source, target = drawn.request.picture, drawn.request.target
     alpha = alpha_in_depth(source, target.depth)

@@ -13,23 +13,23 @@ from typing import TYPE_CHECKING, Literal
 
 from vidstyle.core.picture import Picture
 from vidstyle.gpu.compile.cost import result_targets
-from vidstyle.gpu.compile.nodes import Layout
+from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.choose import Device
-from vidstyle.gpu.device.context import Owner, close_context, open_context
-from vidstyle.gpu.device.runner import Equipment, Runner, Shares, _arrays_of
+from vidstyle.gpu.device.context import ContextThread, close_context, open_context
+from vidstyle.gpu.device.runner import GpuResources, Runner, Shares, _arrays_of
 from vidstyle.gpu.device.transfer import Download, Upload
-from vidstyle.gpu.session import END_SECONDS, LARGEST, Drawn, Request, Session, driver_errors
+from vidstyle.gpu.session import END_SECONDS, LARGEST, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 if TYPE_CHECKING:
     import moderngl
 
-LEAST_RUNS = 3
-MOST_RUNS = 200
+MIN_RUNS = 3
+MAX_RUNS = 200
 """A query for each pass of each run waits to be read."""
 RATE = 25
 """Frames a second that blocks are told which follow a film over time."""
@@ -68,10 +68,10 @@ def time_style(style: Style, picture: Picture, device: Device, form: Form, secon
         DeviceError: the GPU fails.
         StyleError: the style cannot be used.
     """
-    steps = prepare(style, *picture.shape)
-    plan = make_plan(style, steps, Layout.of(picture), picture.encoding, False, form)
+    steps = resolve(style, *picture.shape)
+    plan = make_plan(style, steps, PictureLayout.of(picture), picture.encoding, False, form)
     clock: Clock = "wall clock" if device.software else "timer queries"
-    owner = Owner("vidstyle-timing")
+    owner = ContextThread("vidstyle-timing")
     try:
         parts = owner.submit(_time_parts, plan, picture, device, clock, seconds).result()
     finally:
@@ -84,7 +84,7 @@ def median_time(call: Callable[[], object], seconds: float) -> float:
     call()
     times: list[float] = []
     end = time.perf_counter() + seconds
-    while len(times) < LEAST_RUNS or time.perf_counter() < end:
+    while len(times) < MIN_RUNS or time.perf_counter() < end:
         began = time.perf_counter()
         call()
         times.append(time.perf_counter() - began)
@@ -109,14 +109,14 @@ def _time_parts(
 def _time_passes(
     context: moderngl.Context, plan: Plan, picture: Picture, largest: int, clock: Clock, seconds: float
 ) -> tuple[float, ...]:
-    equipment = Equipment(context)
+    equipment = GpuResources(context)
     runner = TimedRunner(equipment, plan, largest, clock)
     try:
         runner.run(picture, 1)
         began = time.perf_counter()
         runner.run(picture, 1)
         once = time.perf_counter() - began
-        return runner.run(picture, round(min(max(seconds / once, LEAST_RUNS), MOST_RUNS)))
+        return runner.run(picture, round(min(max(seconds / once, MIN_RUNS), MAX_RUNS)))
     finally:
         runner.release()
         equipment.release()
@@ -156,12 +156,12 @@ def _time_download(context: moderngl.Context, plan: Plan, seconds: float) -> flo
 
 def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> float:
     """The mean time from picture to picture, one late."""
-    session = Session(style, device, form)
+    session = GpuSession(style, device, form)
 
-    def start(number: int) -> Future[Drawn]:
-        return session.start(Request(picture, number / RATE, picture.encoding, False))
+    def start(number: int) -> Future[InFlightFrame]:
+        return session.start(FrameRequest(picture, number / RATE, picture.encoding, False))
 
-    def fetch(started: Future[Drawn]) -> None:
+    def fetch(started: Future[InFlightFrame]) -> None:
         session.fetch(started.result()).result()
 
     try:
@@ -169,7 +169,7 @@ def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seco
         before, after = start(1), start(2)
         fetch(before)
         count, began = 0, time.perf_counter()
-        while count < LEAST_RUNS or time.perf_counter() < began + seconds:
+        while count < MIN_RUNS or time.perf_counter() < began + seconds:
             before, after = after, start(count + 3)
             fetch(before)
             count += 1
@@ -190,7 +190,7 @@ Reading = Callable[[], float]
 class TimedRunner(Runner):
     """Runs passes again and again without transfers, and times them. Whoever calls it owns the context."""
 
-    def __init__(self, equipment: Equipment, plan: Plan, largest: int, clock: Clock) -> None:
+    def __init__(self, equipment: GpuResources, plan: Plan, largest: int, clock: Clock) -> None:
         super().__init__(equipment, plan, largest)
         self._clock = clock
 

@@ -9,22 +9,22 @@ from collections.abc import Callable
 import numpy as np
 
 from vidstyle.errors import DeviceError
-from vidstyle.live.capture import Lasting
+from vidstyle.live.capture import ReconnectingSource
 from vidstyle.live.options import LiveOptions
-from vidstyle.media.audio import RATE, Heard
+from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture.microphone import Microphone, SoundInput
 
 
-class Sound:
+class AudioRouter:
     """Chooses what is passed on."""
 
-    def __init__(self, options: LiveOptions, hear: Callable[[Heard], None]) -> None:
+    def __init__(self, options: LiveOptions, hear: Callable[[AudioChunk], None]) -> None:
         """`hear`: is given every piece of sound, in the thread that takes it."""
         microphone = options.microphone if options.sound else None
         self._wanted, self._hear = options.sound, hear
-        self._listening = Listening(microphone, hear) if microphone else None
+        self._listening = MicrophoneCapture(microphone, hear) if microphone else None
 
-    def heard(self, heard: Heard) -> None:
+    def heard(self, heard: AudioChunk) -> None:
         """The source gives this."""
         if self._listening is None:
             self._hear(heard)
@@ -57,12 +57,12 @@ SILENCE_SECONDS = 0.1
 """How long a piece of silence is."""
 
 
-class Listening(Lasting[SoundInput]):
+class MicrophoneCapture(ReconnectingSource[SoundInput]):
     """The sound of a microphone, without a gap."""
 
     meanwhile = "there is silence"
 
-    def __init__(self, microphone: Microphone, hear: Callable[[Heard], None]) -> None:
+    def __init__(self, microphone: Microphone, hear: Callable[[AudioChunk], None]) -> None:
         """`hear`: is given every piece of sound, in a thread of its own."""
         super().__init__(microphone, "microphone")
         self._hear = hear
@@ -91,9 +91,9 @@ class Listening(Lasting[SoundInput]):
         until = time.monotonic() + seconds
         while not self._stopping.wait(SILENCE_SECONDS) and time.monotonic() < until:
             missing = round((time.monotonic() - self._end) * RATE)
-            self._pass_on(Heard(np.zeros((2, max(0, missing)), np.float32), self._end))
+            self._pass_on(AudioChunk(np.zeros((2, max(0, missing)), np.float32), self._end))
 
-    def _pass_on(self, heard: Heard) -> None:
+    def _pass_on(self, heard: AudioChunk) -> None:
         self._end = heard.time + heard.samples.shape[1] / RATE
         self._hear(heard)
         self._begun.set()

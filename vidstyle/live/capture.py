@@ -11,18 +11,18 @@ from fractions import Fraction
 from typing import Generic
 
 from vidstyle.errors import DeviceError, VidstyleError
-from vidstyle.live.latest import Newest
-from vidstyle.media.audio import Heard
-from vidstyle.media.capture.input import Captured, LiveInput, LiveSource
-from vidstyle.media.capture.source import Source, T
+from vidstyle.live.latest import DropOldestQueue
+from vidstyle.media.audio import AudioChunk
+from vidstyle.media.capture.input import CapturedFrame, LiveInput, LiveSource
+from vidstyle.media.capture.source import CaptureSource, T
 
-FIRST_WAIT, LONGEST_WAIT = 0.25, 1.0
+FIRST_WAIT, MAX_WAIT = 0.25, 1.0
 """Seconds before a lost source is tried again: at first, and at most."""
 
 log = logging.getLogger("vidstyle")
 
 
-class Lasting(ABC, Generic[T]):
+class ReconnectingSource(ABC, Generic[T]):
     """One source for as long as a session runs.
 
     Attributes:
@@ -33,7 +33,7 @@ class Lasting(ABC, Generic[T]):
     meanwhile = ""
     """What there is while it is lost, for people."""
 
-    def __init__(self, source: Source[T], purpose: str) -> None:
+    def __init__(self, source: CaptureSource[T], purpose: str) -> None:
         """`purpose`: names the thread."""
         self.error: BaseException | None = None
         self.ended = False
@@ -87,7 +87,7 @@ class Lasting(ABC, Generic[T]):
                 reason = str(error)
             if not self._source.lasting or self._stopping.is_set():
                 return
-            wait = FIRST_WAIT if self._last != before else min(2 * wait, LONGEST_WAIT)
+            wait = FIRST_WAIT if self._last != before else min(2 * wait, MAX_WAIT)
             self._lose(reason)
             self._pause(wait)
 
@@ -117,7 +117,7 @@ STALL_SECONDS = 2.0
 """A source that gives nothing for so long is said to be waited for, though it is not lost yet."""
 
 
-class Capture(Lasting[LiveInput]):
+class Capture(ReconnectingSource[LiveInput]):
     """The newest picture of a source.
 
     Attributes:
@@ -127,11 +127,11 @@ class Capture(Lasting[LiveInput]):
 
     meanwhile = "the last picture is held"
 
-    def __init__(self, source: LiveSource, hear: Callable[[Heard], None]) -> None:
+    def __init__(self, source: LiveSource, hear: Callable[[AudioChunk], None]) -> None:
         """`hear`: is given every piece of sound, in the capturing thread."""
         super().__init__(source, "capture")
         self._hear = hear
-        self.pictures: Newest[Captured] = Newest()
+        self.pictures: DropOldestQueue[CapturedFrame] = DropOldestQueue()
         self.codec = ""
         self.has_sound = False
         self.rate: Fraction | None = None
@@ -162,7 +162,7 @@ class Capture(Lasting[LiveInput]):
         self.rate = self.rate or opened.rate
         self.has_sound = opened.has_sound
         for item in opened:
-            if isinstance(item, Heard):
+            if isinstance(item, AudioChunk):
                 self._hear(item)
             else:
                 self._note(item.time)

@@ -9,7 +9,7 @@ from typing import Any
 
 from vidstyle.errors import UsageError
 from vidstyle.style import Style, describe, load_style, override, style_names
-from vidstyle.style.change import vary
+from vidstyle.style.change import apply_variant
 from vidstyle.style.values import nearest
 
 
@@ -99,7 +99,7 @@ class Controls:
             raise UsageError(name, "is not a style to choose", nearest(name, self.names))
         style = self._first if listed == self._first.name else load_style(listed)
         if listed != name:
-            style = vary(style, name.removeprefix(f"{listed}:"))
+            style = apply_variant(style, name.removeprefix(f"{listed}:"))
         with self._lock:
             self._style = style
 

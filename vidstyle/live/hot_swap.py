@@ -10,16 +10,16 @@ from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import VidstyleError
-from vidstyle.live.latest import Newest
+from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.resize import resized
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import LAYERS, PLAIN, Step, Style
 
-LEAST_SIDE = 16
+MIN_SIDE = 16
 """Pixels that a working size keeps at least."""
 
 
-class Styler:
+class HotSwapRenderer:
     """Runs a style; another is made ready beside it, on the picture of that moment, before it takes over.
 
     On the CPU, where that takes no time, other numbers and colours of the same steps take over at once.
@@ -43,7 +43,7 @@ class Styler:
         self._ready: tuple[Style, Backend] | None = None
         self._awaited: Style | None = None
         self._lock = threading.Lock()
-        self._wishes: Newest[tuple[Style, Picture, float, Encoding]] = Newest()
+        self._wishes: DropOldestQueue[tuple[Style, Picture, float, Encoding]] = DropOldestQueue()
         self._thread = threading.Thread(target=self._prepare_all, name="vidstyle prepare", daemon=True)
         self._thread.start()
 
@@ -88,7 +88,7 @@ class Styler:
             self._plain.close()
 
     def _working_size(self, width: int, height: int) -> tuple[int, int]:
-        across, down = (max(LEAST_SIDE, round(side * self.scale / 2) * 2) for side in (width, height))
+        across, down = (max(MIN_SIDE, round(side * self.scale / 2) * 2) for side in (width, height))
         return min(across, width), min(down, height)
 
     def _ask(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:

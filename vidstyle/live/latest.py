@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class Newest(Generic[T]):
+class DropOldestQueue(Generic[T]):
     """A place for the newest things.
 
     Attributes:

@@ -8,18 +8,18 @@ from collections import deque
 from collections.abc import Sequence
 
 STEP_MS = 0.1
-LONGEST_MS = 5000
+MAX_MS = 5000
 """Longer ones are counted as this: the count of a whole day takes no more room than that of a minute."""
 RECENT_SECONDS = 3.0
-MOST_RECENT = 512
+MAX_RECENT = 512
 
 
 class Meter:
     """Latencies of one session; from any thread."""
 
     def __init__(self) -> None:
-        self._counts = [0] * round(LONGEST_MS / STEP_MS)
-        self._recent: deque[tuple[float, float]] = deque(maxlen=MOST_RECENT)
+        self._counts = [0] * round(MAX_MS / STEP_MS)
+        self._recent: deque[tuple[float, float]] = deque(maxlen=MAX_RECENT)
         self._lock = threading.Lock()
 
     def delivered(self, captured: float) -> None:
@@ -48,11 +48,11 @@ class Meter:
             return [each for each in self._recent if each[0] >= earliest]
 
 
-class Rate:
+class RateMeter:
     """Events a second, over the last seconds."""
 
     def __init__(self) -> None:
-        self._times: deque[float] = deque(maxlen=MOST_RECENT)
+        self._times: deque[float] = deque(maxlen=MAX_RECENT)
 
     def count(self) -> None:
         """One now."""

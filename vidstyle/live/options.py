@@ -36,7 +36,7 @@ class LiveOptions:
 
 
 @dataclass(frozen=True)
-class Setting:
+class TargetContext:
     """What a target is made for: pictures like the first, so many a second, with or without sound."""
 
     first: LiveFrame

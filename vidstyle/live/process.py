@@ -14,28 +14,28 @@ import numpy as np
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls
-from vidstyle.live.hot_swap import Styler
+from vidstyle.live.hot_swap import HotSwapRenderer
 from vidstyle.live.options import LiveOptions
-from vidstyle.media.capture.input import Captured
+from vidstyle.media.capture.input import CapturedFrame
 from vidstyle.media.color_tags import HD_LINES, usual_tags
 from vidstyle.media.frame import frame_from_picture
-from vidstyle.media.read.convert import PictureMaker
+from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.resize import letterboxed, resized, wanted_size
 
 if TYPE_CHECKING:
     import av
 
 
-class Restyling:
+class FrameProcessor:
     """What lies between a captured frame and a restyled one."""
 
     def __init__(self, controls: Controls, options: LiveOptions, tell: Callable[[str], None]) -> None:
         """`tell`: is told when the style or the working size changes, and why a style does not run."""
         self._controls, self._tell = controls, tell
         self._keeps_rate = options.budget
-        self._styler = Styler(controls.style, options.device, tell)
-        self._pictures = Pictures(options.size)
-        self._budget: Budget | None = None
+        self._styler = HotSwapRenderer(controls.style, options.device, tell)
+        self._pictures = FrameNormalizer(options.size)
+        self._budget: AdaptiveScale | None = None
         self._rate = Fraction(0)
 
     @property
@@ -56,7 +56,7 @@ class Restyling:
         width, height = self._styler.working_size(*self.size)
         return f"works at {width}x{height}"
 
-    def frame(self, captured: Captured, capture: Capture, name: str) -> av.VideoFrame:
+    def frame(self, captured: CapturedFrame, capture: Capture, name: str) -> av.VideoFrame:
         """The frame restyled; `name` is that of the source."""
         picture = self._pictures.picture(captured, capture, name)
         style = None if self._controls.bypassed else self._controls.style
@@ -71,7 +71,7 @@ class Restyling:
     def hold(self, rate: Fraction) -> None:
         """From now on frames have to be done at this rate, if the options say so."""
         self._rate = rate
-        self._budget = Budget(float(1 / rate)) if self._keeps_rate else None
+        self._budget = AdaptiveScale(float(1 / rate)) if self._keeps_rate else None
 
     def took(self, seconds: float) -> None:
         """A frame took so long in all; the working size goes by that."""
@@ -89,7 +89,7 @@ class Restyling:
         self._styler.close(seconds)
 
 
-class Pictures:
+class FrameNormalizer:
     """What the first frame decides for a session, whatever the source may become later.
 
     Attributes:
@@ -101,11 +101,11 @@ class Pictures:
         """`size`: wanted, one side perhaps -1 or -2; None: that of the first frame, with square pixels."""
         self._wanted = size
         self._square = (0, 0)
-        self._maker: PictureMaker | None = None
+        self._maker: FrameConverter | None = None
         self.size = (0, 0)
         self.encoding = Encoding()
 
-    def picture(self, captured: Captured, capture: Capture, name: str) -> Picture:
+    def picture(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """The frame upright, at the session's size, without alpha; `name` is that of the source."""
         if self._maker is None:
             self._begin(captured, capture, name)
@@ -117,9 +117,9 @@ class Pictures:
         """A picture in `encoding` as a frame that is tagged so."""
         return frame_from_picture(with_chroma(picture), tags=usual_tags(self.encoding, picture.shape[0]))
 
-    def _begin(self, first: Captured, capture: Capture, name: str) -> None:
+    def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> None:
         aspect = capture.sample_aspect
-        maker = PictureMaker(first.native, capture.codec, name, sample_aspect=aspect)
+        maker = FrameConverter(first.native, capture.codec, name, sample_aspect=aspect)
         # Neither a camera nor a page can say that its pixels are not square.
         self._square = max(1, round(maker.width * (maker.sample_aspect or 1))), maker.height
         self.size = wanted_size(self._wanted, *self._square) if self._wanted else self._square
@@ -152,13 +152,13 @@ SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
 FULL, ROOMY = 0.95, 0.65
 """Shares of the time between two frames: above the first a size is too large, below the second it fits."""
-LOOK, PATIENCE, MOST_PATIENCE = 0.5, 2.0, 60.0
+LOOK, PATIENCE, MAX_PATIENCE = 0.5, 2.0, 60.0
 """Seconds to look before going down; before going up; and that at most, after tries that failed."""
-LEAST_FRAMES, MOST_FRAMES = 3, 30
+MIN_FRAMES, MAX_FRAMES = 3, 30
 """How many frames are looked at."""
 
 
-class Budget:
+class AdaptiveScale:
     """Chooses the working size from how long frames take.
 
     Attributes:
@@ -171,7 +171,7 @@ class Budget:
         self._place = 0
         self._patience = PATIENCE
         self._since = self._rose = 0.0
-        self._times: deque[float] = deque(maxlen=MOST_FRAMES)
+        self._times: deque[float] = deque(maxlen=MAX_FRAMES)
 
     @property
     def scale(self) -> float:
@@ -184,12 +184,12 @@ class Budget:
         passed = max(seconds, self._seconds)
         self._since += passed
         self._rose += passed
-        if self._since < LOOK or len(self._times) < LEAST_FRAMES:
+        if self._since < LOOK or len(self._times) < MIN_FRAMES:
             return False
         usual = median(self._times)
         if usual > FULL * self._seconds and self._place + 1 < len(self._scales):
             # A rise that did not last is tried again later and later.
-            self._patience = min(2 * self._patience, MOST_PATIENCE) if self._rose < 2 * LOOK else PATIENCE
+            self._patience = min(2 * self._patience, MAX_PATIENCE) if self._rose < 2 * LOOK else PATIENCE
             return self._go(self._fitting(usual))
         if self._place and self._since >= self._patience:
             larger = self._scales[self._place - 1]

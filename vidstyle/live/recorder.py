@@ -11,14 +11,14 @@ from pathlib import Path
 from vidstyle.errors import VidstyleError
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
-from vidstyle.live.sinks import FileSink, Filing
+from vidstyle.live.sinks import FileSink, FileTarget
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.target_thread import CLOSE_SECONDS
-from vidstyle.media.audio import Heard
+from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
 
 
-class Keepsakes:
+class Recorder:
     """Snapshots and recordings, in the present folder, named by the time.
 
     Attributes:
@@ -29,7 +29,7 @@ class Keepsakes:
         """`tell`: is told where they are, or why they could not be kept."""
         self._tell = tell
         self.sound = False
-        self._film: Filing | None = None
+        self._film: FileTarget | None = None
         self._writing: threading.Thread | None = None
 
     @property
@@ -51,7 +51,7 @@ class Keepsakes:
             if self._film.error is not None:
                 controls.record(False)
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, heard: AudioChunk) -> None:
         """Sound for the recording, if there is one; from any thread."""
         film = self._film
         if film is not None:
@@ -73,7 +73,7 @@ class Keepsakes:
         if not on:
             self._stop_recording()
             return True
-        film = Filing(_free_name(".mp4"), Meter(), rate, WriteOptions(new_sound=self.sound))
+        film = FileTarget(_free_name(".mp4"), Meter(), rate, WriteOptions(new_sound=self.sound))
         try:
             film.start(frame)
         except VidstyleError as error:

@@ -9,34 +9,34 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from vidstyle.live.audio import Sound
+from vidstyle.live.audio import AudioRouter
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, Status
-from vidstyle.live.meter import Meter, Rate
-from vidstyle.live.options import LiveOptions, Setting
-from vidstyle.live.process import Restyling
-from vidstyle.live.recorder import Keepsakes
+from vidstyle.live.meter import Meter, RateMeter
+from vidstyle.live.options import LiveOptions, TargetContext
+from vidstyle.live.process import FrameProcessor
+from vidstyle.live.recorder import Recorder
 from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.live.target_group import Destinations
-from vidstyle.media.audio import Heard
-from vidstyle.media.capture.input import Captured, LiveSource
+from vidstyle.live.target_group import TargetGroup
+from vidstyle.media.audio import AudioChunk
+from vidstyle.media.capture.input import CapturedFrame, LiveSource
 
 log = logging.getLogger("vidstyle")
 
-USUAL_RATE = Fraction(30)
+DEFAULT_RATE = Fraction(30)
 WATCH_SECONDS = 0.1
 END_SECONDS = 2.0
 
 
-class Session:
+class LiveSession:
     """One run from a source to targets; `run` takes it to its end."""
 
     def __init__(
         self,
         source: LiveSource,
         controls: Controls,
-        makers: Sequence[Callable[[Setting], Target]],
+        makers: Sequence[Callable[[TargetContext], Target]],
         options: LiveOptions | None = None,
     ) -> None:
         """Nothing is opened before `run`.
@@ -45,15 +45,15 @@ class Session:
             makers: each makes a target once the first picture tells what it is to take.
         """
         self._source, self._controls = source, controls
-        self._destinations = Destinations(makers)
+        self._destinations = TargetGroup(makers)
         self._message = ""
         self._options = options or LiveOptions()
-        self._restyling = Restyling(controls, self._options, self._tell)
-        self._sound = Sound(self._options, self._hear)
+        self._restyling = FrameProcessor(controls, self._options, self._tell)
+        self._sound = AudioRouter(self._options, self._hear)
         self._capture = Capture(source, self._sound.heard)
-        self._meter, self._restyled, self._pace = Meter(), Meter(), Rate()
-        self._keepsakes = Keepsakes(self._tell)
-        self._rate = self._options.rate or USUAL_RATE
+        self._meter, self._restyled, self._pace = Meter(), Meter(), RateMeter()
+        self._keepsakes = Recorder(self._tell)
+        self._rate = self._options.rate or DEFAULT_RATE
         self._began: float | None = None
         self._frames = self._unready = 0
         self._over = threading.Event()
@@ -136,7 +136,7 @@ class Session:
         if self._capture.error is not None:
             raise self._capture.error
 
-    def _style(self, captured: Captured) -> None:
+    def _style(self, captured: CapturedFrame) -> None:
         begin = time.monotonic()
         picture = self._restyling.frame(captured, self._capture, self._source.name)
         frame = LiveFrame(picture, captured.time, self._frames)
@@ -155,17 +155,17 @@ class Session:
 
         What came while the style and the targets were made ready is not counted as dropped.
         """
-        self._rate = self._options.rate or self._capture.rate or USUAL_RATE
+        self._rate = self._options.rate or self._capture.rate or DEFAULT_RATE
         self._restyling.hold(self._rate)
         sound = self._sound.wait(self._capture.has_sound)
-        setting = Setting(frame, self._rate, self._meter, self._controls, sound)
+        setting = TargetContext(frame, self._rate, self._meter, self._controls, sound)
         self._keepsakes.sound = sound
         self._destinations.open(setting)
         self._capture.pictures.take(0)
         self._began, self._unready = time.monotonic(), self._capture.pictures.dropped
         return replace(frame, captured=self._began)
 
-    def _hear(self, heard: Heard) -> None:
+    def _hear(self, heard: AudioChunk) -> None:
         """Pass sound on to the targets that take any; called from the thread that takes it."""
         self._destinations.hear(heard)
         self._keepsakes.hear(heard)

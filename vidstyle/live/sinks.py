@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from vidstyle.core.picture import Picture
 from vidstyle.live.meter import Meter
 from vidstyle.live.target import LiveFrame
-from vidstyle.live.target_thread import Outlet, Sink
-from vidstyle.media.audio import Heard
+from vidstyle.live.target_thread import Sink, TargetThread
+from vidstyle.media.audio import AudioChunk
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import Frame, picture_from_frame
 from vidstyle.media.options import VideoInfo
@@ -29,7 +29,7 @@ FILE_ROOM = 8
 """Frames that may wait for a disk or an encoder that pauses."""
 
 
-class Steadily(Outlet):
+class ConstantRateTarget(TargetThread):
     """A stream at a constant rate: where no new picture is there in time, the last is shown again."""
 
     def __init__(
@@ -41,7 +41,7 @@ class Steadily(Outlet):
         lasting: bool,
     ) -> None:
         super().__init__(name, open_sink, meter, lasting)
-        self._ticks = Ticks(rate)
+        self._ticks = FramePacer(rate)
         self._last: LiveFrame | None = None
         self._early = 0
 
@@ -87,7 +87,7 @@ class StreamSink:
         """See Sink."""
         self._shift = self._stream.write(frame.picture, number) - frame.captured
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, heard: AudioChunk) -> None:
         """See Sink; sound goes beside the picture that was taken with it."""
         self._stream.hear(heard, heard.time + self._shift)
 
@@ -96,7 +96,7 @@ class StreamSink:
         self._stream.close()
 
 
-class Filing(Outlet):
+class FileTarget(TargetThread):
     """A film file, in which every picture has the time of its capture."""
 
     room = FILE_ROOM
@@ -158,7 +158,7 @@ class FileSink:
         picture = self._encoded(picture_from_frame(frame.picture))
         self._writer.write(Frame(picture, round(time_passed / TIME_BASE), TIME_BASE, self._step))
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, heard: AudioChunk) -> None:
         """See Sink; what was heard before the first picture is left out."""
         if self._zero is not None and isinstance(self._writer, FilmWriter):
             self._writer.hear(heard, heard.time - self._zero)
@@ -174,7 +174,7 @@ class FileSink:
         return self._plain.run(picture, None, self._writer.encoding, self._writer.wants_rgb)
 
 
-class Nowhere:
+class NullTarget:
     """Takes every picture and keeps none, for measuring."""
 
     name = "null"
@@ -200,11 +200,11 @@ class Nowhere:
 
 LATE = 0.75
 """By how much of a tick a picture may miss its own, so that trembling makes none drop and none repeat."""
-LONGEST_GAP = 1.0
+MAX_GAP = 1.0
 """After so many seconds without a write the reader itself stood still, and the count goes on from there."""
 
 
-class Ticks:
+class FramePacer:
     """Numbers ticks from the first picture on.
 
     Attributes:
@@ -223,7 +223,7 @@ class Ticks:
             now: in seconds of `time.monotonic`.
         """
         wanted = self.last + 1
-        if self._zero is None or now - self._time(wanted) > LONGEST_GAP:
+        if self._zero is None or now - self._time(wanted) > MAX_GAP:
             self._zero = now - wanted / self._rate
         position = (now - self._zero) * self._rate
         if position < wanted - LATE:

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from vidstyle.live.options import Setting
+from vidstyle.live.options import TargetContext
 from vidstyle.live.summary import Delivery
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.live.target_thread import Outlet
-from vidstyle.media.audio import Heard
+from vidstyle.live.target_thread import TargetThread
+from vidstyle.media.audio import AudioChunk
 
 
-class Destinations:
+class TargetGroup:
     """The targets; none of them holds up another."""
 
-    def __init__(self, makers: Sequence[Callable[[Setting], Target]]) -> None:
+    def __init__(self, makers: Sequence[Callable[[TargetContext], Target]]) -> None:
         """`makers`: each makes a target once the first picture tells what it is to take."""
         self._makers = makers
         self._targets: list[Target] = []
 
-    def open(self, setting: Setting) -> None:
+    def open(self, setting: TargetContext) -> None:
         """Make them all.
 
         Raises:
@@ -40,10 +40,10 @@ class Destinations:
         if errors and len(errors) == len(self._targets):
             raise errors[0]
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, heard: AudioChunk) -> None:
         """Give sound to those that take any; from any thread."""
         for target in self._targets.copy():
-            if isinstance(target, Outlet):
+            if isinstance(target, TargetThread):
                 target.hear(heard)
 
     def close(self) -> BaseException | None:

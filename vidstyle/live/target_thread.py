@@ -11,17 +11,17 @@ from collections.abc import Callable
 from typing import Protocol
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.latest import Newest
+from vidstyle.live.latest import DropOldestQueue
 from vidstyle.live.meter import Meter
 from vidstyle.live.target import LiveFrame
-from vidstyle.media.audio import Heard
+from vidstyle.media.audio import AudioChunk
 
-FIRST_WAIT, LONGEST_WAIT = 0.25, 2.0
+FIRST_WAIT, MAX_WAIT = 0.25, 2.0
 """Seconds before a lost target is tried again: at first, and at most."""
 STALL_SECONDS = 2.0
 CLOSE_SECONDS = 2.0
 """How long the end of a target may take; a reader that does not read is not waited for."""
-MOST_HEARD = 200
+MAX_HEARD = 200
 """Pieces of sound that may wait: a few seconds."""
 
 log = logging.getLogger("vidstyle")
@@ -33,14 +33,14 @@ class Sink(Protocol):
     def write(self, frame: LiveFrame, number: int) -> None:
         """Write a picture; raises VidstyleError when the target is lost."""
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, heard: AudioChunk) -> None:
         """Write sound, or leave it."""
 
     def close(self) -> None:
         """End it well."""
 
 
-class Outlet(ABC):
+class TargetThread(ABC):
     """What all targets with a thread have in common; see `Target`.
 
     Attributes:
@@ -58,8 +58,8 @@ class Outlet(ABC):
         self.delivered = self.repeated = 0
         self.error: VidstyleError | None = None
         self._open_sink, self._meter, self._lasting = open_sink, meter, lasting
-        self._frames: Newest[LiveFrame] = Newest(self.room)
-        self._heard: deque[Heard] = deque(maxlen=MOST_HEARD)
+        self._frames: DropOldestQueue[LiveFrame] = DropOldestQueue(self.room)
+        self._heard: deque[AudioChunk] = deque(maxlen=MAX_HEARD)
         self._sink: Sink | None = None
         self._latest: LiveFrame | None = None
         self._writing: float | None = None
@@ -94,7 +94,7 @@ class Outlet(ABC):
         """See Target."""
         self._frames.put(frame)
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, heard: AudioChunk) -> None:
         """Take sound, to be written before the next picture; without a place for it it is thrown away."""
         self._heard.append(heard)
 
@@ -171,5 +171,5 @@ class Outlet(ABC):
             log.warning("%s: is back", self.name)
         except VidstyleError as error:
             log.debug("%s", error)
-            self._wait = min(2 * self._wait, LONGEST_WAIT)
+            self._wait = min(2 * self._wait, MAX_WAIT)
             self._retry = time.monotonic() + self._wait

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vidstyle.errors import UsageError
-from vidstyle.live.options import Setting
-from vidstyle.live.sinks import Filing, Nowhere, Steadily, StreamSink
+from vidstyle.live.options import TargetContext
+from vidstyle.live.sinks import ConstantRateTarget, FileTarget, NullTarget, StreamSink
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.read.open import is_url, public_name
 from vidstyle.media.write import stream as live_addresses
@@ -51,7 +51,7 @@ class TargetOptions:
         return StreamOptions(rate, self.format, self.pix_fmt, self.codec, self.bitrate, sound)
 
 
-def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Target]:
+def target_maker(text: str, options: TargetOptions) -> Callable[[TargetContext], Target]:
     """What makes the target that a word means, as soon as the size of the pictures is known.
 
     Args:
@@ -62,7 +62,7 @@ def target_maker(text: str, options: TargetOptions) -> Callable[[Setting], Targe
         DeviceError: there is no such virtual camera.
     """
     if text == "null":
-        return lambda setting: Nowhere(setting.meter)
+        return lambda setting: NullTarget(setting.meter)
     if text == "page":
         return _page_maker(options.port)
     if text == "-":
@@ -83,36 +83,36 @@ def _stream_maker(
     options: TargetOptions,
     open_stream: Callable[[StreamOptions, av.VideoFrame], Stream],
     lasting: bool = True,
-) -> Callable[[Setting], Target]:
-    def make(setting: Setting) -> Target:
+) -> Callable[[TargetContext], Target]:
+    def make(setting: TargetContext) -> Target:
         def open_sink(first: LiveFrame) -> StreamSink:
             return StreamSink(open_stream(options.stream(setting.rate, setting.sound), first.picture))
 
-        outlet = Steadily(name, open_sink, setting.meter, setting.rate, lasting)
+        outlet = ConstantRateTarget(name, open_sink, setting.meter, setting.rate, lasting)
         outlet.start(setting.first)
         return outlet
 
     return make
 
 
-def _file_maker(text: str, options: TargetOptions) -> Callable[[Setting], Target]:
+def _file_maker(text: str, options: TargetOptions) -> Callable[[TargetContext], Target]:
     kind_of(text, options.file.format, is_pattern(text))
     if os.path.lexists(text) and is_plain_file(Path(text)) and not options.file.overwrite:
         raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
 
-    def make(setting: Setting) -> Target:
+    def make(setting: TargetContext) -> Target:
         written = replace(options.file, new_sound=setting.sound)
-        outlet = Filing(text, setting.meter, setting.rate, written)
+        outlet = FileTarget(text, setting.meter, setting.rate, written)
         outlet.start(setting.first)
         return outlet
 
     return make
 
 
-def _page_maker(port: int) -> Callable[[Setting], Target]:
+def _page_maker(port: int) -> Callable[[TargetContext], Target]:
     try:
-        from vidstyle.live.page import Page
+        from vidstyle.live.page import PageTarget
     except ImportError as error:
         raise UsageError("page", f"cannot be shown: {error}", "give another target with --to") from error
 
-    return lambda setting: Page(setting.controls, port, setting.meter)
+    return lambda setting: PageTarget(setting.controls, port, setting.meter)

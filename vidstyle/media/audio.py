@@ -19,14 +19,14 @@ log = logging.getLogger("vidstyle")
 
 RATE = 48000
 """Samples a second of each of two channels, whatever the source has."""
-LONGEST_SILENCE = 5
+MAX_SILENCE = 5
 """Seconds of missing sound that are filled."""
-MOST_WAITING = 500
+MAX_WAITING = 500
 """Pieces of sound that wait for the first picture, whose time they take theirs from: about ten seconds."""
 
 
 @dataclass(frozen=True)
-class Heard:
+class AudioChunk:
     """A piece of sound.
 
     Attributes:
@@ -38,7 +38,7 @@ class Heard:
     time: float
 
 
-class Ear:
+class AudioDecoder:
     """Decodes the sound of a source.
 
     Attributes:
@@ -50,9 +50,9 @@ class Ear:
         self.stream = streams[0] if streams else None
         self._resampler = _resampler("fltp", 0)
         self._zero: float | None = None
-        self._waiting: deque[tuple[float, np.ndarray]] = deque(maxlen=MOST_WAITING)
+        self._waiting: deque[tuple[float, np.ndarray]] = deque(maxlen=MAX_WAITING)
 
-    def hear(self, packet: av.Packet) -> Iterator[Heard]:
+    def hear(self, packet: av.Packet) -> Iterator[AudioChunk]:
         """The sound of a packet, once `anchor` has told when that is."""
         self._waiting.extend(self.sounds(packet))
         yield from self._anchored()
@@ -84,13 +84,13 @@ class Ear:
         self._waiting.clear()
         self._zero = None
 
-    def _anchored(self) -> Iterator[Heard]:
+    def _anchored(self) -> Iterator[AudioChunk]:
         while self._waiting and self._zero is not None:
             stamp, samples = self._waiting.popleft()
-            yield Heard(samples, self._zero + stamp)
+            yield AudioChunk(samples, self._zero + stamp)
 
 
-class Voice:
+class AudioEncoder:
     """A stream of sound in a container that is being written."""
 
     def __init__(self, container: av.container.OutputContainer, encoder: str) -> None:
@@ -122,7 +122,7 @@ class Voice:
         if samples.shape[1] == 0:
             return []
         self._begun = True
-        made = self._bridge() if begin - self._end > LONGEST_SILENCE * RATE else []
+        made = self._bridge() if begin - self._end > MAX_SILENCE * RATE else []
         self._end = begin + samples.shape[1]
         frame = av.AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", "stereo")
         frame.sample_rate, frame.pts, frame.time_base = RATE, begin, Fraction(1, RATE)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import av
 
 from vidstyle.errors import UsageError
-from vidstyle.media.pixel_formats import Layout, layout_of
+from vidstyle.media.pixel_formats import PlaneLayout, layout_of
 
 SOFTWARE = {
     "h264": "libx264",
@@ -30,7 +30,7 @@ COARSE = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte", "bgr4_byt
 
 
 @dataclass(frozen=True)
-class Knobs:
+class QualityOptions:
     """How an encoder is told what we call crf and preset.
 
     Attributes:
@@ -53,24 +53,26 @@ X26_SPEEDS = (
     *("ultrafast", "superfast", "veryfast", "faster", "fast"),
     *("medium", "slow", "slower", "veryslow", "placebo"),
 )
-_QUANTISER = Knobs("q", quality="2")
-_NVENC = Knobs("cq", "preset", "19", "p4", options={"rc": "vbr"})
-_QSV = Knobs("global_quality", "preset", "20", "medium")
-_AMF = Knobs("qvbr_quality_level", "quality")
-_WEBP = Knobs(options={"quality": "90"})
-KNOBS: dict[str, Knobs] = {
-    "libx264": Knobs("crf", "preset", "18", "veryfast", X26_SPEEDS),
-    "libx264rgb": Knobs("crf", "preset", "18", "veryfast", X26_SPEEDS),
-    "libx265": Knobs("crf", "preset", "20", "fast", X26_SPEEDS, {"x265-params": "log-level=none"}),
-    "libsvtav1": Knobs("crf", "preset", "26", "8", tuple("0123456789") + ("10", "11", "12", "13")),
-    "libvpx-vp9": Knobs("crf", "cpu-used", "24", "4", options={"b": "0", "row-mt": "1", "deadline": "good"}),
-    "libvpx": Knobs("crf", "cpu-used", "8", "4", options={"b": "20M", "deadline": "good"}),
+_QUANTISER = QualityOptions("q", quality="2")
+_NVENC = QualityOptions("cq", "preset", "19", "p4", options={"rc": "vbr"})
+_QSV = QualityOptions("global_quality", "preset", "20", "medium")
+_AMF = QualityOptions("qvbr_quality_level", "quality")
+_WEBP = QualityOptions(options={"quality": "90"})
+KNOBS: dict[str, QualityOptions] = {
+    "libx264": QualityOptions("crf", "preset", "18", "veryfast", X26_SPEEDS),
+    "libx264rgb": QualityOptions("crf", "preset", "18", "veryfast", X26_SPEEDS),
+    "libx265": QualityOptions("crf", "preset", "20", "fast", X26_SPEEDS, {"x265-params": "log-level=none"}),
+    "libsvtav1": QualityOptions("crf", "preset", "26", "8", tuple("0123456789") + ("10", "11", "12", "13")),
+    "libvpx-vp9": QualityOptions(
+        "crf", "cpu-used", "24", "4", options={"b": "0", "row-mt": "1", "deadline": "good"}
+    ),
+    "libvpx": QualityOptions("crf", "cpu-used", "8", "4", options={"b": "20M", "deadline": "good"}),
     **dict.fromkeys(("h264_nvenc", "hevc_nvenc", "av1_nvenc"), _NVENC),
     **dict.fromkeys(("h264_qsv", "hevc_qsv", "av1_qsv", "vp9_qsv"), _QSV),
     **dict.fromkeys(("h264_amf", "hevc_amf", "av1_amf"), _AMF),
     **dict.fromkeys(("mpeg4", "mpeg2video", "mpeg1video", "mjpeg", "wmv1", "wmv2", "flv"), _QUANTISER),
     **dict.fromkeys(("libwebp", "libwebp_anim"), _WEBP),
-    "apng": Knobs(options={"pred": "mixed"}),
+    "apng": QualityOptions(options={"pred": "mixed"}),
 }
 
 
@@ -107,7 +109,7 @@ def encoder_options(encoder: str, crf: float | None, preset: str | None) -> dict
     Raises:
         UsageError: the encoder has no such setting.
     """
-    knobs = KNOBS.get(encoder, Knobs())
+    knobs = KNOBS.get(encoder, QualityOptions())
     if crf is not None and not knobs.crf:
         raise UsageError("--crf", f"the encoder {encoder} has no such setting", "leave it out")
     if preset is not None and not knobs.preset:
@@ -139,7 +141,7 @@ def choose_pix_fmt(encoder: str, depth: int, step: tuple[int, int], rgb: bool, a
     return min(layouts, key=lambda layout: _loss(layout, depth or 16, step, rgb, alpha)).name
 
 
-def writable_layout(pix_fmt: str) -> Layout | None:
+def writable_layout(pix_fmt: str) -> PlaneLayout | None:
     """The layout of a pixel format, or None if pictures cannot be put into it without loss.
 
     Raises:
@@ -150,7 +152,7 @@ def writable_layout(pix_fmt: str) -> Layout | None:
     return None if backward or pix_fmt.startswith(COARSE) else layout
 
 
-def _loss(layout: Layout, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> tuple[int, ...]:
+def _loss(layout: PlaneLayout, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> tuple[int, ...]:
     """Sorts layouts by what they would lose, then by what they would waste."""
     steps = list(zip(layout.step, step, strict=True))
     return (

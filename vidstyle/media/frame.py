@@ -15,7 +15,7 @@ from av.sidedata.sidedata import Type as SideDataType
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError
 from vidstyle.media.color_tags import FULL, ColorTags, matrix_from_tags, siting_from_codec, usual_tags
-from vidstyle.media.pixel_formats import Layout, format_name, layout_of
+from vidstyle.media.pixel_formats import PlaneLayout, format_name, layout_of
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Frame:
         return self.pts * self.time_base
 
 
-def shuffled(frame: av.VideoFrame, thing: object = "frame") -> av.VideoFrame:
+def to_supported_format(frame: av.VideoFrame, thing: object = "frame") -> av.VideoFrame:
     """The frame itself, or the same samples in a format that lies as our planes do.
 
     Raises:
@@ -65,7 +65,7 @@ def picture_from_frame(
     """The frame's planes as a picture, row padding left out; views wherever the layout allows.
 
     Args:
-        frame: in a layout of its own or one that `shuffled` has made.
+        frame: in a layout of its own or one that `to_supported_format` has made.
         codec: what it was decoded with; the chroma siting hangs on it.
         tags: taken instead of the frame's own.
         thing: names the source in errors.
@@ -73,7 +73,7 @@ def picture_from_frame(
     Raises:
         InputError: a pixel format or colour matrix that we do not read.
     """
-    frame = shuffled(frame, thing)
+    frame = to_supported_format(frame, thing)
     layout = _layout(frame, thing)
     tags = tags or ColorTags.of(frame)
     encoding = _encoding(layout, tags, codec, frame, thing)
@@ -126,14 +126,16 @@ def side_data_of(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
     return None if found is None else bytes(found)
 
 
-def _layout(frame: av.VideoFrame, thing: object) -> Layout:
+def _layout(frame: av.VideoFrame, thing: object) -> PlaneLayout:
     layout = layout_of(frame.format.name)
     if layout is None:
         raise InputError(thing, f"its pixel format {frame.format.name} is not one that vidstyle reads")
     return layout
 
 
-def _encoding(layout: Layout, tags: ColorTags, codec: str, frame: av.VideoFrame, thing: object) -> Encoding:
+def _encoding(
+    layout: PlaneLayout, tags: ColorTags, codec: str, frame: av.VideoFrame, thing: object
+) -> Encoding:
     if layout.kind != "luma":
         return Encoding("bt709", full_range=True, depth=layout.depth, step=(1, 1), siting=(0.0, 0.0))
     gray = layout.planes == 1
@@ -143,7 +145,7 @@ def _encoding(layout: Layout, tags: ColorTags, codec: str, frame: av.VideoFrame,
     return Encoding(matrix, full_range, layout.depth, layout.step, siting)
 
 
-def _view(plane: Any, layout: Layout) -> np.ndarray:
+def _view(plane: Any, layout: PlaneLayout) -> np.ndarray:
     """The plane's samples as H x W, or H x W x channels for packed formats; rows may lie apart."""
     dtype = np.dtype(np.uint8 if layout.depth <= 8 else ">u2" if layout.big_endian else "<u2")
     channels = (layout.planes if layout.kind != "luma" or layout.planes == 1 else 1) + layout.alpha
@@ -159,7 +161,7 @@ def _view(plane: Any, layout: Layout) -> np.ndarray:
     return view.astype(np.uint8 if layout.depth <= 8 else np.uint16) if upside_down or swapped else view
 
 
-def _fourth(planes: Sequence[np.ndarray], layout: Layout) -> np.ndarray | None:
+def _fourth(planes: Sequence[np.ndarray], layout: PlaneLayout) -> np.ndarray | None:
     return planes[3] if layout.alpha else None
 
 

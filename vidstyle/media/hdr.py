@@ -24,7 +24,7 @@ from vidstyle.media.hdr_kernels import map_colors, map_planes
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
 TABLE = 32768
 """Entries of a curve; enough to take the nearest one for signals of 12 bits."""
-USUAL_PEAK = 1000.0
+DEFAULT_PEAK = 1000.0
 """What PQ masters are mostly graded to, in cd/m2; taken where the stream does not say."""
 BT2020_TO_BT709 = np.array(
     [[1.660491, -0.587641, -0.072850], [-0.124550, 1.132900, -0.008349], [-0.018151, -0.100579, 1.118730]],
@@ -44,7 +44,7 @@ class ToneMap:
     """
 
     transfer: int
-    peak: float = USUAL_PEAK
+    peak: float = DEFAULT_PEAK
     wide: bool = True
 
     @classmethod
@@ -120,7 +120,7 @@ def brightest(frame: av.VideoFrame) -> float:
         # AVMasteringDisplayMetadata: six primaries, two of the white point, then min and max, as rationals.
         numbers = np.frombuffer(mastering, np.int32)[:20].reshape(10, 2)
         levels.append(float(numbers[9, 0] / max(numbers[9, 1], 1)))
-    return next((level for level in levels if REFERENCE_WHITE < level <= 10000), USUAL_PEAK)
+    return next((level for level in levels if REFERENCE_WHITE < level <= 10000), DEFAULT_PEAK)
 
 
 def _gain(nits: np.ndarray, peak: float) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-MOST_BOXES = 10_000
+MAX_BOXES = 10_000
 
 
 def top_boxes(path: Path) -> Iterator[tuple[bytes, int, int]]:
@@ -13,7 +13,7 @@ def top_boxes(path: Path) -> Iterator[tuple[bytes, int, int]]:
     end = path.stat().st_size
     with path.open("rb") as file:
         offset = 0
-        for _ in range(MOST_BOXES):
+        for _ in range(MAX_BOXES):
             file.seek(offset)
             header = file.read(16)
             if len(header) < 8:

@@ -68,7 +68,7 @@ SHUFFLED = {
 
 
 @dataclass(frozen=True)
-class Layout:
+class PlaneLayout:
     """One pixel format.
 
     Attributes:
@@ -95,20 +95,20 @@ class Layout:
 
 
 @lru_cache(maxsize=256)
-def layout_of(name: str) -> Layout | None:
+def layout_of(name: str) -> PlaneLayout | None:
     """The layout of a pixel format, or None for one that we do not read (Bayer, XYZ, floats)."""
     format = VideoFormat(name, 64, 64)
     if name in SHUFFLED:
         inner = layout_of(SHUFFLED[name])
         assert inner is not None
-        return Layout(**(vars(inner) | {"name": name, "shuffled": SHUFFLED[name]}))
+        return PlaneLayout(**(vars(inner) | {"name": name, "shuffled": SHUFFLED[name]}))
     components = [part for part in format.components if not part.is_alpha]
     depth = components[0].bits if components else 0
     if not 8 <= depth <= 16 or _is_foreign(name, format):
         return None
     single = format.is_rgb or len(components) == 1
     step = (1, 1) if single else (64 // format.chroma_width(64), 64 // format.chroma_height(64))
-    return Layout(
+    return PlaneLayout(
         name=name,
         shuffled="",
         kind="luma" if not format.is_rgb else "planar" if format.is_planar else "packed",

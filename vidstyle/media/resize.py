@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
 
-LEAST_BLUR = 0.1
+MIN_BLUR = 0.1
 """A Gaussian of this many samples changes nothing."""
 
 
@@ -106,8 +106,8 @@ def _chroma(
     The new sample j lies at the new luma pixel siting + step j; the rest is that pixel's place in the source.
     """
     spread = [0.5 * max(1 / scale**2 - 1, 0) ** 0.5 for scale in scales]
-    if max(spread) > LEAST_BLUR:
-        across, down = (max(sigma, LEAST_BLUR) for sigma in spread)
+    if max(spread) > MIN_BLUR:
+        across, down = (max(sigma, MIN_BLUR) for sigma in spread)
         plane = cv2.GaussianBlur(plane, (0, 0), across, sigmaY=down, borderType=cv2.BORDER_REPLICATE)
     places = zip(encoding.siting, encoding.step, scales, strict=True)
     x, y = (((first + 0.5) / scale - 0.5 - first) / step for first, step, scale in places)

@@ -28,7 +28,7 @@ FORMATS = {
     "H264": "h264",
 }
 """What we can take, by Video4Linux's four letters and FFmpeg's name for `input_format`; easy ones first."""
-USUAL_SIZES = ((320, 240), (640, 360), (640, 480), (1280, 720), (1920, 1080))
+DEFAULT_SIZES = ((320, 240), (640, 360), (640, 480), (1280, 720), (1920, 1080))
 """What is listed of a device that does any size within limits."""
 
 
@@ -53,7 +53,7 @@ class Mode:
 
 
 @dataclass(frozen=True)
-class Device:
+class VideoDevice:
     """A camera.
 
     Attributes:
@@ -71,7 +71,7 @@ class Device:
     modes: tuple[Mode, ...] = ()
 
 
-def video_devices() -> list[Device]:
+def video_devices() -> list[VideoDevice]:
     """Every Video4Linux device that can be asked, by number; none on other systems."""
     if not sys.platform.startswith("linux"):
         return []
@@ -80,7 +80,7 @@ def video_devices() -> list[Device]:
     return [device for device in found if device is not None]
 
 
-def video_device(path: str) -> Device | None:
+def video_device(path: str) -> VideoDevice | None:
     """The device, or None if it is none or cannot be opened."""
     try:
         handle = os.open(path, os.O_RDWR | os.O_NONBLOCK)
@@ -89,7 +89,7 @@ def video_device(path: str) -> Device | None:
     try:
         name, flags = _capability(handle)
         modes = tuple(_modes(handle)) if flags & CAPTURE else ()
-        return Device(path, name, bool(flags & CAPTURE), bool(flags & OUTPUT), modes)
+        return VideoDevice(path, name, bool(flags & CAPTURE), bool(flags & OUTPUT), modes)
     except OSError:
         return None
     finally:
@@ -141,7 +141,7 @@ def _sizes(handle: int, code: int) -> Iterator[tuple[int, int]]:
         if kind == DISCRETE:
             yield least_width, most_width  # here they are the width and the height
             continue
-        for width, height in USUAL_SIZES:
+        for width, height in DEFAULT_SIZES:
             if least_width <= width <= most_width and least_height <= height <= most_height:
                 yield width, height
         return

@@ -1,1 +1,1 @@
-"""TODO vidstyle/pipeline."""
+"""Render a film: read, stylize and write in three threads, with progress and cancellation."""

@@ -10,11 +10,11 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class ChannelClosedError(Exception):
+class QueueClosedError(Exception):
     """Nobody takes items any more, so the giver can end."""
 
 
-class Channel(Generic[T]):
+class BoundedQueue(Generic[T]):
     """Hands items over in order; the giver waits while `room` items lie there.
 
     >>> channel = Channel[int](room=2)
@@ -39,7 +39,7 @@ class Channel(Generic[T]):
         with self._changed:
             self._changed.wait_for(lambda: self._closed or len(self._items) < self._room)
             if self._closed:
-                raise ChannelClosedError
+                raise QueueClosedError
             self._items.append(item)
             self._changed.notify_all()
 

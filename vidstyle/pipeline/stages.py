@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from vidstyle.errors import OutputError
 from vidstyle.media.frame import Frame
-from vidstyle.pipeline.bounded_queue import Channel, ChannelClosedError
+from vidstyle.pipeline.bounded_queue import BoundedQueue, QueueClosedError
 
 if TYPE_CHECKING:
     from vidstyle.media.write.output import Writer
@@ -59,8 +59,8 @@ class Stages:
         self._restyle = restyle
         self._late = late
         self._writer = writer
-        self._source: Channel[Batch] = Channel(ROOM)
-        self._result: Channel[Batch] = Channel(ROOM)
+        self._source: BoundedQueue[Batch] = BoundedQueue(ROOM)
+        self._result: BoundedQueue[Batch] = BoundedQueue(ROOM)
         self._halted = threading.Event()
         self._over = threading.Event()
         self._error: BaseException | None = None
@@ -114,7 +114,7 @@ class Stages:
     def _guard(self, stage: Callable[[], None]) -> None:
         try:
             stage()
-        except ChannelClosedError:
+        except QueueClosedError:
             pass
         except BaseException as error:  # a thread's error is raised again in the calling thread
             self._fail(error)

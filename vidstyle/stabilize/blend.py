@@ -34,7 +34,7 @@ class Mix:
     step: tuple[int, int] = (1, 1)
 
 
-def carried(
+def warp_and_blend(
     pool: Executor,
     plane: np.ndarray,
     scale: tuple[float, float],

@@ -17,15 +17,15 @@ REDUCED = 480
 """Motion is looked for in a copy with at most this many pixels on a side."""
 GRID = 2
 """Flow is kept for squares of so many pixels of that copy."""
-LONGEST_GAP = 0.5
+MAX_GAP = 0.5
 """Seconds without a frame after which nothing is carried on."""
-MOST_CARRIED = 0.9
+MAX_CARRIED = 0.9
 """Share of the carried picture at `steady` 1; more would freeze what changes slowly."""
 OF_RESULT = 0.6
 """What is carried of the result, in proportion; the style has been given a steady picture already."""
 OF_FIXED_RESULT = 0.2
 """The same where marks lie still on the page: two sets of them, one moved along, would blur into gray."""
-LEAST_MOTION = 0.35
+MIN_MOTION = 0.35
 """Pixels. A result is not moved by less, since each such move would blur its lines a little more."""
 GAIN = 0.75
 """Motion is believed where it explains the change so much better than standing still does."""
@@ -38,7 +38,7 @@ QUIET = 30
 
 
 @dataclass(frozen=True)
-class Carry:
+class Warp:
     """How the picture before is carried on into this one.
 
     Attributes:
@@ -59,7 +59,7 @@ class Carry:
         """The flow by which a result is moved: none where it is slight."""
         if self.flow is None:
             return None
-        moves = np.hypot(self.flow[..., 0], self.flow[..., 1]) >= LEAST_MOTION
+        moves = np.hypot(self.flow[..., 0], self.flow[..., 1]) >= MIN_MOTION
         return self.flow * moves[..., None] if moves.any() else None
 
 
@@ -72,7 +72,7 @@ class Motion:
     """
 
     def __init__(self, steady: float, is_fixed: bool) -> None:
-        self._share = MOST_CARRIED * steady * (2 - steady)
+        self._share = MAX_CARRIED * steady * (2 - steady)
         self._share_of_result = self._share * (OF_FIXED_RESULT if is_fixed else OF_RESULT)
         # Its stubs want a flow to begin with, which it does not.
         self._estimator: Any = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
@@ -80,7 +80,7 @@ class Motion:
         self._shape: tuple[int, int] | None = None
         self._time = 0.0
 
-    def follow(self, picture: Picture, time: float, begins: bool) -> Carry | None:
+    def follow(self, picture: Picture, time: float, begins: bool) -> Warp | None:
         """How the picture before is carried on into this one; None where a scene begins.
 
         Args:
@@ -91,11 +91,11 @@ class Motion:
         elapsed, self._time = time - self._time, time
         continues = not begins and self._shape == picture.shape
         self._shape = picture.shape
-        if before is None or not continues or not 0 <= elapsed <= LONGEST_GAP:
+        if before is None or not continues or not 0 <= elapsed <= MAX_GAP:
             return None
         limit = float(np.hypot(FAINT, NOISES * noise_level(picture)))
         flow = self._flow(before, picture.shape[1])
-        return Carry(self._share, limit, flow, self._share_of_result)
+        return Warp(self._share, limit, flow, self._share_of_result)
 
     def _flow(self, before: np.ndarray, width: int) -> np.ndarray | None:
         now = self._reduced

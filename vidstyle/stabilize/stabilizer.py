@@ -10,14 +10,14 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, color_rows, store, yuv_from_rgb
-from vidstyle.stabilize.blend import Mix, carried
-from vidstyle.stabilize.motion import Carry, Motion
+from vidstyle.stabilize.blend import Mix, warp_and_blend
+from vidstyle.stabilize.motion import Motion, Warp
 
 Levels = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Steadied:
+class Stabilized:
     """A picture made ready for a style, and what its result needs afterwards.
 
     Attributes:
@@ -26,11 +26,11 @@ class Steadied:
     """
 
     picture: Picture
-    carry: Carry | None = None
+    carry: Warp | None = None
     weights: np.ndarray | None = None
 
 
-class Steady:
+class Stabilizer:
     """Carries luma and chroma on before the style, and the result after it.
 
     The first takes away the noise that a style would turn into lines and steps that come and go; the
@@ -47,7 +47,7 @@ class Steady:
         self._source: Picture | None = None
         self._result: dict[str, np.ndarray] = {}
 
-    def before(self, picture: Picture, time: float | None, begins: bool) -> Steadied:
+    def before(self, picture: Picture, time: float | None, begins: bool) -> Stabilized:
         """The picture that the style is to see: luma and chroma in `steady_encoding`.
 
         Args:
@@ -55,18 +55,18 @@ class Steady:
             begins: whether a scene begins with it.
         """
         if time is None:
-            return Steadied(picture)
+            return Stabilized(picture)
         carry = self._motion.follow(picture, time, begins)
         now, old = with_planes(picture), self._source
         encoding = steady_encoding(now.encoding)
         if carry is None or old is None or old.encoding != encoding:
-            steadied = Steadied(_in_encoding(now, encoding))
+            steadied = Stabilized(_in_encoding(now, encoding))
         else:
             steadied = self._carried(now, old, carry)
         self._source = steadied.picture
         return steadied
 
-    def after(self, result: Picture, steadied: Steadied) -> Picture:
+    def after(self, result: Picture, steadied: Stabilized) -> Picture:
         """The picture to be shown, of what the style has made; to be called in the pictures' order."""
         carry, weights, old = steadied.carry, steadied.weights, self._result
         planes = dict(_named_planes(result))
@@ -78,26 +78,28 @@ class Steady:
         for name, plane in planes.items():
             step = result.encoding.step if name in ("blue", "red") else (1, 1)
             mix = Mix(carry.share_of_result, guide=weights, step=step)
-            self._result[name], _ = carried(self._pool, plane, (gain, 0), old[name], carry.strong_flow, mix)
+            self._result[name], _ = warp_and_blend(
+                self._pool, plane, (gain, 0), old[name], carry.strong_flow, mix
+            )
         return _with_codes(result, self._result, 1 / gain)
 
-    def _carried(self, now: Picture, old: Picture, carry: Carry) -> Steadied:
+    def _carried(self, now: Picture, old: Picture, carry: Warp) -> Stabilized:
         assert now.luma is not None and old.luma is not None
         encoding, new = now.encoding, old.encoding
         scale, white = code_scale(encoding.luma_levels, new.luma_levels)
         mix = Mix(carry.share, carry.limit * white)
-        luma, weights = carried(self._pool, now.luma, scale, old.luma, carry.flow, mix)
+        luma, weights = warp_and_blend(self._pool, now.luma, scale, old.luma, carry.flow, mix)
         chroma = None
         if now.chroma is not None and old.chroma is not None:
             scale, span = code_scale(chroma_ends(encoding), chroma_ends(new))
             mix = Mix(carry.share, carry.limit * span, weights, encoding.step)
             blue, red = (
-                carried(self._pool, plane, scale, before, carry.flow, mix)[0]
+                warp_and_blend(self._pool, plane, scale, before, carry.flow, mix)[0]
                 for plane, before in zip(now.chroma, old.chroma, strict=True)
             )
             chroma = blue, red
         alpha = alpha_in_depth(now, new.depth)
-        return Steadied(Picture(new, luma=luma, chroma=chroma, alpha=alpha), carry, weights)
+        return Stabilized(Picture(new, luma=luma, chroma=chroma, alpha=alpha), carry, weights)
 
 
 def steady_encoding(encoding: Encoding) -> Encoding:

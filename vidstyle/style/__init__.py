@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vidstyle.assets import asset_folder
 from vidstyle.errors import StyleError
-from vidstyle.style.change import expand, override, vary
+from vidstyle.style.change import apply_variant, expand, override
 from vidstyle.style.check import style_from_table
 from vidstyle.style.files import read_style_file, save_style
 from vidstyle.style.model import LAYERS, SOURCE, Step, Style, table_from_style
@@ -58,7 +58,7 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
         return style_from_table(style, "style")
     base, variant = (style, None) if isinstance(style, Path) else _split(style)
     found = read_style_file(base) if isinstance(base, Path) else _load_shipped(base)
-    return found if variant is None else vary(found, variant)
+    return found if variant is None else apply_variant(found, variant)
 
 
 def style_names() -> list[str]:

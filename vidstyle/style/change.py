@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from vidstyle.block import Asset, Block, Choice, Color, Control, On, Saved
+from vidstyle.block import Asset, Block, Choice, Color, Control, On, SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
@@ -39,7 +39,7 @@ def override(style: Style, assignments: Iterable[str]) -> Style:
     return changed
 
 
-def vary(style: Style, variant: str) -> Style:
+def apply_variant(style: Style, variant: str) -> Style:
     """The style with the values of one of its variants set, named "ink:dark-blue".
 
     Raises:
@@ -96,7 +96,7 @@ def _value(control: Control, text: str) -> object:
     except (ValueError, RecursionError):
         parsed = {}
     value = parsed.get("value") if len(parsed) == 1 else None
-    wants_text = isinstance(control, Choice | Color | Saved | Asset)
+    wants_text = isinstance(control, Choice | Color | SavedRef | Asset)
     if value is None or (wants_text and not isinstance(value, str)):
         return text.strip()
     return value

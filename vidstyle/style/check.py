@@ -14,7 +14,7 @@ from vidstyle.block import Parameter
 from vidstyle.errors import StyleError
 from vidstyle.style.model import FIELDS, LAYERS, Style
 from vidstyle.style.steps import StepReader
-from vidstyle.style.values import MOST_MISTAKES, nearest, read_values, shown
+from vidstyle.style.values import MAX_MISTAKES, nearest, read_values, shown
 from vidstyle.style.variants import read_variants, varied_table
 
 FORMAT = 1
@@ -43,8 +43,8 @@ def style_from_table(
         if "variants" in table and not mistakes:
             style = _read_variants(style, table["variants"], mistakes)
     if mistakes:
-        rest = len(mistakes) - MOST_MISTAKES
-        mistakes[MOST_MISTAKES:] = [f"and {rest} more mistakes"] if rest > 0 else []
+        rest = len(mistakes) - MAX_MISTAKES
+        mistakes[MAX_MISTAKES:] = [f"and {rest} more mistakes"] if rest > 0 else []
         raise StyleError(thing, mistakes)
     return style
 

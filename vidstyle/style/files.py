@@ -14,10 +14,10 @@ from vidstyle.style.check import style_from_table
 from vidstyle.style.edit import edited_text
 from vidstyle.style.model import Style, table_from_style
 
-LARGEST_FILE = 64 * 1024
+MAX_FILE = 64 * 1024
 """Bytes; a hand-written style stays well below."""
 
-MOST_DOTS = 1000
+MAX_DOTS = 1000
 """Of one line; a key with n dots takes tomllib time in proportion to n squared."""
 
 
@@ -60,8 +60,8 @@ def _edit_file(path: Path, table: dict[str, Any]) -> str:
 
 def _read_text(path: Path) -> str:
     content = _read_bytes(path)
-    if len(content) > LARGEST_FILE:
-        raise StyleError(path, [f"is larger than {LARGEST_FILE // 1024} KiB, so it is no style"])
+    if len(content) > MAX_FILE:
+        raise StyleError(path, [f"is larger than {MAX_FILE // 1024} KiB, so it is no style"])
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -74,7 +74,7 @@ def _read_bytes(path: Path) -> bytes:
     try:
         if path.is_file():
             with path.open("rb") as file:
-                return file.read(LARGEST_FILE + 1)
+                return file.read(MAX_FILE + 1)
         path.stat()
     except OSError as error:
         raise StyleError(path, [f"cannot be read: {error.strerror}"]) from None
@@ -85,7 +85,7 @@ def _read_bytes(path: Path) -> bytes:
 
 def _parse(path: Path, text: str) -> dict[str, Any]:
     for number, line in enumerate(text.split("\n"), 1):
-        if line.count(".") > MOST_DOTS:
+        if line.count(".") > MAX_DOTS:
             raise StyleError(path, [f"line {number} is nested too deeply for a style"])
     try:
         return tomllib.loads(text)

@@ -13,7 +13,7 @@ from vidstyle.style.values import listed, nearest, shown
 _STEP = re.compile(rf"(?:({'|'.join(LAYERS)})\.)?(\w+)(?:#([0-9]{{1,3}}))?")
 
 
-class Place(NamedTuple):
+class ValuePath(NamedTuple):
     """Where a value is kept: the table of the style or of one of its steps, and what it is there."""
 
     table: dict[str, Any]
@@ -28,7 +28,7 @@ class _Target(NamedTuple):
     table: dict[str, Any]
 
 
-def find_place(table: dict[str, Any], path: str) -> Place:
+def find_place(table: dict[str, Any], path: str) -> ValuePath:
     """The place in the table of a style that a path means.
 
     Args:
@@ -45,12 +45,12 @@ def find_place(table: dict[str, Any], path: str) -> Place:
             raise ValueError(
                 f"{shown(name)} is not a field of a style; {nearest(name, FIELDS)}; a step has step.parameter"
             )
-        return Place(table, Parameter(name, FIELDS[name], None, whole=False))
+        return ValuePath(table, Parameter(name, FIELDS[name], None, whole=False))
     target = _find_step(table, step)
     parameters = all_blocks()[target.block].parameters
     if name not in parameters:
         raise ValueError(f"{step}: {shown(name)} is not a parameter; {nearest(name, parameters)}")
-    return Place(target.table, parameters[name])
+    return ValuePath(target.table, parameters[name])
 
 
 def step_paths(table: dict[str, Any]) -> list[str]:

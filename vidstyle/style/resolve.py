@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vidstyle.block import Asset, Block, On, Place, Saved, Slider
+from vidstyle.block import Asset, Block, On, PageRegion, SavedRef, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.style import LAYERS, Step, Style, asset_path, expand
 
 
 @dataclass(frozen=True)
-class PreparedStep:
+class ResolvedStep:
     """A step with nothing left to look up.
 
     Attributes:
@@ -34,15 +34,15 @@ class PreparedStep:
     @property
     def is_fixed(self) -> bool:
         """Whether it makes marks that lie still on the page: dots, strokes."""
-        return self.block is not None and Place in self.block.given.values()
+        return self.block is not None and PageRegion in self.block.given.values()
 
 
-def has_fixed_marks(layers: Mapping[str, tuple[PreparedStep, ...]]) -> bool:
+def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
     """Whether any step of a style makes marks that lie still on the page."""
     return any(step.is_fixed for steps in layers.values() for step in steps)
 
 
-def prepare(style: Style, height: int, width: int) -> dict[str, tuple[PreparedStep, ...]]:
+def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedStep, ...]]:
     """The steps of each layer for pictures of this size.
 
     Lengths of a style that names a `height` grow with the picture's shorter side, so that a turned
@@ -59,17 +59,17 @@ def prepare(style: Style, height: int, width: int) -> dict[str, tuple[PreparedSt
     }
 
 
-def _prepare_step(style: Style, step: Step, growth: float) -> PreparedStep:
+def _prepare_step(style: Style, step: Step, growth: float) -> ResolvedStep:
     if not step.block:
-        return PreparedStep(None, "channels", {}, {}, step.save, step.source)
+        return ResolvedStep(None, "channels", {}, {}, step.save, step.source)
     block = all_blocks()[step.block]
     values = block.complete(step.values)
-    names = [name for name, parameter in block.parameters.items() if isinstance(parameter.control, Saved)]
+    names = [name for name, parameter in block.parameters.items() if isinstance(parameter.control, SavedRef)]
     pictures = {name: values.pop(name) for name in names}
     for name in values:
         values[name] = _prepare_value(style, block, name, values[name], growth)
     chosen = {name: picture for name, picture in pictures.items() if picture}
-    return PreparedStep(block, step.on or block.on, values, chosen, step.save, step.source)
+    return ResolvedStep(block, step.on or block.on, values, chosen, step.save, step.source)
 
 
 def _prepare_value(style: Style, block: Block, name: str, value: Any, growth: float) -> Any:

@@ -8,8 +8,8 @@ from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
 from vidstyle.style.check import FORMAT, TEXTS
 from vidstyle.style.model import FIELDS, LAYERS, Step, Style
-from vidstyle.style.steps import MOST_STEPS
-from vidstyle.style.variants import MOST_VARIANTS, VARIANT_PATTERN
+from vidstyle.style.steps import MAX_STEPS
+from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
 
 def style_schema() -> dict[str, Any]:
@@ -85,14 +85,14 @@ def _variants_schema() -> dict[str, Any]:
     return {
         "type": "object",
         "description": 'Values by their paths, such as "posterize.levels", under a name for each variant.',
-        "maxProperties": MOST_VARIANTS,
+        "maxProperties": MAX_VARIANTS,
         "propertyNames": {"pattern": f"^{VARIANT_PATTERN}$"},
         "additionalProperties": values,
     }
 
 
 def _layer_schema() -> dict[str, Any]:
-    return {"type": "array", "maxItems": MOST_STEPS, "items": {"$ref": "#/$defs/step"}}
+    return {"type": "array", "maxItems": MAX_STEPS, "items": {"$ref": "#/$defs/step"}}
 
 
 def _block_schema(block: Block) -> dict[str, Any]:

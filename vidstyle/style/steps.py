@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, Saved
+from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.style.model import SOURCE, Step
 from vidstyle.style.values import asset_path, nearest, read_values, shown
 
-MOST_STEPS = 256
+MAX_STEPS = 256
 STEP_WORDS = ("block", "from", "save")
 """The keys of a step that are not parameters of its block."""
 
@@ -32,10 +32,10 @@ class StepReader:
         if not isinstance(tables, list | tuple) or not all(isinstance(table, Mapping) for table in tables):
             self.mistakes.append(f"{layer} is not a list of steps; write [[{layer}]] above each")
             return ()
-        allowed = MOST_STEPS - self.count
+        allowed = MAX_STEPS - self.count
         self.count += len(tables)
         if len(tables) > allowed:
-            self.mistakes.append(f"{layer}: a style has at most {MOST_STEPS} steps")
+            self.mistakes.append(f"{layer}: a style has at most {MAX_STEPS} steps")
             return ()
         return tuple(self.read_step(layer, number, table) for number, table in enumerate(tables, 1))
 
@@ -83,7 +83,7 @@ class StepReader:
 
     def check_reference(self, parameter: Parameter, value: str, where: str) -> None:
         """Saved pictures and files must be there."""
-        if isinstance(parameter.control, Saved) and value:
+        if isinstance(parameter.control, SavedRef) and value:
             self.check_saved(parameter.name, value, where)
         elif isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
             try:

@@ -9,12 +9,12 @@ from typing import Any
 
 from vidstyle.block import Parameter
 
-LONGEST_TEXT = 200
-MOST_MISTAKES = 50
+MAX_TEXT = 200
+MAX_MISTAKES = 50
 """How many are named."""
-MOST_NAMES = 40
+MAX_NAMES = 40
 """In a list for people."""
-LARGEST_WHOLE = 2**53
+MAX_WHOLE = 2**53
 
 
 def read_values(
@@ -34,9 +34,9 @@ def _read_value(parameter: Parameter, value: object) -> Any:
     right = parameter.control.range_text
     if not isinstance(value, str | int | float):
         raise ValueError(f"{shown(value)} is not a text, a number or a truth value ({right})")
-    if isinstance(value, str) and len(value) > LONGEST_TEXT:
+    if isinstance(value, str) and len(value) > MAX_TEXT:
         raise ValueError(f"{shown(value)} is too long ({right})")
-    if isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+    if isinstance(value, int) and abs(value) > MAX_WHOLE:
         raise ValueError(f"{shown(value)} is outside {right}")
     try:
         return parameter.check(value)
@@ -74,7 +74,7 @@ def nearest(word: str, names: Iterable[str]) -> str:
     'there are levels, smooth'
     """
     names = list(names)
-    like = get_close_matches(word.lower()[:LONGEST_TEXT], names, n=1)
+    like = get_close_matches(word.lower()[:MAX_TEXT], names, n=1)
     if like:
         return f"did you mean {like[0]}?"
     return f"there are {listed(names)}" if names else "there are none"
@@ -86,8 +86,8 @@ def listed(names: Sequence[str], between: str = ", ") -> str:
     >>> listed(["a", "b"], " or ")
     'a or b'
     """
-    rest = len(names) - MOST_NAMES
-    return between.join(names[:MOST_NAMES]) + (f" and {rest} more" if rest > 0 else "")
+    rest = len(names) - MAX_NAMES
+    return between.join(names[:MAX_NAMES]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def shown(value: object) -> str:
@@ -96,7 +96,7 @@ def shown(value: object) -> str:
         return "a table"
     if isinstance(value, list | tuple):
         return "a list"
-    if isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+    if isinstance(value, int) and abs(value) > MAX_WHOLE:
         return "a huge number"
     text = repr(value) if isinstance(value, str | int | float) else str(value)
     return text if len(text) <= 60 else f"{text[:56]}...{text[-1]}"

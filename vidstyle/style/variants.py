@@ -10,9 +10,9 @@ from typing import Any
 from vidstyle.errors import StyleError
 from vidstyle.style.model import Style, table_from_style
 from vidstyle.style.paths import find_place
-from vidstyle.style.values import MOST_MISTAKES, nearest, read_values, shown
+from vidstyle.style.values import MAX_MISTAKES, nearest, read_values, shown
 
-MOST_VARIANTS = 32
+MAX_VARIANTS = 32
 VARIANT_PATTERN = "[a-z0-9-]{1,40}"
 """What a variant may be called."""
 
@@ -28,8 +28,8 @@ def read_variants(style: Style, given: object, mistakes: list[str]) -> dict[str,
     if not isinstance(given, Mapping):
         mistakes.append(f"variants: {shown(given)} is not a table; write [variants.NAME] above each")
         return {}
-    if len(given) > MOST_VARIANTS:
-        mistakes.append(f"variants: a style has at most {MOST_VARIANTS} variants")
+    if len(given) > MAX_VARIANTS:
+        mistakes.append(f"variants: a style has at most {MAX_VARIANTS} variants")
         return {}
     table = table_from_style(style)
     return {
@@ -70,7 +70,7 @@ def _read_variant(table: dict[str, Any], where: str, given: object, mistakes: li
         return {}
     values: dict[str, Any] = {}
     for path, value in given.items():
-        if len(mistakes) > MOST_MISTAKES:  # a hint takes milliseconds: no thousands of them
+        if len(mistakes) > MAX_MISTAKES:  # a hint takes milliseconds: no thousands of them
             break
         if isinstance(value, Mapping):
             mistakes.append(f'{where}{shown(path)} is a table; write "{_nested_path(path, value)}" in quotes')

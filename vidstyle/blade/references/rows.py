@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from vidstyle.errors import UsageError
 
-LEAST_ROWS = 16
+MIN_ROWS = 16
 """Fewer rows are not worth a thread."""
 
 
@@ -17,7 +17,7 @@ def for_all_rows(kernel: Callable[..., None], height: int, *arguments: object) -
 
     The kernel must release the GIL, and write only what belongs to its rows.
     """
-    count = min(os.cpu_count() or 1, max(1, height // LEAST_ROWS))
+    count = min(os.cpu_count() or 1, max(1, height // MIN_ROWS))
     cuts = [height * number // count for number in range(count + 1)]
     with ThreadPoolExecutor(count) as pool:
         strips = [

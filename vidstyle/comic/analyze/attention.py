@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.blobs import standing_out
-from vidstyle.comic.analyze.saliency import rare_skin, salience_map
+from vidstyle.comic.analyze.blobs import find_blobs
+from vidstyle.comic.analyze.saliency import rare_skin, saliency_map
 from vidstyle.comic.analyze.survey import Film
 from vidstyle.comic.moment import Box, Moment
 
@@ -29,8 +29,8 @@ def attention_of(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     factor = _SEEN / max(height, width)
     size = max(8, round(width * factor)), max(8, round(height * factor))
     small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
-    seen = salience_map(small, [face.scaled(factor) for face in faces])
-    seen += _BARE * rare_skin(small) + standing_out(small)
+    seen = saliency_map(small, [face.scaled(factor) for face in faces])
+    seen += _BARE * rare_skin(small) + find_blobs(small)
     cells = max(1, round(size[0] * SIDE / _SEEN)), max(1, round(size[1] * SIDE / _SEEN))
     coarse = cv2.resize(seen, cells, interpolation=cv2.INTER_AREA)
     above = np.ones((1 + round(_HAIR * cells[1]), 1), np.uint8)

@@ -22,7 +22,7 @@ _NEAR = 0.02
 """Things are one if no more of the picture's longer side lies between them: the letters of a word."""
 
 
-def things(color: np.ndarray) -> list[Box]:
+def blobs(color: np.ndarray) -> list[Box]:
     """Boxes about the things in a picture, H x W x 3 uint8, in its pixels; they do not meet."""
     gap, apart = _NEAR * max(color.shape), list[Box]()
     for thing in _parts(color):
@@ -33,7 +33,7 @@ def things(color: np.ndarray) -> list[Box]:
     return apart
 
 
-def standing_out(color: np.ndarray) -> np.ndarray:
+def find_blobs(color: np.ndarray) -> np.ndarray:
     """How much each place of a picture, H x W x 3 uint8, differs from what is around it: H x W, 0..1."""
     lab = _small_lab(color)
     most = np.max([_standing_out(lab, scale) for scale in _SCALES[1:]], axis=0)

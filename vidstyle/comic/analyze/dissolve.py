@@ -16,7 +16,7 @@ _FOUND = 0.75
 """What correlates better with a part of the picture before is that part."""
 
 
-def is_mixture(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:
+def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:
     """Whether the picture lies between the two others as the pictures of a dissolve or of a fade do."""
     change = after - before
     strength = float(np.sqrt(np.mean(change**2)))

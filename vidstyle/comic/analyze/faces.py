@@ -15,7 +15,7 @@ _USUAL = "haarcascade_frontalface_default.xml"
 _REMEDY = "give a cascade of OpenCV's (.xml) or a YuNet model (.onnx)"
 _LEAST = 1 / 12
 """Smaller faces are not looked for; shares of the picture's shorter side."""
-_LEAST_SURE = 1 / 24
+_MIN_SURE = 1 / 24
 """The same for a network, which is not deceived so easily."""
 _NEIGHBOURS = 6
 """So many places next to one another must look like a face to a cascade."""
@@ -113,7 +113,7 @@ def _network(path: Path) -> _Finder:
         height, width = color.shape[:2]
         network.setInputSize((width, height))
         _, found = network.detect(np.ascontiguousarray(color[..., ::-1]))
-        whole, least = Box(0, 0, width, height), _LEAST_SURE * min(height, width)
+        whole, least = Box(0, 0, width, height), _MIN_SURE * min(height, width)
         rows = found[:, :4].astype(float) if found is not None else np.empty((0, 4))
         boxes = [Box(x, y, x + wide, y + high).intersection(whole) for x, y, wide, high in rows.tolist()]
         return [box for box in boxes if min(box.width, box.height) >= least]

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.blobs import things
+from vidstyle.comic.analyze.blobs import blobs
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.letterbox import between_bars
-from vidstyle.comic.analyze.saliency import salience_map, smallest_box
+from vidstyle.comic.analyze.saliency import saliency_map, smallest_box
 from vidstyle.comic.analyze.similarity import small_copy
 from vidstyle.comic.moment import Box
 
@@ -23,10 +23,10 @@ _EDGES = 0.03
 """The share of pixels that are looked at for sharpness: those with the strongest edges."""
 _BLANK = 0.1
 """Between the darkest and the brightest of a blank picture, 0..1, two hundredths at either end left out."""
-_USUAL_CONTRAST = 0.18
-_USUAL_LIGHT = 0.43
+_DEFAULT_CONTRAST = 0.18
+_DEFAULT_LIGHT = 0.43
 """So light is a fifth of a picture at least in which one sees well, 0..1."""
-_USUAL_FORMS = 0.16
+_DEFAULT_FORMS = 0.16
 """The deviation of lightness and chroma together, 0..1, of a picture whose large forms stand out."""
 _FORM = 1 / 32
 """The deviation of the Gaussian that leaves large forms, in longer sides."""
@@ -87,7 +87,7 @@ def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFin
     color = np.ascontiguousarray(color[rows, columns])
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     found = faces.find(color)
-    salience, standing_out = smallest_box(salience_map(color, found)), things(color)
+    salience, standing_out = smallest_box(saliency_map(color, found)), blobs(color)
     for thing in standing_out:
         salience = salience.union(thing)
     return Candidate(
@@ -132,8 +132,8 @@ def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]
 
 def exposure(luma: np.ndarray) -> float:
     """How much of what could be seen is seen, 0..1; H x W uint8."""
-    contrast = min(1.0, float(luma.std()) / 255 / _USUAL_CONTRAST)
-    light = min(1.0, float(np.percentile(luma, 80)) / 255 / _USUAL_LIGHT)
+    contrast = min(1.0, float(luma.std()) / 255 / _DEFAULT_CONTRAST)
+    light = min(1.0, float(np.percentile(luma, 80)) / 255 / _DEFAULT_LIGHT)
     clipped = float(np.mean((luma < 10) | (luma > 250)))
     return contrast * light * (1 - max(0.0, clipped - _CLIPPED) / (1 - _CLIPPED))
 
@@ -145,7 +145,7 @@ def forms(color: np.ndarray) -> float:
     """
     lab = cv2.cvtColor(color, cv2.COLOR_RGB2LAB).astype(np.float32)
     coarse = cv2.GaussianBlur(lab, (0, 0), max(0.3, _FORM * max(color.shape)))
-    return min(1.0, float(np.sqrt(coarse.var(axis=(0, 1)).sum())) / 255 / _USUAL_FORMS)
+    return min(1.0, float(np.sqrt(coarse.var(axis=(0, 1)).sum())) / 255 / _DEFAULT_FORMS)
 
 
 def is_blank(luma: np.ndarray) -> bool:

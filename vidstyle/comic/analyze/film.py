@@ -21,7 +21,7 @@ from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
-from vidstyle.media.read.samples import Sample, measure_extent, sample_all, sample_keys
+from vidstyle.media.read.samples import SampledFrame, measure_extent, sample_all, sample_keys
 from vidstyle.stills import rgb_of, square
 
 WHOLE = 2 * 10**9
@@ -144,10 +144,10 @@ class FilmFile:
             raise InputError(self.name, "no frame could be decoded")
         return [replace(each, scene=max(0, bisect_right(begins, each.time) - 1)) for each in judged]
 
-    def _judged(self, sample: Sample) -> Candidate:
+    def _judged(self, sample: SampledFrame) -> Candidate:
         return judge(rgb_of(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
 
-    def _samples(self, start: float, after: float, candidate: Candidate) -> Iterator[Sample]:
+    def _samples(self, start: float, after: float, candidate: Candidate) -> Iterator[SampledFrame]:
         begin, end = Fraction(max(0.0, start)), Fraction(candidate.time + after)
         return sample_all(self._source, begin, end, self._options)
 

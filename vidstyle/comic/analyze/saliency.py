@@ -25,7 +25,7 @@ _CELLS = 24
 """A box's edges lie on a grid of so many cells along the longer side."""
 
 
-def salience_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
+def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     """How much each place catches the eye: what is rare in the picture, in focus, skin, a face, central.
 
     Args:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.dissolve import is_mixture, is_moved
-from vidstyle.core.scene_cuts import CutDetector
+from vidstyle.comic.analyze.dissolve import is_dissolve, is_moved
+from vidstyle.core.scene_cuts import SceneCutDetector
 
 STEP = 0.075
 """Seconds between the pictures that are looked at for dissolves."""
@@ -65,7 +65,7 @@ class ShotFinder:
     """
 
     def __init__(self) -> None:
-        self._cuts = CutDetector()
+        self._cuts = SceneCutDetector()
         self._found: list[_Cut] = []
         self._moves: deque[float] = deque(maxlen=_NEAR)
         self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _SPANS[-1] + 1)
@@ -125,7 +125,7 @@ class ShotFinder:
             return
         time, picture = self._recent[middle]
         for span in _SPANS:
-            if span <= middle < len(self._recent) - span and is_mixture(
+            if span <= middle < len(self._recent) - span and is_dissolve(
                 self._recent[middle - span][1], picture, self._recent[middle + span][1]
             ):
                 near = self._recent[middle - _SPANS[0]][1], self._recent[middle + _SPANS[0]][1]
@@ -157,7 +157,7 @@ class KeyShots:
     """
 
     def __init__(self) -> None:
-        self._cuts = CutDetector()
+        self._cuts = SceneCutDetector()
         self._tones: np.ndarray | None = None
         self.begins: list[float] = []
 

@@ -31,7 +31,7 @@ _WIDE = 50
 _THUMB = 12
 
 
-def likeness(copies: Sequence[np.ndarray]) -> np.ndarray:
+def similarity(copies: Sequence[np.ndarray]) -> np.ndarray:
     """How much each picture looks like each, by their small copies: N x N float32, 0 not at all, 1 the same.
 
     The mean of three measures, each of which is blind to something: how well blocks of one are found near

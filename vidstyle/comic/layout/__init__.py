@@ -1,1 +1,1 @@
-"""TODO vidstyle/comic/layout."""
+"""Panels on paper: sizes, rows, pages, strips, storyboards and crops."""

@@ -40,7 +40,7 @@ _SPLASH_SIZE = 3.0
 
 
 @dataclass(frozen=True)
-class Taste:
+class LayoutWeights:
     """What counts how much.
 
     The cost of a layout is the sum, over its panels of width w and height h,
@@ -92,7 +92,7 @@ def _stack_first(tree: Tree) -> bool:
     return tree.first.count > 1 or _stack_first(tree.rest)
 
 
-def taste(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> Taste:
+def taste(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> LayoutWeights:
     """The taste of a seed for so many panels: 0 is that of the formula, others are near it.
 
     Args:
@@ -100,14 +100,16 @@ def taste(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> Taste:
         trees: all kinds of rows.
     """
     if seed == 0:
-        return Taste()
+        return LayoutWeights()
     random = np.random.default_rng((seed, attempt))
     jitter = (random.random((count, 2)) - 0.5) * _JITTER / (1 + attempt)
     whims = {tree: _WHIM * random.random(count) ** 2 for tree in trees}
-    return Taste(jitter=jitter, whims=whims)
+    return LayoutWeights(jitter=jitter, whims=whims)
 
 
-def wanted_areas(moments: Sequence[Moment], paper_area: float, pages: float, taste: Taste) -> np.ndarray:
+def wanted_areas(
+    moments: Sequence[Moment], paper_area: float, pages: float, taste: LayoutWeights
+) -> np.ndarray:
     """The area that each moment wants, in square pixels, of pages of `paper_area` each.
 
     A moment that stands out among at least four is a splash, and wants a good part of a page.
@@ -138,7 +140,11 @@ def splash(moments: Sequence[Moment]) -> int | None:
 
 
 def panel_costs(
-    moments: Sequence[Moment], areas: np.ndarray, widths: np.ndarray, heights: np.ndarray, taste: Taste
+    moments: Sequence[Moment],
+    areas: np.ndarray,
+    widths: np.ndarray,
+    heights: np.ndarray,
+    taste: LayoutWeights,
 ) -> np.ndarray:
     """The cost of the panel of each moment in each size.
 
@@ -174,7 +180,7 @@ def best_shape(moment: Moment) -> float:
     return _OWN * own + (1 - _OWN) * min(own + 1.5, max(own - 1.5, inner))
 
 
-def _content_cost(moment: Moment, aspect: np.ndarray, taste: Taste) -> np.ndarray:
+def _content_cost(moment: Moment, aspect: np.ndarray, taste: LayoutWeights) -> np.ndarray:
     """What a window of an aspect cannot hold."""
     height, width = moment.shape
     across = np.minimum(width, height * aspect)

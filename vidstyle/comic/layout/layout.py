@@ -35,7 +35,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Layout:
+class PageLayout:
     """All pages.
 
     Attributes:
@@ -58,7 +58,7 @@ def lay_out(
     right_to_left: bool = False,
     bleeding: bool = False,
     growth: Sequence[float] | None = None,
-) -> Layout:
+) -> PageLayout:
     """Lay out moments as comic pages, or as one strip.
 
     Rows fill the width and pages the height; of all rows that `slicing.rows` allows, all cuts on the page's
@@ -95,7 +95,7 @@ def lay_out(
         Panel(number, page, rectangle, crop(moments[number], rectangle.aspect))
         for number, (page, rectangle) in enumerate(placed)
     )
-    return Layout(panels, tuple(sizes), cost)
+    return PageLayout(panels, tuple(sizes), cost)
 
 
 def pages_for(panels: int) -> int:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import Taste, panel_costs, taste, wanted_areas
-from vidstyle.comic.layout.pagination import Breaking, Row
+from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, taste, wanted_areas
+from vidstyle.comic.layout.pagination import Pagination, Row
 from vidstyle.comic.layout.paper import Paper, Rectangle
-from vidstyle.comic.layout.slicing import Grid, Place, rows
+from vidstyle.comic.layout.slicing import Grid, Placement, rows
 from vidstyle.comic.moment import Moment
 
 GOOD = 0.22
@@ -30,7 +30,7 @@ class _Pages:
     """Rows and panels of all pages, and what they cost by the formula, without what a seed adds."""
 
     rows: list[Row]
-    places: list[Place]
+    places: list[Placement]
     cost: float
 
     @property
@@ -48,7 +48,7 @@ def paged(
     is at least another one.
     """
     sheet = _Sheet(moments, paper, pages, growth)
-    best = chosen = sheet.pages(Taste())
+    best = chosen = sheet.pages(LayoutWeights())
     for attempt in range(_ATTEMPTS if seed else 0):
         tried = sheet.pages(taste(seed, attempt, len(moments), sheet.trees))
         good = tried.cost <= best.cost + GOOD_AT_ALL + GOOD * len(moments)
@@ -66,16 +66,16 @@ class _Sheet:
         self.grid, self._columns = _grid(paper)
         self.trees = [tree for count in range(1, self._columns + 1) for tree in rows(count)]
         self._moments, self._pages, self._growth = moments, pages, np.asarray(growth)
-        self._formula = self._breaking(Taste())
+        self._formula = self._breaking(LayoutWeights())
 
-    def _breaking(self, taste: Taste) -> Breaking:
+    def _breaking(self, taste: LayoutWeights) -> Pagination:
         moments, grid = self._moments, self.grid
         most = min(len(moments), 2 * math.ceil(len(moments) / self._pages))
         areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, taste) * self._growth
         panels = panel_costs(moments, areas, grid.widths(), grid.heights(), taste)
-        return Breaking(panels, grid, taste, _turns(moments, taste), most, self._columns)
+        return Pagination(panels, grid, taste, _turns(moments, taste), most, self._columns)
 
-    def pages(self, taste: Taste) -> _Pages:
+    def pages(self, taste: LayoutWeights) -> _Pages:
         """The best pages by a taste."""
         breaking = self._breaking(taste) if taste.whims else self._formula
         found = breaking.pages(self._pages)
@@ -83,7 +83,7 @@ class _Sheet:
         return _Pages(found, places, self._formula.cost(found, places))
 
 
-def _turns(moments: Sequence[Moment], taste: Taste) -> list[float]:
+def _turns(moments: Sequence[Moment], taste: LayoutWeights) -> list[float]:
     """What it costs to turn the page before each moment: it rather ends with a scene."""
     pairs = zip(moments, moments[1:], strict=False)
     return [0.0, *(taste.scene * (before.scene == after.scene) for before, after in pairs), 0.0]

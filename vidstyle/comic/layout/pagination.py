@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import Taste
-from vidstyle.comic.layout.row_types import Kinds
-from vidstyle.comic.layout.slicing import PANEL, Grid, Place, Tables, Tree, rows
+from vidstyle.comic.layout.cost import LayoutWeights
+from vidstyle.comic.layout.row_types import RowTypes
+from vidstyle.comic.layout.slicing import PANEL, Grid, Placement, Tables, Tree, rows
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Row:
     row: int = 0
 
 
-class Breaking:
+class Pagination:
     """The best rows and pages for panels whose costs are known.
 
     Pages are filled: the heights of a page's rows add up to its units. For each first panel of a page,
@@ -48,12 +48,18 @@ class Breaking:
     """
 
     def __init__(
-        self, panels: np.ndarray, grid: Grid, taste: Taste, turns: list[float], most: int, columns: int
+        self,
+        panels: np.ndarray,
+        grid: Grid,
+        taste: LayoutWeights,
+        turns: list[float],
+        most: int,
+        columns: int,
     ) -> None:
         self.grid, self.tables = grid, Tables(panels)
         self._count, self._most, self._units, self._high = len(panels), most, grid.columns, grid.rows
         self._taste, self._turns, self._columns = taste, turns, columns
-        self._kinds = Kinds(columns, grid.columns, grid.rows)
+        self._kinds = RowTypes(columns, grid.columns, grid.rows)
         self._after = self._kinds.costs(taste)
         self._rows = {count: self._best_rows(count) for count in self._counts()}
         self._filled = self._fill()
@@ -167,12 +173,12 @@ class Breaking:
         ]
         return trees[int(np.argmin(costs))], cut
 
-    def places(self, row: Row) -> Iterator[Place]:
+    def places(self, row: Row) -> Iterator[Placement]:
         """Where the panels of a row are."""
-        whole = Place(row.moment, row.page, 0, row.row, self._units, row.high)
+        whole = Placement(row.moment, row.page, 0, row.row, self._units, row.high)
         return self.tables.places(row.tree, whole, row.cut or None)
 
-    def cost(self, found: list[Row], places: list[Place]) -> float:
+    def cost(self, found: list[Row], places: list[Placement]) -> float:
         """What pages cost by this taste, whoever's optimum they are."""
         panels = self.tables.of(PANEL)
         cost = sum(float(panels[place.moment, place.wide, place.high]) for place in places)

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import Taste
+from vidstyle.comic.layout.cost import LayoutWeights
 
 _HEIGHTS = 10
 """Rows of one panel are told apart by so many heights, the last of which is half the page and more."""
 
 
 @dataclass(frozen=True)
-class Kinds:
+class RowTypes:
     """The kinds of rows on a grid: rows of one panel by height, others by their columns and their first cut.
 
     Attributes:
@@ -47,7 +47,7 @@ class Kinds:
         columns, cut = divmod(kind - _HEIGHTS, self.wide - 1)
         return columns + 2, cut + 1
 
-    def costs(self, taste: Taste) -> np.ndarray:
+    def costs(self, taste: LayoutWeights) -> np.ndarray:
         """What a row costs because of the one before it: kind of that x its own kind."""
         kinds = np.arange(len(self))
         columns, cut = np.array([self.cut_of(kind) for kind in range(len(self))]).T

@@ -113,7 +113,7 @@ class Grid:
         unit = (self.area.height + self.row_gutter) / self.rows
         return np.maximum(1.0, np.arange(self.rows + 1) * unit - self.row_gutter)
 
-    def rectangle(self, place: Place) -> Rectangle:
+    def rectangle(self, place: Placement) -> Rectangle:
         """The panel at a place."""
         left, right = (
             self.area.left + round(unit * (self.area.width + self.gutter) / self.columns)
@@ -127,7 +127,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Place:
+class Placement:
     """The panel of a moment on the grid of a page, in units."""
 
     moment: int
@@ -168,7 +168,7 @@ class Tables:
         rest = self.of(tree.rest)[tree.first.count :]
         return self.of(tree.first)[: len(rest), 1:-1] + rest[:, -2:0:-1]
 
-    def places(self, tree: Tree, place: Place, cut: int | None = None) -> Iterator[Place]:
+    def places(self, tree: Tree, place: Placement, cut: int | None = None) -> Iterator[Placement]:
         """Where the panels of a tree are if it fills a place; `cut` is where its first one is, if known."""
         if tree.first is None or tree.rest is None:
             yield place
@@ -178,12 +178,12 @@ class Tables:
         page, column, row, wide, high = place.page, place.column, place.row, place.wide, place.high
         if tree.beside:
             cut = cut or 1 + int((first[1:wide, high] + rest[wide - 1 : 0 : -1, high]).argmin())
-            yield from self.places(tree.first, Place(index, page, column, row, cut, high))
-            yield from self.places(tree.rest, Place(after, page, column + cut, row, wide - cut, high))
+            yield from self.places(tree.first, Placement(index, page, column, row, cut, high))
+            yield from self.places(tree.rest, Placement(after, page, column + cut, row, wide - cut, high))
         else:
             cut = 1 + int((first[wide, 1:high] + rest[wide, high - 1 : 0 : -1]).argmin())
-            yield from self.places(tree.first, Place(index, page, column, row, wide, cut))
-            yield from self.places(tree.rest, Place(after, page, column, row + cut, wide, high - cut))
+            yield from self.places(tree.first, Placement(index, page, column, row, wide, cut))
+            yield from self.places(tree.rest, Placement(after, page, column, row + cut, wide, high - cut))
 
 
 def _joined(first: np.ndarray, rest: np.ndarray) -> np.ndarray:

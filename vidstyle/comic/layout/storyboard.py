@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from vidstyle.comic.layout.layout import Layout, Panel
+from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper, Rectangle
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.output.sheet import Label
@@ -19,7 +19,7 @@ _LINE = 1.6
 """The height of the line under each picture, in sizes of its letters."""
 
 
-def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int = 0) -> Layout:
+def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int = 0) -> PageLayout:
     """Pages of pictures in equal cells, in the order of time.
 
     Args:
@@ -50,7 +50,7 @@ def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int 
         for number, moment in enumerate(moments)
     ]
     height = head + 2 * paper.margin + rows * step if paper.is_strip else paper.height
-    return Layout(tuple(panels), ((paper.width, height),) * math.ceil(len(moments) / each), 0.0)
+    return PageLayout(tuple(panels), ((paper.width, height),) * math.ceil(len(moments) / each), 0.0)
 
 
 def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
@@ -62,7 +62,7 @@ def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
     return Panel(number, page, Rectangle(left, top, left + wide, top + high), Box(0, 0, width, height))
 
 
-def time_labels(layout: Layout, moments: Sequence[Moment], size: int) -> Iterator[list[Label]]:
+def time_labels(layout: PageLayout, moments: Sequence[Moment], size: int) -> Iterator[list[Label]]:
     """The times under the pictures of each page."""
     for page in range(len(layout.sizes)):
         yield [

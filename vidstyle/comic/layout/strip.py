@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import Taste, panel_costs, taste, wanted_areas
+from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, taste, wanted_areas
 from vidstyle.comic.layout.paper import Paper, Rectangle
 from vidstyle.comic.moment import Moment
 
@@ -38,7 +38,7 @@ def strip_of(
     """
     width = paper.width - 2 * paper.margin
     sizes = _Sizes(width)
-    panels, after = _costs(moments, sizes, growth, Taste())
+    panels, after = _costs(moments, sizes, growth, LayoutWeights())
     chosen = _costs(moments, sizes, growth, taste(seed, 0, len(moments), ()))[0]
     random = np.random.default_rng((seed, len(moments)))
     whims = _WHIM * random.random((len(moments), 1)) ** 2 * sizes.is_inset if seed else 0.0
@@ -67,7 +67,7 @@ class _Sizes:
 
 
 def _costs(
-    moments: Sequence[Moment], sizes: _Sizes, growth: Sequence[float], taste: Taste
+    moments: Sequence[Moment], sizes: _Sizes, growth: Sequence[float], taste: LayoutWeights
 ) -> tuple[np.ndarray, np.ndarray]:
     """The cost of each panel in each size, and of each size after each."""
     width = sizes.widths[0]

@@ -1,1 +1,1 @@
-"""TODO vidstyle/comic/lettering."""
+"""Text on panels: subtitles and their speakers, balloons, captions, titles and fonts."""

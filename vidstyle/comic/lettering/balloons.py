@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.comic.analyze.attention import mean_under
 from vidstyle.comic.lettering.bubble import Bubble, Kind, size_of, with_face_room, with_tail
-from vidstyle.comic.lettering.wrap import Block
+from vidstyle.comic.lettering.wrap import TextBlock
 from vidstyle.comic.moment import Box
 
 _GRID = 11
@@ -33,7 +33,7 @@ the speaker's mouth, size."""
 
 
 @dataclass(frozen=True)
-class Room:
+class FreeSpace:
     """A panel as far as it can be written into, in pixels of the page.
 
     Attributes:
@@ -59,7 +59,7 @@ class Wording:
     """
 
     kind: Kind
-    blocks: Sequence[Block]
+    blocks: Sequence[TextBlock]
     face: Box | None = None
 
 
@@ -69,10 +69,10 @@ class _Places:
 
     boxes: np.ndarray
     prices: np.ndarray
-    blocks: list[Block]
+    blocks: list[TextBlock]
 
 
-def place(wordings: Sequence[Wording], room: Room, right_to_left: bool = False) -> list[Bubble] | None:
+def place(wordings: Sequence[Wording], room: FreeSpace, right_to_left: bool = False) -> list[Bubble] | None:
     """Balloons and captions for all texts, in their order; None if there is no room for all.
 
     None lies on a face. A later one lies wholly below an earlier one, or beside it on the side towards which
@@ -98,8 +98,8 @@ def place(wordings: Sequence[Wording], room: Room, right_to_left: bool = False) 
     ]
 
 
-def _places(wording: Wording, room: Room) -> _Places:
-    boxes, prices, blocks = [np.empty((0, 4))], [np.empty(0)], list[Block]()
+def _places(wording: Wording, room: FreeSpace) -> _Places:
+    boxes, prices, blocks = [np.empty((0, 4))], [np.empty(0)], list[TextBlock]()
     for block in wording.blocks:
         width, height = size_of(wording.kind, block)
         if width > room.area.width or height > room.area.height or not _is_shapely(wording, width, height):
@@ -119,7 +119,7 @@ def _is_shapely(wording: Wording, width: float, height: float) -> bool:
     return _TALLEST * height <= width <= _WIDEST * height or len(wording.blocks) == 1
 
 
-def _tried(width: float, height: float, room: Room) -> np.ndarray:
+def _tried(width: float, height: float, room: FreeSpace) -> np.ndarray:
     """All places on a grid, and those that touch a face."""
     area = room.area
     lefts = [*np.linspace(area.left, area.right - width, _GRID)]
@@ -134,7 +134,7 @@ def _tried(width: float, height: float, room: Room) -> np.ndarray:
     return np.stack([left, top, left + width, top + height], axis=1)
 
 
-def _free(boxes: np.ndarray, room: Room) -> np.ndarray:
+def _free(boxes: np.ndarray, room: FreeSpace) -> np.ndarray:
     for face in map(with_face_room, room.faces):
         boxes = boxes[_covered(boxes, face) <= 0]
     return boxes
@@ -147,7 +147,7 @@ def _covered(boxes: np.ndarray, box: Box) -> np.ndarray:
     return np.maximum(across, 0) * np.maximum(down, 0)
 
 
-def _prices(boxes: np.ndarray, wording: Wording, room: Room) -> np.ndarray:
+def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
     area = room.area
     width, height = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     price = _SEEN * mean_under(room.attention, room.picture, boxes)
@@ -194,9 +194,9 @@ def _after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
     return free
 
 
-def _mirrored_room(room: Room, axis: float) -> Room:
+def _mirrored_room(room: FreeSpace, axis: float) -> FreeSpace:
     faces = tuple(face.mirrored(axis) for face in room.faces)
-    return Room(room.area.mirrored(axis), room.picture.mirrored(axis), faces, room.attention[:, ::-1])
+    return FreeSpace(room.area.mirrored(axis), room.picture.mirrored(axis), faces, room.attention[:, ::-1])
 
 
 def _mirrored_bubble(bubble: Bubble, axis: float) -> Bubble:

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from vidstyle.comic.lettering.wrap import LINE, Block
+from vidstyle.comic.lettering.wrap import LINE, TextBlock
 from vidstyle.comic.moment import Box
 
 Point = tuple[float, float]
@@ -40,7 +40,7 @@ class Bubble:
 
     kind: Kind
     box: Box
-    block: Block
+    block: TextBlock
     tip: Point | None = None
 
     @property
@@ -113,7 +113,7 @@ def _points(around: np.ndarray) -> list[Point]:
     return [(float(x), float(y)) for x, y in around]
 
 
-def size_of(kind: Kind, block: Block) -> tuple[float, float]:
+def size_of(kind: Kind, block: TextBlock) -> tuple[float, float]:
     """Width and height of the box around a text."""
     across, down = (pad * block.size for pad in (_PADDING if kind == "balloon" else _CAPTION_PADDING))
     wide, high = block.width / 2 + across, block.height / 2 + down
@@ -123,7 +123,7 @@ def size_of(kind: Kind, block: Block) -> tuple[float, float]:
     return math.ceil(2 * wide), math.ceil(2 * high)
 
 
-def _swelling(block: Block, wide: float, high: float) -> float:
+def _swelling(block: TextBlock, wide: float, high: float) -> float:
     """How much larger the half axes must be for the outline to hold the corners of all lines."""
     scale = 1.0
     for number, width in enumerate(block.widths):

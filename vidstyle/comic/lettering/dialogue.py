@@ -32,7 +32,7 @@ _ENDINGS = tuple('.!?…:"”»)]')
 
 
 @dataclass(frozen=True)
-class Words:
+class Dialogue:
     """The lines of each panel, and how many lines there are in all and stand in none."""
 
     panels: list[list[Line]]
@@ -57,7 +57,7 @@ def panels_for(lines: Sequence[Line]) -> int:
     return math.ceil(sum(len(line.text) for line in lines) / EASY)
 
 
-def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Words:
+def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
     """Give each line to a panel or to none, in order, at the least cost.
 
     A line belongs to the panel in whose moment it is on the screen; else rather to the one before it than to
@@ -81,7 +81,7 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Words:
     if panels and panels[0] and not moments[0].faces:
         # A voice over the first picture, in which nobody is to be seen, is a narrator's.
         panels[0][0] = replace(panels[0][0], narrated=True)
-    return Words(panels, len(joined), left_out)
+    return Dialogue(panels, len(joined), left_out)
 
 
 def _with_line(told: Sequence[_Told], line: Line, moments: Sequence[Moment]) -> list[_Told]:

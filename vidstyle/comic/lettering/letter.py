@@ -9,9 +9,9 @@ import numpy as np
 
 from vidstyle.comic.analyze.attention import mean_under, within
 from vidstyle.comic.layout.crop import crop, elsewhere, on_page, within_border
-from vidstyle.comic.layout.layout import Layout, Panel
+from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Rectangle
-from vidstyle.comic.lettering.balloons import Room, Wording, place
+from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitles import Line
@@ -36,7 +36,7 @@ so more than the second, the panel is to be larger."""
 
 
 @dataclass(frozen=True)
-class Lettered:
+class LetteredPanel:
     """A panel with its words.
 
     Attributes:
@@ -52,7 +52,7 @@ class Lettered:
 
 
 @dataclass(frozen=True)
-class Hand:
+class TextStyle:
     """How it is written.
 
     Attributes:
@@ -67,7 +67,7 @@ class Hand:
 
 
 @dataclass(frozen=True)
-class Speech:
+class PanelText:
     """What a panel is to hold.
 
     Attributes:
@@ -78,14 +78,14 @@ class Speech:
     lines: Sequence[Line]
     attention: np.ndarray
 
-    def first(self, count: int) -> Speech:
+    def first(self, count: int) -> PanelText:
         """The same with its first lines only."""
         return replace(self, lines=self.lines[:count])
 
 
 def letter(
-    lay_out: Callable[[Sequence[float]], Layout], speeches: Sequence[Speech], hand: Hand
-) -> tuple[Layout, list[Lettered], int]:
+    lay_out: Callable[[Sequence[float]], PageLayout], speeches: Sequence[PanelText], hand: TextStyle
+) -> tuple[PageLayout, list[LetteredPanel], int]:
     """Lay out panels and write into them.
 
     Where there is no room the panel looks elsewhere, the letters are smaller, or the words stand above the
@@ -113,14 +113,14 @@ def letter(
 
 
 def _written(
-    panel: Panel, speech: Speech, hand: Hand, band: float = _BAND, busiest: float = _BUSY
-) -> Lettered | None:
+    panel: Panel, speech: PanelText, hand: TextStyle, band: float = _BAND, busiest: float = _BUSY
+) -> LetteredPanel | None:
     """The panel with its words; None where they find no room, or only where much is to be seen."""
     inside = within_border(panel.rectangle, hand.border)
     # The border takes a little of the panel, and of its shape.
     best = crop(speech.moment, inside.aspect)
     if not speech.lines:
-        return Lettered(panel, inside, best)
+        return LetteredPanel(panel, inside, best)
     found = _calmest(panel, inside, (best, *elsewhere(best, speech.moment)), speech, hand)
     if found is None:
         return _with_band(panel, speech, hand, band)
@@ -128,14 +128,14 @@ def _written(
 
 
 def _calmest(
-    panel: Panel, inside: Rectangle, windows: Sequence[Box], speech: Speech, hand: Hand
-) -> tuple[float, Lettered] | None:
+    panel: Panel, inside: Rectangle, windows: Sequence[Box], speech: PanelText, hand: TextStyle
+) -> tuple[float, LetteredPanel] | None:
     """The first window in which words cover little that catches the eye, or that in which it is least.
 
     Returns:
         How much what is covered most catches the eye, and the panel; None where there is no room.
     """
-    least: tuple[float, Lettered] | None = None
+    least: tuple[float, LetteredPanel] | None = None
     for size in (hand.size, round(hand.size * _SMALLER)):
         for window in windows:
             bubbles = _balloons(inside, window, speech, replace(hand, size=size))
@@ -145,30 +145,30 @@ def _calmest(
             boxes = np.array([[*vars(bubble.box).values()] for bubble in bubbles])
             covered = float(mean_under(seen, Box(*map(float, inside)), boxes).max())
             if least is None or covered < least[0]:
-                least = covered, Lettered(panel, inside, window, tuple(bubbles))
+                least = covered, LetteredPanel(panel, inside, window, tuple(bubbles))
             if covered <= _CALM:
                 return least
     return least
 
 
-def _written_at_last(panel: Panel, speech: Speech, hand: Hand) -> tuple[Lettered, int]:
+def _written_at_last(panel: Panel, speech: PanelText, hand: TextStyle) -> tuple[LetteredPanel, int]:
     """The panel with as many of its first lines as find room, and how many these are."""
     counts = range(len(speech.lines), -1, -1)
     tried = ((_written(panel, speech.first(count), hand, _WIDEST_BAND, np.inf), count) for count in counts)
     return next((written, count) for written, count in tried if written is not None)
 
 
-def _balloons(picture: Rectangle, window: Box, speech: Speech, hand: Hand) -> list[Bubble] | None:
+def _balloons(picture: Rectangle, window: Box, speech: PanelText, hand: TextStyle) -> list[Bubble] | None:
     seen = [on_page(face, window, picture) for face in speech.moment.faces]
     faces = tuple(face for face in seen if face.area > 0)
     air, whole = round(_AIR * hand.size), Box(*map(float, picture))
     area = Box(whole.left + air, whole.top + air, whole.right - air, whole.bottom - air)
-    room = Room(area, whole, faces, within(speech.attention, speech.moment, window))
+    room = FreeSpace(area, whole, faces, within(speech.attention, speech.moment, window))
     wordings = list(_wordings(speech.lines, faces, area, hand))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, hand.right_to_left)
 
 
-def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, hand: Hand) -> Iterator[Wording]:
+def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, hand: TextStyle) -> Iterator[Wording]:
     """Each line, with the face of who says it: several speakers are taken to stand from left to right."""
     speakers = list(dict.fromkeys(line.speaker for line in lines if not line.narrated))
     across = sorted(faces, key=lambda face: face.left, reverse=hand.right_to_left)
@@ -184,7 +184,7 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, hand: Hand
         )
 
 
-def _with_band(panel: Panel, speech: Speech, hand: Hand, most: float) -> Lettered | None:
+def _with_band(panel: Panel, speech: PanelText, hand: TextStyle, most: float) -> LetteredPanel | None:
     """The words above the picture, which is lower by them."""
     inside = within_border(panel.rectangle, hand.border)
     found = bands(speech.lines, inside, hand.letters, hand.size)
@@ -193,4 +193,4 @@ def _with_band(panel: Panel, speech: Speech, hand: Hand, most: float) -> Lettere
     picture = below_bands(found, inside, hand.border)
     if picture.top - inside.top > most * inside.height:
         return None
-    return Lettered(panel, picture, crop(speech.moment, picture.aspect), tuple(found))
+    return LetteredPanel(panel, picture, crop(speech.moment, picture.aspect), tuple(found))

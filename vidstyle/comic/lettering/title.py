@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.layout.layout import Layout, Panel
+from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper, Rectangle
 from vidstyle.comic.lettering.bubble import Bubble, size_of
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitles import Line
-from vidstyle.comic.lettering.wrap import Block, shapes
+from vidstyle.comic.lettering.wrap import TextBlock, shapes
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.output.sheet import Label
 
@@ -42,7 +42,7 @@ def below_title(paper: Paper, by: int, pages: int) -> Paper:
     return replace(paper, height=paper.height - by) if pages == 1 and not paper.is_strip else paper
 
 
-def lowered(layout: Layout, moments: Sequence[Moment], paper: Paper, by: int) -> Layout:
+def lowered(layout: PageLayout, moments: Sequence[Moment], paper: Paper, by: int) -> PageLayout:
     """The layout with the panels of the first page in what is left below a title; gutters stay as wide."""
     if paper.is_strip or layout.sizes[0][1] < paper.height:
         panels = [replace(each, rectangle=_moved(each.rectangle, paper, by)) for each in layout.panels]
@@ -72,7 +72,7 @@ def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) ->
     return replace(panel, rectangle=rectangle, crop=crop(moments[panel.moment], rectangle.aspect))
 
 
-def numbers(layout: Layout, paper: Paper, size: int) -> Iterator[list[Label]]:
+def numbers(layout: PageLayout, paper: Paper, size: int) -> Iterator[list[Label]]:
     """The number below the panels of each page, where there are several and there is room."""
     for page, (width, height) in enumerate(layout.sizes):
         letters = min(size, round(_NUMBER * paper.margin))
@@ -110,6 +110,6 @@ def below_bands(found: Sequence[Bubble], inside: Rectangle, border: int) -> Rect
     return inside._replace(top=round(found[-1].box.bottom) + border)
 
 
-def _flattest(letters: Letters, text: str, size: int, widest: int) -> Block | None:
+def _flattest(letters: Letters, text: str, size: int, widest: int) -> TextBlock | None:
     tried = shapes(letters, letters.writable(text), size, widest) if widest > 0 else []
     return min(tried, key=lambda block: len(block.lines), default=None)

@@ -20,7 +20,7 @@ _PIECE = re.compile(rf"(\s*)({_WIDE}|(?:(?!{_WIDE})\S)+)")
 
 
 @dataclass(frozen=True)
-class Block:
+class TextBlock:
     """A text in lines; `size` is that of its letters, all lengths in pixels."""
 
     lines: tuple[str, ...]
@@ -38,18 +38,18 @@ class Block:
         return self.size * (LINE * (len(self.lines) - 1) + 1)
 
 
-def shapes(letters: Letters, text: str, size: int, widest: float) -> list[Block]:
+def shapes(letters: Letters, text: str, size: int, widest: float) -> list[TextBlock]:
     """The text broken into few lines and into many, none wider than `widest`; none if that cannot be.
 
     In each, the lines are as even as their number allows.
     """
     pieces = list(_pieces(letters, text, size, widest))
-    blocks: dict[int, Block] = {}
+    blocks: dict[int, TextBlock] = {}
     for count in _SHAPES:
         lines = _narrowest(pieces, count, widest)
         if lines is not None and len(lines) not in blocks:
             texts = tuple("".join(part for part, _ in line).strip() for line in lines)
-            blocks[len(lines)] = Block(texts, tuple(letters.width(each, size) for each in texts), size)
+            blocks[len(lines)] = TextBlock(texts, tuple(letters.width(each, size) for each in texts), size)
     return [block for block in blocks.values() if block.width <= widest]
 
 

@@ -1,1 +1,1 @@
-"""TODO vidstyle/comic/output."""
+"""Pages to files: draw the panels, assemble the sheets, encode PNG, PDF, CBZ, SVG or HTML."""

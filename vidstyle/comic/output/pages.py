@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidstyle.comic.analyze.survey import Film
-from vidstyle.comic.layout.layout import Layout
+from vidstyle.comic.layout.layout import PageLayout
 from vidstyle.comic.layout.storyboard import timecode
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.lettering.letter import Lettered
+from vidstyle.comic.lettering.letter import LetteredPanel
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.output.frames import Frames
-from vidstyle.comic.output.panel import Brush
-from vidstyle.comic.output.sheet import Label, Sheet, Shown
+from vidstyle.comic.output.panel import PanelRenderer
+from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 
 
 @dataclass(frozen=True)
-class Plan:
+class PagePlan:
     """All that is known of a comic before it is drawn.
 
     Attributes:
@@ -28,15 +28,19 @@ class Plan:
     """
 
     moments: Sequence[Moment]
-    layout: Layout
-    panels: Sequence[Lettered]
+    layout: PageLayout
+    panels: Sequence[LetteredPanel]
     labels: Sequence[list[Label]]
     letters: Letters
     dpi: float
 
 
 def drawn(
-    plan: Plan, film: Film, brush: Brush, frames: Frames | None, on_panel: Callable[[int, int], None]
+    plan: PagePlan,
+    film: Film,
+    brush: PanelRenderer,
+    frames: Frames | None,
+    on_panel: Callable[[int, int], None],
 ) -> Iterator[Sheet]:
     """Every page, drawn when it is asked for; only one is in memory, and one frame.
 
@@ -59,7 +63,7 @@ def drawn(
         yield sheet
 
 
-def _shown(lettered: Lettered, color: np.ndarray, moment: Moment) -> Shown:
+def _shown(lettered: LetteredPanel, color: np.ndarray, moment: Moment) -> RenderedPanel:
     said = [" ".join(bubble.block.lines) for bubble in lettered.bubbles]
     note = ": ".join([timecode(moment.time), *([" / ".join(said)] if said else [])])
-    return Shown(lettered.panel.rectangle, lettered.picture, color, lettered.bubbles, note)
+    return RenderedPanel(lettered.panel.rectangle, lettered.picture, color, lettered.bubbles, note)

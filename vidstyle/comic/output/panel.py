@@ -36,7 +36,7 @@ def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
     return replace(style, height=min(height, width) * lines / printed, steady=0.0)
 
 
-class Brush:
+class PanelRenderer:
     """Draws panels in styles: the first in the first, and so on, over and over.
 
     Args:

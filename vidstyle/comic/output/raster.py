@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.bubble import Bubble
-from vidstyle.comic.output.sheet import Label, Sheet, Shown
+from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -39,7 +39,7 @@ def page_image(sheet: Sheet) -> Image:
     return image
 
 
-def _draw_panel(canvas: np.ndarray, panel: Shown) -> None:
+def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
     _fill(canvas, panel.rectangle, INK)
     if panel.band:
         _fill(canvas, panel.band, PAPER)

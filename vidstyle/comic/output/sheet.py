@@ -12,7 +12,7 @@ from vidstyle.comic.lettering.fonts import Letters
 
 
 @dataclass(frozen=True)
-class Shown:
+class RenderedPanel:
     """A panel: its border fills the rectangle, its picture lies in it, and words over that.
 
     Attributes:
@@ -66,5 +66,5 @@ class Sheet:
     height: int
     dpi: float
     letters: Letters
-    panels: list[Shown] = field(default_factory=list)
+    panels: list[RenderedPanel] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)

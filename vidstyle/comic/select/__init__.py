@@ -1,1 +1,1 @@
-"""TODO vidstyle/comic/select."""
+"""Choose the key frames: scoring, the choice itself, and the options of both."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.similarity import ALIKE, UNLIKE, likeness
+from vidstyle.comic.analyze.similarity import ALIKE, UNLIKE, similarity
 from vidstyle.comic.analyze.survey import Survey
 from vidstyle.comic.select.scoring import scene_values, scores
 
@@ -31,7 +31,7 @@ _FADES = 3
 """Panels further on that cost is half as high."""
 _SAME_SCENE, _PACE = 0.2, 0.25
 """What another scene and an even pace are worth."""
-_LEAST_GAP = 0.4
+_MIN_GAP = 0.4
 """Seconds between two panels."""
 
 
@@ -63,7 +63,7 @@ def choose(
     values = scores(pool, scene_values(survey)) + [_FORCED * each.forced for each in pool]
     kept = _thinned(pool, values, survey, max(CONSIDERED, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = likeness([each.small for each in pool]), _places(pool, survey)
+    like, places = similarity([each.small for each in pool]), _places(pool, survey)
     wanted = _wanted(survey, like, len(forced), panels, least)
     while True:
         chosen = _best(values, _steps(pool, places, wanted), _prices(like), places, wanted)
@@ -144,7 +144,7 @@ def _steps(pool: Sequence[Candidate], places: np.ndarray, wanted: int) -> np.nda
     """What it is worth to go from one candidate (row) to a later one (column); minus infinity to others."""
     times = np.array([each.time for each in pool])
     scenes = np.array([each.scene for each in pool])
-    gap = min(_LEAST_GAP, (times[-1] - times[0]) / (2 * wanted))
+    gap = min(_MIN_GAP, (times[-1] - times[0]) / (2 * wanted))
     pace = ((places[np.newaxis] - places[:, np.newaxis]) * wanted - 1).clip(-2, 2)
     worth = (
         -_TOO_CLOSE * (times[np.newaxis] - times[:, np.newaxis] < gap)

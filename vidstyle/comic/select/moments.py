@@ -8,18 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.similarity import UNLIKE, likeness
+from vidstyle.comic.analyze.similarity import UNLIKE, similarity
 from vidstyle.comic.analyze.survey import Film, Survey
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.select.choose import BEFORE, choose
 from vidstyle.comic.select.scoring import importance
 from vidstyle.errors import InputError, UsageError
 
-MOST_PANELS = 300
+MAX_PANELS = 300
 
 
 @dataclass(frozen=True)
-class Wishes:
+class KeyFrameOptions:
     """What somebody wants of the choice.
 
     Attributes:
@@ -36,9 +36,9 @@ class Wishes:
 
     def check(self) -> None:
         """Raise UsageError where they make no sense, whatever the film."""
-        if self.panels is not None and not 1 <= self.panels <= MOST_PANELS:
+        if self.panels is not None and not 1 <= self.panels <= MAX_PANELS:
             raise UsageError(
-                "panels", f"{self.panels} are none to lay out", f"give 1 to {MOST_PANELS}, or auto"
+                "panels", f"{self.panels} are none to lay out", f"give 1 to {MAX_PANELS}, or auto"
             )
         for first, last in self.skip:
             if not 0 <= first < last:
@@ -54,7 +54,7 @@ class Wishes:
         return any(first <= time < last for first, last in self.skip)
 
 
-def find_moments(film: Film, wishes: Wishes | None = None) -> list[Moment]:
+def find_moments(film: Film, wishes: KeyFrameOptions | None = None) -> list[Moment]:
     """The moments that tell the film, in the order of time.
 
     There may be fewer than wanted where the film has not as many pictures.
@@ -63,7 +63,7 @@ def find_moments(film: Film, wishes: Wishes | None = None) -> list[Moment]:
         InputError: the film cannot be read, or nothing is to be seen in it.
         UsageError: the wishes make no sense, or not with this film.
     """
-    wishes = wishes or Wishes()
+    wishes = wishes or KeyFrameOptions()
     wishes.check()
     survey = film.survey()
     forced = _forced(film, survey, wishes)
@@ -80,7 +80,7 @@ def find_moments(film: Film, wishes: Wishes | None = None) -> list[Moment]:
     ]
 
 
-def _forced(film: Film, survey: Survey, wishes: Wishes) -> list[Candidate]:
+def _forced(film: Film, survey: Survey, wishes: KeyFrameOptions) -> list[Candidate]:
     last = max(survey.seconds, survey.candidates[-1].time)
     for time in wishes.at:
         if time > last + 1:
@@ -93,7 +93,7 @@ def _forced(film: Film, survey: Survey, wishes: Wishes) -> list[Candidate]:
     return [found[time] for time in sorted(found)]
 
 
-def _better(film: Film, chosen: Sequence[Candidate], wishes: Wishes) -> list[Candidate]:
+def _better(film: Film, chosen: Sequence[Candidate], wishes: KeyFrameOptions) -> list[Candidate]:
     """Each picture, or a better one close to it that looks like none of the others."""
     better = list(chosen)
     for number, each in enumerate(chosen):
@@ -115,7 +115,7 @@ def _no_liker(near: Sequence[Candidate], each: Candidate, others: Sequence[Candi
     """Those of the pictures near one that look no more like any of the others than that one."""
     if not others:
         return list(near)
-    like = likeness([candidate.small for candidate in (each, *near, *others)])
+    like = similarity([candidate.small for candidate in (each, *near, *others)])
     most = like[: -len(others), -len(others) :].max(axis=1)
     return [other for other, like in zip(near, most[1:], strict=True) if like <= max(UNLIKE, most[0])]
 

@@ -1,1 +1,1 @@
-"""TODO vidstyle/gpu/compile."""
+"""Compile a style to GPU passes and GLSL, without calling OpenGL."""

@@ -11,17 +11,17 @@ from typing import Any
 
 from vidstyle.blade.features import window_reach, window_weights
 from vidstyle.blade.run import BankRun
-from vidstyle.block import Block, Choice, LumaWeights, Saved
+from vidstyle.block import Block, Choice, LumaWeights, SavedRef
 from vidstyle.core.picture import Encoding
 from vidstyle.core.resample import METHODS, fitting_method
 from vidstyle.gpu.compile.glsl import functions_of_block
-from vidstyle.gpu.compile.nodes import CHANNELS, Function, Kind, Layout, Measure, Node, Shape
+from vidstyle.gpu.compile.nodes import CHANNELS, Function, Kind, Measure, Node, PictureLayout, Shape
 from vidstyle.style import SOURCE
-from vidstyle.style.resolve import PreparedStep
+from vidstyle.style.resolve import ResolvedStep
 
 
 @dataclass(frozen=True)
-class Look:
+class ImageValue:
     """A picture in the graph: RGB, or luma with or without chroma.
 
     Attributes:
@@ -46,7 +46,7 @@ class Look:
         return self.chroma is None and self.color is None
 
 
-class Looks:
+class ImageBuilder:
     """Makes the nodes of pictures, each only once, and brings pictures to other forms.
 
     Attributes:
@@ -55,20 +55,20 @@ class Looks:
         planes: the source itself.
     """
 
-    def __init__(self, source: Layout) -> None:
+    def __init__(self, source: PictureLayout) -> None:
         self.source = source
         self.encoding = source.encoding
         self.planes = self._source_planes()
         self._nodes: dict[object, Node] = {}
 
-    def luma(self, look: Look) -> Node:
+    def luma(self, look: ImageValue) -> Node:
         """Its luma."""
         if look.color is None:
             assert look.luma is not None
             return look.luma
         return self.call("luma", "luma_from_rgb", {"color": look.color}, from_rgb=self.encoding.from_rgb)
 
-    def chroma(self, look: Look) -> Node | None:
+    def chroma(self, look: ImageValue) -> Node | None:
         """Its blue and red difference at every pixel; None for gray."""
         if look.color is not None:
             return self.call(
@@ -87,7 +87,7 @@ class Looks:
             )
         )
 
-    def chroma_on_grid(self, look: Look, target: Encoding) -> Node | None:
+    def chroma_on_grid(self, look: ImageValue, target: Encoding) -> Node | None:
         """Its blue and red difference where they lie already where the target's do, else None."""
         chroma, shape = look.chroma, self.source.shape
         if (
@@ -102,7 +102,7 @@ class Looks:
         same = self.call("chroma", "same_chroma", {"chroma": chroma})
         return self.node(replace(same, grid=chroma.grid, page=shape))
 
-    def color(self, look: Look) -> Node:
+    def color(self, look: ImageValue) -> Node:
         """Its RGB."""
         if look.color is not None:
             return look.color
@@ -117,20 +117,20 @@ class Looks:
         shape = next(iter(inputs.values())).shape if inputs else self.source.shape
         return self.node(Node(kind, shape, Function(f"frame/{name}.glsl", name), inputs, values=values))
 
-    def in_matrix(self, look: Look, matrix: str) -> Look:
+    def in_matrix(self, look: ImageValue, matrix: str) -> ImageValue:
         """The picture, from which luma and chroma are to be taken with another colour matrix from now on."""
         if matrix == self.encoding.matrix or look.is_gray:
             return look
-        look = Look(color=self.color(look))
+        look = ImageValue(color=self.color(look))
         self.encoding = replace(self.encoding, matrix=matrix)
         return look
 
-    def at_size(self, look: Look, shape: Shape, method: str) -> Look:
+    def at_size(self, look: ImageValue, shape: Shape, method: str) -> ImageValue:
         """The picture at another size."""
         if look.shape == shape:
             return look
         if look.color is not None:
-            return Look(color=self.resized(look.color, shape, method))
+            return ImageValue(color=self.resized(look.color, shape, method))
         assert look.luma is not None
         chroma = look.chroma
         if chroma is not None and chroma.grid is not None:
@@ -140,7 +140,7 @@ class Looks:
             chroma = self.node(replace(chroma, grid=grid, page=shape))
         elif chroma is not None:
             chroma = self.resized(chroma, shape, method)
-        return Look(self.resized(look.luma, shape, method), chroma)
+        return ImageValue(self.resized(look.luma, shape, method), chroma)
 
     def resized(self, node: Node, shape: Shape, method: str) -> Node:
         """The node at another size."""
@@ -178,14 +178,14 @@ class Looks:
         )
         return self._nodes.setdefault(key, node)
 
-    def _source_planes(self) -> Look:
+    def _source_planes(self) -> ImageValue:
         shape, encoding = self.source.shape, self.source.encoding
         if self.source.planes == "color":
-            return Look(color=Node("color", shape))
+            return ImageValue(color=Node("color", shape))
         if self.source.planes == "gray":
-            return Look(Node("luma", shape))
+            return ImageValue(Node("luma", shape))
         chroma = Node("chroma", encoding.chroma_shape(*shape), grid=encoding, page=shape)
-        return Look(Node("luma", shape), chroma)
+        return ImageValue(Node("luma", shape), chroma)
 
 
 def _hashable(value: Any) -> object:
@@ -197,20 +197,20 @@ def _holds_arrays(value: Any) -> bool:
     return isinstance(value, tuple) and any(not isinstance(part, int | float) for part in value)
 
 
-class Graph(Looks):
+class GraphBuilder(ImageBuilder):
     """Follows the steps of a style.
 
     Attributes:
         measures: all that the steps want to know of the whole picture, in the order of the steps.
     """
 
-    def __init__(self, source: Layout, form: str) -> None:
+    def __init__(self, source: PictureLayout, form: str) -> None:
         super().__init__(source)
         self._form = form
         self.measures: list[Measure] = []
         self._saved = {SOURCE: self.planes}
 
-    def run_layer(self, layer: str, steps: tuple[PreparedStep, ...], look: Look) -> Look:
+    def run_layer(self, layer: str, steps: tuple[ResolvedStep, ...], look: ImageValue) -> ImageValue:
         """The picture after all steps of a layer."""
         for number, step in enumerate(steps):
             look = self._saved[step.source] if step.source else look
@@ -220,7 +220,9 @@ class Graph(Looks):
                 self._saved[step.save] = look
         return look
 
-    def _run_step(self, step: PreparedStep, block: Block, look: Look, number: tuple[str, int]) -> Look:
+    def _run_step(
+        self, step: ResolvedStep, block: Block, look: ImageValue, number: tuple[str, int]
+    ) -> ImageValue:
         if block.saves:
             self._saved[block.saves] = look
         if block.kind == "resize":
@@ -239,7 +241,7 @@ class Graph(Looks):
         }
         return self._run_block(step, block, look, pictures, measure)
 
-    def _run_learned(self, block: Block, run: BankRun, look: Look) -> Look:
+    def _run_learned(self, block: Block, run: BankRun, look: ImageValue) -> ImageValue:
         chroma = self.chroma(look) if look.color is not None else look.chroma
         luma = self.luma(look)
         if run.scale != 1:
@@ -247,7 +249,7 @@ class Graph(Looks):
             # Exact: a filter chosen otherwise for one of few pixels would show in many.
             luma = self.node(replace(luma, is_wide=True))
         luma = self.resized(self._filtered(luma, run), look.shape, "bicubic")
-        return Look(luma, None if block.chroma == "dropped" else chroma, back=look.back)
+        return ImageValue(luma, None if block.chroma == "dropped" else chroma, back=look.back)
 
     def _filtered(self, luma: Node, run: BankRun) -> Node:
         """Luma after all passes of a bank."""
@@ -290,16 +292,16 @@ class Graph(Looks):
 
     def _run_block(
         self,
-        step: PreparedStep,
+        step: ResolvedStep,
         block: Block,
-        look: Look,
-        pictures: dict[str, Look],
+        look: ImageValue,
+        pictures: dict[str, ImageValue],
         measure: Measure | None,
-    ) -> Look:
+    ) -> ImageValue:
         if step.on == "color" or (step.on == "channels" and not look.is_gray):
             inputs = self._inputs(block, pictures, color=True)
             color = self._call_block(step, block, self.color(look), inputs, measure)
-            return Look(color=color, back=look.back)
+            return ImageValue(color=color, back=look.back)
         inputs = self._inputs(block, pictures, color=False)
         luma = self._call_block(step, block, self.luma(look), inputs, measure)
         chroma = None if block.chroma == "dropped" else look.chroma
@@ -308,9 +310,9 @@ class Graph(Looks):
         for name, picture in pictures.items():
             if _wants(block, name) == "chroma":
                 chroma = self.chroma(picture) if picture.color is not None else picture.chroma
-        return Look(luma, chroma, back=look.back)
+        return ImageValue(luma, chroma, back=look.back)
 
-    def _inputs(self, block: Block, pictures: dict[str, Look], color: bool) -> dict[str, Node]:
+    def _inputs(self, block: Block, pictures: dict[str, ImageValue], color: bool) -> dict[str, Node]:
         wanted = {name: look for name, look in pictures.items() if _wants(block, name) != "chroma"}
         return {
             name: self.color(look) if color and _wants(block, name) == "same" else self.luma(look)
@@ -319,7 +321,7 @@ class Graph(Looks):
 
     def _call_block(
         self,
-        step: PreparedStep,
+        step: ResolvedStep,
         block: Block,
         picture: Node,
         inputs: dict[str, Node],
@@ -354,13 +356,13 @@ def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dic
 
 def _wants(block: Block, name: str) -> str:
     control = block.parameters[name].control
-    assert isinstance(control, Saved)
+    assert isinstance(control, SavedRef)
     return control.on
 
 
-MOST_TAPS = 16
+MAX_TAPS = 16
 """Weights of one half of the window that the shader takes."""
-MOST_PARTS = 8
+MAX_PARTS = 8
 
 
 def choice_values(run: BankRun) -> dict[str, Any]:
@@ -370,7 +372,7 @@ def choice_values(run: BankRun) -> dict[str, Any]:
     orientations, strengths, coherences, *ranges = (float(number) for number in run.bank.bins.numbers)
     return {
         "reach": reach,
-        "window": half + [0.0] * (MOST_TAPS - len(half)),
+        "window": half + [0.0] * (MAX_TAPS - len(half)),
         "bins": (orientations, strengths, coherences),
         "start": (ranges[0], ranges[2]),
         "density": (ranges[1], ranges[3]),
@@ -379,7 +381,7 @@ def choice_values(run: BankRun) -> dict[str, Any]:
 
 def filter_values(run: BankRun) -> dict[str, Any]:
     """The values of `filtered`."""
-    padding = [0.0] * (MOST_PARTS - len(run.weights))
+    padding = [0.0] * (MAX_PARTS - len(run.weights))
     return {
         # Weights times twenty and more would show the rounding of half floats.
         "bank": run.bank.packed if run.is_wide else run.bank.packed_in_half,

@@ -18,7 +18,7 @@ from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots
-from vidstyle.gpu.compile.targets import Target
+from vidstyle.gpu.compile.targets import RenderTarget
 from vidstyle.gpu.compile.tiles import jobs_of
 from vidstyle.gpu.device.textures import TexturePool
 
@@ -40,7 +40,7 @@ class Traffic:
 
 
 @dataclass(frozen=True)
-class Room:
+class HeldTexture:
     """A texture: its height and width, and what it holds."""
 
     height: int
@@ -83,13 +83,13 @@ def download_bytes(plan: Plan) -> float:
     return sum(sizes) / _area(plan.source.shape)
 
 
-def result_targets(plan: Plan) -> list[Target]:
+def result_targets(plan: Plan) -> list[RenderTarget]:
     """The planes of the result that the passes make."""
     targets = (target for each in plan.passes for target in write_shader(plan, each).targets)
     return [target for target in targets if target.is_plane]
 
 
-def held_textures(plan: Plan, largest: int) -> list[Room]:
+def held_textures(plan: Plan, largest: int) -> list[HeldTexture]:
     """The textures that the passes write, each for several values in turn where that can be.
 
     Args:
@@ -105,10 +105,10 @@ class _Rooms:
     """Stands where a pool of textures does, and only writes down what is taken."""
 
     def __init__(self) -> None:
-        self.taken: list[Room] = []
+        self.taken: list[HeldTexture] = []
 
-    def take(self, shape: Shape, coding: Format, exact: bool = False) -> Room:
-        self.taken.append(Room(*shape, coding))
+    def take(self, shape: Shape, coding: Format, exact: bool = False) -> HeldTexture:
+        self.taken.append(HeldTexture(*shape, coding))
         return self.taken[-1]
 
 

@@ -15,14 +15,14 @@ from vidstyle.gpu.compile.cost import (
     upload_bytes,
 )
 from vidstyle.gpu.compile.formats import Format, plane_format, working_format
-from vidstyle.gpu.compile.nodes import Layout, Node, Shape
+from vidstyle.gpu.compile.nodes import Node, PictureLayout, Shape
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
-from vidstyle.gpu.compile.targets import Target
+from vidstyle.gpu.compile.targets import RenderTarget
 from vidstyle.gpu.session import LARGEST
 from vidstyle.style import Style
-from vidstyle.style.resolve import prepare
+from vidstyle.style.resolve import resolve
 
 
 def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
@@ -31,8 +31,8 @@ def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
     Raises:
         StyleError: an asset of the style cannot be read.
     """
-    source = Layout(Encoding(), (height, width), "chroma")
-    return make_plan(style, prepare(style, height, width), source, source.encoding, False, form)
+    source = PictureLayout(Encoding(), (height, width), "chroma")
+    return make_plan(style, resolve(style, height, width), source, source.encoding, False, form)
 
 
 def explain(plan: Plan) -> dict[str, Any]:
@@ -114,7 +114,7 @@ def _image(plan: Plan, image: Node, names: dict[Node, str]) -> str:
     return f"the source's {image.kind} ({'2 x ' if image.kind == 'chroma' else ''}{texture})"
 
 
-def _target(target: Target, names: dict[Node, str]) -> str:
+def _target(target: RenderTarget, names: dict[Node, str]) -> str:
     name = {"working": names.get(target.node), "samples": "samples"}.get(target.name)
     return f"{name or f'the result: {target.name}'} ({_format_name(target.format)})"
 

@@ -21,7 +21,7 @@ _LINE = re.compile(r"return \w+_along\(at, ivec2\((?P<across>[01]), (?P<down>[01
 
 
 @dataclass(frozen=True)
-class Parameter:
+class ShaderParameter:
     """A parameter of a GLSL function; `count` is above 0 for an array."""
 
     type: str
@@ -43,7 +43,7 @@ class Signature:
     file: str
     type: str
     name: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[ShaderParameter, ...]
     is_identity: bool
     line: tuple[int, int] | None = None
     prepares: bool = False
@@ -95,11 +95,11 @@ def _signature(file: str, match: re.Match[str]) -> Signature:
     )
 
 
-def _parameter(file: str, text: str) -> Parameter:
+def _parameter(file: str, text: str) -> ShaderParameter:
     match = _PARAMETER.match(" ".join(text.split()))
     if match is None:
         raise ValueError(f"{file}: cannot read the parameter {text!r}")
-    return Parameter(match["type"], match["name"], int(match["count"] or 0))
+    return ShaderParameter(match["type"], match["name"], int(match["count"] or 0))
 
 
 TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}

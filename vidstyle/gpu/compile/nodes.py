@@ -105,7 +105,7 @@ class Node:
 
 
 @dataclass(frozen=True)
-class Layout:
+class PictureLayout:
     """What a picture is made of, without its samples: all that a plan depends on.
 
     Attributes:
@@ -118,7 +118,7 @@ class Layout:
     planes: Literal["gray", "chroma", "color"]
 
     @classmethod
-    def of(cls, picture: Picture) -> Layout:
+    def of(cls, picture: Picture) -> PictureLayout:
         """That of a picture."""
         planes: Literal["gray", "chroma", "color"] = "gray" if picture.chroma is None else "chroma"
         return cls(picture.encoding, picture.shape, planes if picture.color is None else "color")

@@ -16,7 +16,7 @@ RECOMPUTED = 12
 """So many calls that need no neighbour are made anew in each pass rather than kept in a texture: arithmetic
 costs less than the way to memory and back."""
 
-MOST_STORED = 5
+MAX_STORED = 5
 """A pass keeps so many values at most: OpenGL promises eight targets, and three planes may join them."""
 
 
@@ -250,11 +250,11 @@ class _Partition:
 
     def _divide(self, each: Pass, order: list[Node]) -> None:
         """Give what a pass cannot keep at once to passes before it."""
-        while len(each.stored) > MOST_STORED:
+        while len(each.stored) > MAX_STORED:
             each.stored.sort(key=order.index)
             first = self._new_pass(each.shape)
             first.before = set(each.before)
-            first.stored, each.stored = each.stored[:MOST_STORED], each.stored[MOST_STORED:]
+            first.stored, each.stored = each.stored[:MAX_STORED], each.stored[MAX_STORED:]
             self._homes.update(dict.fromkeys(first.stored, first))
             for other in self._passes:
                 if each in other.before:

@@ -8,16 +8,16 @@ from typing import Literal
 
 from vidstyle.block import rgb_from_text
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.builder import Graph, Look
-from vidstyle.gpu.compile.nodes import Function, Layout, Node, Shape
+from vidstyle.gpu.compile.builder import GraphBuilder, ImageValue
+from vidstyle.gpu.compile.nodes import Function, Node, PictureLayout, Shape
 from vidstyle.gpu.compile.passes import Pass, Result, cut
 from vidstyle.style import Style
-from vidstyle.style.resolve import PreparedStep
+from vidstyle.style.resolve import ResolvedStep
 
 Form = Literal["compute", "fragment"]
 """How a pass runs: as a compute shader (OpenGL 4.3) or as a fragment shader (3.3)."""
 
-Steps = Mapping[str, tuple[PreparedStep, ...]]
+Steps = Mapping[str, tuple[ResolvedStep, ...]]
 """The prepared steps of each layer."""
 
 
@@ -35,7 +35,7 @@ class Plan:
         chroma: the same, or "gray" where there is none.
     """
 
-    source: Layout
+    source: PictureLayout
     target: Encoding
     rgb: bool
     form: Form
@@ -53,7 +53,7 @@ class Plan:
 def make_plan(
     style: Style,
     steps: Steps,
-    source: Layout,
+    source: PictureLayout,
     target: Encoding,
     rgb: bool,
     form: Form,
@@ -70,7 +70,7 @@ def make_plan(
         form: how the passes are to run.
         fused: False makes a pass of every call, to compare with.
     """
-    graph = Graph(source, form)
+    graph = GraphBuilder(source, form)
     look = _page(graph, style, steps)
     if rgb:
         results = [Result("color", (graph.color(look),), source.shape)]
@@ -95,7 +95,7 @@ def make_plan(
     )
 
 
-def _page(graph: Graph, style: Style, steps: Steps) -> Look:
+def _page(graph: GraphBuilder, style: Style, steps: Steps) -> ImageValue:
     """base, then background and lines from where it ended, and one laid over the other."""
     base = graph.run_layer("base", steps["base"], graph.planes)
     background = lines = None
@@ -108,19 +108,19 @@ def _page(graph: Graph, style: Style, steps: Steps) -> Look:
     return _with_lines(graph, style, _on_paper(graph, style, background), lines)
 
 
-def _on_paper(graph: Graph, style: Style, background: Look | None) -> Look:
+def _on_paper(graph: GraphBuilder, style: Style, background: ImageValue | None) -> ImageValue:
     """The background printed on the paper, or the paper alone."""
     paper = rgb_from_text(style.paper)
     if background is None:
         level, *tint = graph.encoding.yuv_from_color(paper)
         chroma = graph.call("chroma", "plain_chroma", {}, tint=tuple(tint)) if any(tint) else None
-        return Look(graph.call("luma", "plain_luma", {}, level=level), chroma)
+        return ImageValue(graph.call("luma", "plain_luma", {}, level=level), chroma)
     if paper == (1.0, 1.0, 1.0):
         return background
-    return Look(color=graph.call("color", "on_paper", {"color": graph.color(background)}, paper=paper))
+    return ImageValue(color=graph.call("color", "on_paper", {"color": graph.color(background)}, paper=paper))
 
 
-def _with_lines(graph: Graph, style: Style, under: Look, lines: Look | None) -> Look:
+def _with_lines(graph: GraphBuilder, style: Style, under: ImageValue, lines: ImageValue | None) -> ImageValue:
     """Ink where the lines are dark; mixing is linear, so luma and chroma serve, which come next."""
     if lines is None:
         return under
@@ -132,7 +132,7 @@ def _with_lines(graph: Graph, style: Style, under: Look, lines: Look | None) -> 
         chroma = graph.call("chroma", "plain_chroma", {}, tint=(0.0, 0.0))
     if chroma is not None:
         chroma = graph.call("chroma", "inked_chroma", {"under": chroma, "lines": cover}, ink=tuple(tint))
-    return Look(luma, chroma)
+    return ImageValue(luma, chroma)
 
 
 def _results(

@@ -7,10 +7,10 @@ from typing import Any
 
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.formats import levels, plane_format, working_format
-from vidstyle.gpu.compile.glsl import TYPES, Assembly, Parameter
+from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter
 from vidstyle.gpu.compile.nodes import CHANNELS, Measure, Node
 from vidstyle.gpu.compile.shared import Pair
-from vidstyle.gpu.compile.targets import Target
+from vidstyle.gpu.compile.targets import RenderTarget
 
 GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
 """Invocations across and down in a group of a compute pass: more in the direction in which its filters read,
@@ -38,7 +38,7 @@ class Shader:
     """
 
     assembly: Assembly
-    targets: list[Target] = field(default_factory=list)
+    targets: list[RenderTarget] = field(default_factory=list)
     uniforms: dict[str, Any] = field(default_factory=dict)
     samplers: dict[str, ImageOf | Measure | tuple] = field(default_factory=dict)
     groups: Pair = GROUPS[None]
@@ -48,7 +48,7 @@ class Shader:
         self.assembly.add(f"uniform {kind} {name};")
         self.samplers[name] = what
 
-    def add_uniform(self, name: str, parameter: Parameter, value: Any) -> str:
+    def add_uniform(self, name: str, parameter: ShaderParameter, value: Any) -> str:
         """Declare a uniform unless it is there, keep its value, and return its name."""
         count = f"[{parameter.count}]" if parameter.count else ""
         if name not in self.uniforms:

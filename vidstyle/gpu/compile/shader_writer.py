@@ -11,7 +11,7 @@ from typing import Any
 
 from vidstyle.core.planes import chroma_reach
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu.compile.glsl import TYPES, Assembly, Parameter, signatures
+from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter, signatures
 from vidstyle.gpu.compile.nodes import CHANNELS, Node
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
@@ -158,7 +158,7 @@ class _Writer:
         if line not in self._text.lines:
             self._text.add(line)
 
-    def _argument(self, node: Node, number: int, parameter: Parameter) -> str:
+    def _argument(self, node: Node, number: int, parameter: ShaderParameter) -> str:
         name = parameter.name.rstrip("_")  # added where the name is a word of GLSL
         if name in node.inputs:
             return self._names[node.inputs[name]]
@@ -174,7 +174,7 @@ class _Writer:
             return f"{name}_{number}"
         return self.shader.add_uniform(f"{name}_{number}", parameter, self._value(node, parameter))
 
-    def _value(self, node: Node, parameter: Parameter) -> Any:
+    def _value(self, node: Node, parameter: ShaderParameter) -> Any:
         """A parameter that is the same for all pixels; NAME_count and NAME_sizes tell of the asset NAME."""
         name = parameter.name.rstrip("_")
         owner, _, what = name.rpartition("_")
@@ -231,6 +231,6 @@ class _Writer:
         return store_planes(self._text, self._plan.target, target.node.kind, name, number)
 
 
-def _parameters(node: Node) -> tuple[Parameter, ...]:
+def _parameters(node: Node) -> tuple[ShaderParameter, ...]:
     assert node.function is not None
     return node.function.signature.parameters

@@ -8,7 +8,7 @@ from math import prod
 from vidstyle.gpu.compile.nodes import CHANNELS, Node
 from vidstyle.gpu.compile.passes import Pass
 
-MOST_BYTES = 32768
+MAX_BYTES = 32768
 """Shared memory for each group that OpenGL promises. Filters that read more than fits read the texture."""
 STEP_BYTES = 4096
 """Room is made in such steps: no more than needed, as the less it is, the more groups share a processor; and
@@ -48,7 +48,7 @@ class Sharing:
         size = BYTES[CHANNELS[self.image.kind]]
         needed = size * prod(side + 2 * reach for side, reach in zip(area, self.reach, strict=True))
         prepared = _in_steps(BYTES[3] * self._lines(area))
-        room = min(_in_steps(needed), MOST_BYTES - used - prepared)
+        room = min(_in_steps(needed), MAX_BYTES - used - prepared)
         return (room // size, prepared // BYTES[3]) if needed <= room else None
 
     def _lines(self, area: Pair) -> int:

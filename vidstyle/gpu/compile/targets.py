@@ -14,7 +14,7 @@ from vidstyle.gpu.compile.plan import Plan
 
 
 @dataclass(frozen=True)
-class Target:
+class RenderTarget:
     """A texture that a pass writes.
 
     Attributes:
@@ -36,25 +36,25 @@ class Target:
         return self.name not in ("working", "samples")
 
 
-def targets_of(plan: Plan, each: Pass) -> list[Target]:
+def targets_of(plan: Plan, each: Pass) -> list[RenderTarget]:
     """What the pass writes, in the order of the bindings."""
-    targets = [Target("working", node, working_format(node), node.shape) for node in each.stored]
+    targets = [RenderTarget("working", node, working_format(node), node.shape) for node in each.stored]
     if each.sampled:
         node = each.sampled.of
-        targets.append(Target("samples", node, WORKING["luma"], Sampling.of(*node.shape).shape))
+        targets.append(RenderTarget("samples", node, WORKING["luma"], Sampling.of(*node.shape).shape))
     for node in each.result.nodes if each.result else ():
         targets += _planes_of(plan, node)
     return targets
 
 
-def _planes_of(plan: Plan, node: Node) -> list[Target]:
+def _planes_of(plan: Plan, node: Node) -> list[RenderTarget]:
     encoding, shape = plan.target, plan.source.shape
     if node.kind == "color":
-        return [Target("color", node, plane_format(encoding.depth, 4), shape)]
+        return [RenderTarget("color", node, plane_format(encoding.depth, 4), shape)]
     if node.kind == "luma":
-        return [Target("luma", node, plane_format(encoding.depth), shape)]
+        return [RenderTarget("luma", node, plane_format(encoding.depth), shape)]
     small = encoding.chroma_shape(*shape)
-    return [Target(name, node, plane_format(encoding.depth), small) for name in ("blue", "red")]
+    return [RenderTarget(name, node, plane_format(encoding.depth), small) for name in ("blue", "red")]
 
 
 def shrinks(plan: Plan, each: Pass) -> bool:
@@ -65,7 +65,7 @@ def shrinks(plan: Plan, each: Pass) -> bool:
     return any(node.kind == "chroma" for node in result.nodes)
 
 
-def declare_targets(text: Assembly, targets: list[Target], groups: tuple[int, int] | None) -> None:
+def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[int, int] | None) -> None:
     """Declare them, and `store_0`, `store_1` and so on, which put a value in its place.
 
     Args:
@@ -84,7 +84,7 @@ def declare_targets(text: Assembly, targets: list[Target], groups: tuple[int, in
         text.add(f"void store_{number}(ivec2 place, vec4 value) {{ {store} }}")
 
 
-def store_working(target: Target, name: str, number: int) -> str:
+def store_working(target: RenderTarget, name: str, number: int) -> str:
     """The line that stores the value of this name in target `number`, which later passes read."""
     coding, padding = target.format, ", 0.0" * (4 - CHANNELS[target.node.kind])
     return f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"

@@ -1,1 +1,1 @@
-"""TODO vidstyle/gpu/device."""
+"""Everything that calls OpenGL: contexts, programs, textures, transfers and running a plan."""

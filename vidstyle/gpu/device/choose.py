@@ -66,7 +66,7 @@ class Device:
 
 
 @dataclass(frozen=True)
-class Choice:
+class DeviceChoice:
     """What a style runs on.
 
     Attributes:
@@ -88,7 +88,7 @@ def has_gpu_hardware() -> bool:
     return not sys.platform.startswith("linux") or bool(_device_files())
 
 
-def choose(device: str) -> Choice:
+def choose(device: str) -> DeviceChoice:
     """The device that a word stands for.
 
     Args:
@@ -100,7 +100,7 @@ def choose(device: str) -> Choice:
         DeviceError: there is no such device.
     """
     if device == "cpu":
-        return Choice(None)
+        return DeviceChoice(None)
     if device == "auto":
         return _choose_by_itself()
     if device == "gpu":
@@ -110,9 +110,9 @@ def choose(device: str) -> Choice:
     raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
 
 
-def _choose_by_itself() -> Choice:
+def _choose_by_itself() -> DeviceChoice:
     if not has_gpu_hardware():
-        return Choice(None, "no GPU: this machine has no graphics card; using the CPU")
+        return DeviceChoice(None, "no GPU: this machine has no graphics card; using the CPU")
     gpu = _first_gpu()
     if gpu:
         return _chosen(gpu)
@@ -120,13 +120,13 @@ def _choose_by_itself() -> Choice:
         reason = f"{_first('auto').name} is a software renderer"
     except DeviceError as error:
         reason = error.reason
-    return Choice(None, f"no GPU: {_obstacle() or reason}; using the CPU")
+    return DeviceChoice(None, f"no GPU: {_obstacle() or reason}; using the CPU")
 
 
-def _chosen(device: Device) -> Choice:
+def _chosen(device: Device) -> DeviceChoice:
     if device.software:
-        return Choice(device, f"{device}, is software that draws on the CPU: --device cpu is faster")
-    return Choice(device, f"using {device}")
+        return DeviceChoice(device, f"{device}, is software that draws on the CPU: --device cpu is faster")
+    return DeviceChoice(device, f"using {device}")
 
 
 def _first_gpu() -> Device | None:

@@ -112,7 +112,7 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 
-class Owner:
+class ContextThread:
     """Runs calls one after another in a thread of its own, because a context belongs to one thread.
 
     A daemon: a driver that hangs must not keep the program from ending.

@@ -13,7 +13,7 @@ from vidstyle.gpu.compile.glsl import Assembly, read_source
 if TYPE_CHECKING:
     import moderngl
 
-MOST_UNUSED = 64
+MAX_UNUSED = 64
 """So many programs are kept for styles that may come back."""
 
 
@@ -88,7 +88,7 @@ class Programs:
     def keep_only(self, assemblies: list[Assembly]) -> None:
         """Let go of all others, if there are many."""
         wanted = {assembly.text for assembly in assemblies}
-        if len(self._programs) > len(wanted) + MOST_UNUSED:
+        if len(self._programs) > len(wanted) + MAX_UNUSED:
             for text in self._programs.keys() - wanted:
                 self._programs.pop(text).release()
 

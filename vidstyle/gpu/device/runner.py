@@ -20,10 +20,10 @@ from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
 from vidstyle.gpu.device.percentiles import Percentiles
 from vidstyle.gpu.device.programs import Programs
-from vidstyle.gpu.device.stabilize import SteadyTextures
+from vidstyle.gpu.device.stabilize import StabilizerTextures
 from vidstyle.gpu.device.textures import AssetTextures, TexturePool
-from vidstyle.gpu.device.transfer import Download, Transfer, Upload
-from vidstyle.stabilize.motion import Carry
+from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload
+from vidstyle.stabilize.motion import Warp
 
 if TYPE_CHECKING:
     import moderngl
@@ -33,26 +33,26 @@ Shares = Mapping[tuple[str, int], float]
 
 
 @dataclass(frozen=True)
-class Fetch:
+class Readback:
     """Planes of one tile of the result on their way from the GPU.
 
     Attributes:
         windows: where each plane lies, in its own samples, by its name.
     """
 
-    transfer: Transfer
+    transfer: PlaneTransfer
     windows: dict[str, Window]
 
 
 @dataclass(frozen=True)
-class Steadying:
+class StabilizerJob:
     """What keeps a film steady, and how the picture before is carried on into the one to be drawn."""
 
-    textures: SteadyTextures
-    carry: Carry | None
+    textures: StabilizerTextures
+    carry: Warp | None
 
 
-class Equipment:
+class GpuResources:
     """What all plans on one context share. Whoever calls it owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
@@ -95,7 +95,7 @@ class Equipment:
 class Runner:
     """A plan with its programs and textures on the GPU. Whoever calls it owns the context."""
 
-    def __init__(self, equipment: Equipment, plan: Plan, largest: int) -> None:
+    def __init__(self, equipment: GpuResources, plan: Plan, largest: int) -> None:
         self._equipment = equipment
         self.plan = plan
         self._shaders = {each: write_shader(plan, each) for each in plan.passes}
@@ -112,7 +112,9 @@ class Runner:
         """Whether the page is done in parts."""
         return len(self._jobs) > 1
 
-    def draw(self, picture: Picture, shares: Shares, steadying: Steadying | None = None) -> list[Fetch]:
+    def draw(
+        self, picture: Picture, shares: Shares, steadying: StabilizerJob | None = None
+    ) -> list[Readback]:
         """Start all that is to be done for a picture; nothing here waits for the GPU.
 
         Args:
@@ -132,8 +134,8 @@ class Runner:
         self._slots.release()
 
     def _run_job(
-        self, job: Job, picture: Picture, shares: Shares, steadying: Steadying | None
-    ) -> Fetch | None:
+        self, job: Job, picture: Picture, shares: Shares, steadying: StabilizerJob | None
+    ) -> Readback | None:
         arrays = {
             name: plane[window.top : window.bottom, window.left : window.right]
             for node, window in job.planes.items()
@@ -163,7 +165,7 @@ class Runner:
             [(texture, 3 if name == "color" else 1) for name, texture in zip(windows, textures, strict=True)],
             [window.shape for window in windows.values()],
         )
-        return Fetch(transfer, windows)
+        return Readback(transfer, windows)
 
     def _run_pass(self, job: Job, each: Pass, sent: Mapping[str, moderngl.Texture]) -> None:
         shader, program = self._shaders[each], self._programs[each]

@@ -15,7 +15,7 @@ from vidstyle.gpu.compile.glsl import Assembly
 from vidstyle.gpu.device.programs import Programs
 from vidstyle.gpu.device.textures import TexturePool
 from vidstyle.stabilize.blend import STILL
-from vidstyle.stabilize.motion import Carry
+from vidstyle.stabilize.motion import Warp
 from vidstyle.stabilize.stabilizer import chroma_ends, code_scale, result_gain, steady_encoding
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class _Kept:
         self.now, self.other = self.other, self.now
 
 
-class SteadyTextures:
+class StabilizerTextures:
     """As `vidstyle.stabilize.stabilizer.Steady`, for textures. Whoever calls it owns the context.
 
     Args:
@@ -63,7 +63,7 @@ class SteadyTextures:
         self._framebuffers: dict[tuple[int, ...], Any] = {}
 
     def before(
-        self, sent: Mapping[str, moderngl.Texture], shapes: Mapping[str, tuple[int, int]], carry: Carry | None
+        self, sent: Mapping[str, moderngl.Texture], shapes: Mapping[str, tuple[int, int]], carry: Warp | None
     ) -> dict[str, moderngl.Texture]:
         """The planes that the style is to see, of those that were sent: "luma", "blue", "red".
 
@@ -77,7 +77,7 @@ class SteadyTextures:
         return {name: self._steadied(name, sent[name], shapes[name], carry) for name in names}
 
     def after(
-        self, results: Iterable[tuple[str, moderngl.Texture]], carry: Carry | None
+        self, results: Iterable[tuple[str, moderngl.Texture]], carry: Warp | None
     ) -> list[moderngl.Texture]:
         """The planes to be shown, of those that the style has made, by their names."""
         self._context.memory_barrier()
@@ -95,7 +95,7 @@ class SteadyTextures:
             each.clear()
 
     def _steadied(
-        self, name: str, plane: moderngl.Texture, shape: tuple[int, int], carry: Carry | None
+        self, name: str, plane: moderngl.Texture, shape: tuple[int, int], carry: Warp | None
     ) -> moderngl.Texture:
         old, new = self._source, steady_encoding(self._source)
         ends = (old.luma_levels, new.luma_levels) if name == "luma" else (chroma_ends(old), chroma_ends(new))
@@ -124,7 +124,7 @@ class SteadyTextures:
         kept.turn()
         return kept.now
 
-    def _shown(self, name: str, plane: moderngl.Texture, carry: Carry | None) -> moderngl.Texture:
+    def _shown(self, name: str, plane: moderngl.Texture, carry: Warp | None) -> moderngl.Texture:
         shape = plane.height, plane.width
         coding = plane_format(self._target.depth, plane.components)
         deep = plane_format(16 if self._target.depth else 0, plane.components)

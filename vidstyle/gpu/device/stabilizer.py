@@ -8,16 +8,16 @@ from dataclasses import replace
 
 from vidstyle.core.bands import CORES
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.compile.nodes import Layout
-from vidstyle.gpu.device.runner import Equipment, Fetch, Runner, Shares, Steadying
-from vidstyle.gpu.device.stabilize import SteadyTextures
+from vidstyle.gpu.compile.nodes import PictureLayout
+from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, Shares, StabilizerJob
+from vidstyle.gpu.device.stabilize import StabilizerTextures
 from vidstyle.stabilize.motion import Motion
-from vidstyle.stabilize.stabilizer import Steadied, Steady, steady_encoding, with_planes
+from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, steady_encoding, with_planes
 
 log = logging.getLogger("vidstyle")
 
 
-class Steadier:
+class GpuStabilizer:
     """What one runner's films need to be steady. Whoever calls it owns the context.
 
     Args:
@@ -29,7 +29,7 @@ class Steadier:
 
     def __init__(
         self,
-        equipment: Equipment,
+        equipment: GpuResources,
         runner: Runner,
         steady: float,
         is_fixed: bool,
@@ -38,28 +38,28 @@ class Steadier:
     ) -> None:
         self._runner = runner
         self._motion = Motion(steady, is_fixed)
-        self._textures: SteadyTextures | None = None
+        self._textures: StabilizerTextures | None = None
         self._pool: ThreadPoolExecutor | None = None
         if runner.is_tiled:
             log.info("pictures larger than one texture: the CPU keeps the film steady, which takes longer")
             self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-steady")
-            self._stage = Steady(steady, is_fixed, self._pool)
+            self._stage = Stabilizer(steady, is_fixed, self._pool)
         else:
-            self._textures = SteadyTextures(
+            self._textures = StabilizerTextures(
                 equipment.context, equipment.programs, equipment.textures, source, target
             )
 
     def draw(
         self, picture: Picture, time: float, begins: bool, shares: Shares
-    ) -> tuple[list[Fetch], Steadied | None]:
+    ) -> tuple[list[Readback], Stabilized | None]:
         """Start all that is to be done for a picture; what comes second is for `after`."""
         if self._textures is None:
             steadied = self._stage.before(picture, time, begins)
             return self._runner.draw(steadied.picture, shares), steadied
-        steadying = Steadying(self._textures, self._motion.follow(picture, time, begins))
+        steadying = StabilizerJob(self._textures, self._motion.follow(picture, time, begins))
         return self._runner.draw(with_planes(picture), shares, steadying), None
 
-    def after(self, result: Picture, steadied: Steadied | None) -> Picture:
+    def after(self, result: Picture, steadied: Stabilized | None) -> Picture:
         """The picture to be shown."""
         return result if steadied is None else self._stage.after(result, steadied)
 
@@ -71,15 +71,15 @@ class Steadier:
             self._textures.release()
 
 
-def plain_layout(picture: Picture) -> Layout:
+def plain_layout(picture: Picture) -> PictureLayout:
     """What `with_planes` makes of such a picture."""
-    layout = Layout.of(picture)
+    layout = PictureLayout.of(picture)
     if layout.planes != "color":
         return layout
-    return Layout(layout.encoding.as_float(), layout.shape, "chroma")
+    return PictureLayout(layout.encoding.as_float(), layout.shape, "chroma")
 
 
-def steady_layout(picture: Picture) -> Layout:
+def steady_layout(picture: Picture) -> PictureLayout:
     """What a style sees of such a picture in a steady film."""
     layout = plain_layout(picture)
     return replace(layout, encoding=steady_encoding(layout.encoding))

@@ -148,14 +148,14 @@ class Download:
         self._context = context
         self._buffers = [context.buffer(reserve=1, dynamic=True) for _ in range(2)]
         # Weak: an ended transfer holds its arrays, and one that nobody holds need not end.
-        self._transfers: list[Callable[[], Transfer | None]] = [lambda: None] * 2
+        self._transfers: list[Callable[[], PlaneTransfer | None]] = [lambda: None] * 2
         self._turn = 0
 
     def begin(
         self,
         textures: Sequence[tuple[moderngl.Texture, int]],
         shapes: Sequence[tuple[int, int]] | None = None,
-    ) -> Transfer:
+    ) -> PlaneTransfer:
         """Start to read the textures, without waiting unless the transfer before the last is still under way.
 
         What a compute shader wrote needs a memory barrier before.
@@ -177,7 +177,7 @@ class Download:
             buffer.orphan(size)
         for plane, (texture, _) in zip(planes, textures, strict=True):
             self._start(texture, plane, buffer)
-        transfer = Transfer(planes, buffer)
+        transfer = PlaneTransfer(planes, buffer)
         self._transfers[self._turn] = weakref.ref(transfer)
         self._turn = 1 - self._turn
         return transfer
@@ -204,7 +204,7 @@ class Download:
             buffer.release()
 
 
-class Transfer:
+class PlaneTransfer:
     """Textures on their way from the GPU."""
 
     def __init__(self, planes: list[_Plane], buffer: moderngl.Buffer) -> None:

@@ -5,6 +5,6 @@ try:
 except ImportError as error:
     raise ImportError("it needs websockets: pip install 'vidstyle[live]'") from error
 
-from vidstyle.live.page.target import Page
+from vidstyle.live.page.target import PageTarget
 
-__all__ = ["Page"]
+__all__ = ["PageTarget"]

@@ -25,7 +25,7 @@ class RefusedError(Exception):
         super().__init__(reason)
 
 
-class Admission:
+class Authorization:
     """Looks at requests before anything is done for them.
 
     Attributes:

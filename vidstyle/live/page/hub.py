@@ -18,7 +18,7 @@ from vidstyle.live.target import LiveFrame
 from vidstyle.style import Style
 
 
-class Exhibit:
+class FrameHub:
     """Lives in one loop; every method is called from there.
 
     Attributes:

@@ -8,7 +8,7 @@ from typing import Any
 
 from vidstyle.live.control import Controls
 
-MOST_ASSIGNMENTS, LONGEST_TEXT = 200, 200
+MAX_ASSIGNMENTS, MAX_TEXT = 200, 200
 
 Check = Callable[[object], bool]
 
@@ -18,11 +18,11 @@ class MessageError(Exception):
 
 
 def _is_text(value: object) -> bool:
-    return isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT
+    return isinstance(value, str) and 0 < len(value) <= MAX_TEXT
 
 
 def _is_texts(value: object) -> bool:
-    return isinstance(value, list) and 0 < len(value) <= MOST_ASSIGNMENTS and all(map(_is_text, value))
+    return isinstance(value, list) and 0 < len(value) <= MAX_ASSIGNMENTS and all(map(_is_text, value))
 
 
 def _is_switch(value: object) -> bool:

@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from vidstyle.block import Asset, Block, Choice, Color, Control, Saved, Slider, Switch
+from vidstyle.block import Asset, Block, Choice, Color, Control, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.style import SOURCE, Style, override, table_from_style
 from vidstyle.style.model import FIELDS, LAYERS
@@ -81,7 +81,7 @@ def _described(control: Control, whole: bool, names: list[str]) -> dict[str, Any
             kind = {"kind": "color"}
         case Choice():
             kind = {"kind": "choice", "options": list(control.options)}
-        case Saved():
+        case SavedRef():
             kind = {"kind": "choice", "options": [""] * control.optional + names}
         case Asset():
             kind = {"kind": "choice", "options": ["", *sorted(control.shipped())]}

@@ -11,12 +11,12 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from vidstyle.live.page import answers
-from vidstyle.live.page.auth import NAMES, Admission, RefusedError
-from vidstyle.live.page.hub import Exhibit
+from vidstyle.live.page.auth import NAMES, Authorization, RefusedError
+from vidstyle.live.page.hub import FrameHub
 from vidstyle.live.page.viewer import Viewer
 
-MOST_VIEWERS = 4
-LARGEST_MESSAGE = 1 << 16
+MAX_VIEWERS = 4
+MAX_MESSAGE = 1 << 16
 OPEN_SECONDS, CLOSE_SECONDS = 5.0, 1.0
 
 _quiet = logging.getLogger("vidstyle.live.page.server")
@@ -34,7 +34,7 @@ class Server:
         error: why a browser could not be served, which is a fault of ours, or None.
     """
 
-    def __init__(self, exhibit: Exhibit) -> None:
+    def __init__(self, exhibit: FrameHub) -> None:
         self.exhibit = exhibit
         self.address = ""
         self.error: BaseException | None = None
@@ -43,11 +43,11 @@ class Server:
         """Begin to listen; raises OSError if the port is not to be had."""
         self._server = await serve(
             self._view, NAMES[0], port, process_request=self._receive, compression=None, server_header=None,
-            max_size=LARGEST_MESSAGE, max_queue=8, open_timeout=OPEN_SECONDS, close_timeout=CLOSE_SECONDS,
+            max_size=MAX_MESSAGE, max_queue=8, open_timeout=OPEN_SECONDS, close_timeout=CLOSE_SECONDS,
             logger=_quiet,
         )  # fmt: skip
         port = next(iter(self._server.sockets)).getsockname()[1]
-        self._admission = Admission(port)
+        self._admission = Authorization(port)
         self.address = f"http://{NAMES[0]}:{port}/?token={self._admission.token}"
 
     async def close(self) -> None:
@@ -70,10 +70,8 @@ class Server:
         self._admission.check_cookie(request.headers)
         path = request.path.partition("?")[0]
         if path == answers.SOCKET:
-            if len(self.exhibit.viewers) >= MOST_VIEWERS:
-                raise RefusedError(
-                    HTTPStatus.TOO_MANY_REQUESTS, f"{MOST_VIEWERS} browsers look at it already"
-                )
+            if len(self.exhibit.viewers) >= MAX_VIEWERS:
+                raise RefusedError(HTTPStatus.TOO_MANY_REQUESTS, f"{MAX_VIEWERS} browsers look at it already")
             return None
         if path == answers.PICTURE and (picture := await self.exhibit.png()):
             name, data = picture
@@ -85,7 +83,7 @@ class Server:
 
     async def _view(self, socket: ServerConnection) -> None:
         exhibit = self.exhibit
-        if len(exhibit.viewers) >= MOST_VIEWERS:  # several came at once
+        if len(exhibit.viewers) >= MAX_VIEWERS:  # several came at once
             await socket.close(CloseCode.TRY_AGAIN_LATER, "too many browsers")
             return
         viewer = Viewer(socket, exhibit)

@@ -9,14 +9,14 @@ import threading
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
-from vidstyle.live.page.hub import Exhibit
+from vidstyle.live.page.hub import FrameHub
 from vidstyle.live.page.server import CLOSE_SECONDS, Server
 from vidstyle.live.target import LiveFrame
 
 log = logging.getLogger("vidstyle")
 
 
-class Page:
+class PageTarget:
     """A target, see `Target`: a web page for browsers on this machine, served by a thread of its own.
 
     Attributes:
@@ -37,7 +37,7 @@ class Page:
         Raises:
             OutputError: the port is taken, or not ours to take.
         """
-        self._exhibit = Exhibit(controls, meter or Meter())
+        self._exhibit = FrameHub(controls, meter or Meter())
         self._server = Server(self._exhibit)
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="vidstyle page", daemon=True)

@@ -14,10 +14,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.page.hub import Exhibit, Quality
+from vidstyle.live.page.hub import FrameHub, Quality
 from vidstyle.live.page.messages import MessageError, carry_out, read_message
 
-MOST_MESSAGES = 250
+MAX_MESSAGES = 250
 """Messages a second; our page sends one for each frame and one for each answer to a slider."""
 LATENCIES = 60
 STATUS_SECONDS = 0.25
@@ -32,7 +32,7 @@ class Viewer:
         latency_ms: median from capture to the screen, of the last frames; 0 before the first.
     """
 
-    def __init__(self, socket: ServerConnection, exhibit: Exhibit) -> None:
+    def __init__(self, socket: ServerConnection, exhibit: FrameHub) -> None:
         self._socket, self._exhibit = socket, exhibit
         self._quality = Quality()
         self._shown = asyncio.Event()
@@ -111,7 +111,7 @@ class Viewer:
         second = int(time.monotonic())
         self._messages = self._messages + 1 if second == self._seconds else 1
         self._seconds = second
-        if self._messages > MOST_MESSAGES:
+        if self._messages > MAX_MESSAGES:
             raise MessageError("more messages than anyone can mean")
 
     async def _tell(self, thing: dict[str, Any]) -> None:

@@ -1,1 +1,1 @@
-"""TODO vidstyle/media/capture."""
+"""Capture from cameras, screens, microphones, pipes and network streams."""

@@ -16,11 +16,11 @@ import av
 from vidstyle.errors import DeviceError
 from vidstyle.media.capture.camera_wait import noting_descriptors
 from vidstyle.media.capture.input import LiveInput
-from vidstyle.media.v4l2 import FORMATS, Device, Mode, video_device, video_devices
+from vidstyle.media.v4l2 import FORMATS, Mode, VideoDevice, video_device, video_devices
 
 SYSTEM_FORMATS = {"darwin": "avfoundation", "win32": "dshow"}
 """What FFmpeg calls the cameras of other systems."""
-USUAL_RATE = Fraction(30)
+DEFAULT_RATE = Fraction(30)
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Camera:
             return self._open_other(SYSTEM_FORMATS[sys.platform], stopping)
         device = find_camera(self.name)
         modes = [mode for mode in device.modes if self.input_format in (None, mode.format)]
-        rate = self.rate or USUAL_RATE
+        rate = self.rate or DEFAULT_RATE
         mode = choose_mode(modes, self.size, rate)
         if mode is None:
             known = ", ".join(sorted({mode.format for mode in device.modes})) or "none that we read"
@@ -64,7 +64,7 @@ class Camera:
     def _open_other(self, system_format: str, stopping: threading.Event) -> LiveInput:
         names = [name for name, _ in camera_list()]
         name = self.name or (names[0] if names else "0")
-        options = {"framerate": str(self.rate or USUAL_RATE)}
+        options = {"framerate": str(self.rate or DEFAULT_RATE)}
         if self.size is not None:
             options["video_size"] = "{}x{}".format(*self.size)
         if self.input_format is not None:
@@ -94,7 +94,7 @@ class Screen:
         Raises:
             DeviceError: there is no such screen.
         """
-        options = {"framerate": str(self.rate or USUAL_RATE)}
+        options = {"framerate": str(self.rate or DEFAULT_RATE)}
         if self.size is not None:
             options["video_size"] = "{}x{}".format(*self.size)
         if sys.platform == "win32":
@@ -110,7 +110,7 @@ class Screen:
             raise DeviceError(f"screen:{display}", "there is no such screen", "give screen::0") from error
 
 
-def find_camera(name: str) -> Device:
+def find_camera(name: str) -> VideoDevice:
     """The camera of this path, number or part of a name; "" is the first there is.
 
     Raises:
@@ -132,16 +132,16 @@ def find_camera(name: str) -> Device:
     raise DeviceError(name or "camera", _reason(path, own), _what_there_is())
 
 
-def camera_list() -> list[tuple[str, Device]]:
+def camera_list() -> list[tuple[str, VideoDevice]]:
     """What to call each camera, and the camera; modes only where the system tells."""
     if sys.platform in SYSTEM_FORMATS:
         found = av.device.enumerate_input_devices(SYSTEM_FORMATS[sys.platform])
         found = [each for each in found if each.media_types != ["audio"]]
-        return [(each.name, Device(each.name, each.description)) for each in found]
+        return [(each.name, VideoDevice(each.name, each.description)) for each in found]
     return [(device.path, device) for device in video_devices()]
 
 
-def _reason(path: str, own: Device | None) -> str:
+def _reason(path: str, own: VideoDevice | None) -> str:
     if own is not None:
         return "takes pictures and gives none"
     if path.startswith("/dev/") and Path(path).exists():
@@ -176,7 +176,7 @@ def _device_error(target: str, error: Exception) -> DeviceError:
     return DeviceError(target, f"cannot be opened: {reason}", _what_there_is())
 
 
-USUAL_SIZE = (1280, 720)
+DEFAULT_SIZE = (1280, 720)
 """Larger pictures are taken only if they are asked for."""
 SLACK = Fraction(98, 100)
 """29.97 will do for 30."""
@@ -210,7 +210,7 @@ def _distance(mode: Mode, size: tuple[int, int] | None, rate: Fraction) -> tuple
     reached = mode_rate(mode, rate)
     missing = 0.0 if reached >= rate * SLACK else float(rate - reached)
     pixels = mode.width * mode.height
-    wanted = size or USUAL_SIZE
+    wanted = size or DEFAULT_SIZE
     too_small = max(0, wanted[0] - mode.width) + max(0, wanted[1] - mode.height)
     too_large = max(0, mode.width - wanted[0]) + max(0, mode.height - wanted[1])
     if size is None:

@@ -14,12 +14,12 @@ LOOK_SECONDS = 0.1
 """How often a wait looks up, in case it is to end."""
 DESCRIPTORS = Path("/proc/self/fd")
 
-Wait = Callable[[threading.Event, float], bool]
+WaitForFrame = Callable[[threading.Event, float], bool]
 """Whether there is something to read, within so many seconds and before the event is set."""
 
 
 @contextlib.contextmanager
-def noting_descriptors(path: str) -> Iterator[Callable[[], Wait | None]]:
+def noting_descriptors(path: str) -> Iterator[Callable[[], WaitForFrame | None]]:
     """Within it a device is opened by somebody who does not tell its descriptor.
 
     Gives:
@@ -27,14 +27,14 @@ def noting_descriptors(path: str) -> Iterator[Callable[[], Wait | None]]:
     """
     before = _descriptors(path)
 
-    def opened() -> Wait | None:
+    def opened() -> WaitForFrame | None:
         new = _descriptors(path) - before
         return _wait_for(min(new)) if new else None
 
     yield opened
 
 
-def _wait_for(descriptor: int) -> Wait:
+def _wait_for(descriptor: int) -> WaitForFrame:
     poll = select.poll()
     # A device that is gone is readable, too: the read says why.
     poll.register(descriptor, select.POLLIN | select.POLLERR | select.POLLHUP)

@@ -13,9 +13,9 @@ from typing import Any
 import av
 
 from vidstyle.errors import DeviceError, InputError, VidstyleError
-from vidstyle.media.audio import Ear, Heard
-from vidstyle.media.capture.camera_wait import Wait
-from vidstyle.media.capture.source import OWN_CLOCK_SECONDS, Source
+from vidstyle.media.audio import AudioChunk, AudioDecoder
+from vidstyle.media.capture.camera_wait import WaitForFrame
+from vidstyle.media.capture.source import OWN_CLOCK_SECONDS, CaptureSource
 from vidstyle.media.read.source import choose_stream, frame_rate
 
 log = logging.getLogger("vidstyle")
@@ -25,7 +25,7 @@ FIRST_SECONDS, STALL_SECONDS = 5.0, 2.0
 
 
 @dataclass(frozen=True)
-class Captured:
+class CapturedFrame:
     """A picture as it came.
 
     Attributes:
@@ -57,7 +57,7 @@ class LiveInput:
         loop: bool = False,
         stamped: bool = False,
         sound: bool = False,
-        wait: Wait | None = None,
+        wait: WaitForFrame | None = None,
         patience: float | None = None,
     ) -> None:
         """Begin with an open container, which `close` closes.
@@ -82,16 +82,16 @@ class LiveInput:
             context.thread_type = "SLICE"
             context.flags |= av.codec.context.Flags.low_delay
         self._context = context
-        self._ear = Ear(container) if sound else None
+        self._ear = AudioDecoder(container) if sound else None
         self.has_sound = self._ear is not None and self._ear.stream is not None
         self._loop, self._stamped = loop, stamped
-        self._pace = Pace() if paced else None
+        self._pace = PlaybackClock() if paced else None
         self._stopping, self._wait, self._patience = stopping, wait, patience
         self.codec = str(context.name)
         self.rate = frame_rate(self._stream)
         self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
 
-    def __iter__(self) -> Iterator[Captured | Heard]:
+    def __iter__(self) -> Iterator[CapturedFrame | AudioChunk]:
         """Pictures and sound until the source ends.
 
         Raises:
@@ -119,7 +119,7 @@ class LiveInput:
         """Let go of the source; call it when the iteration has ended."""
         self._container.close()
 
-    def _once(self) -> Iterator[Captured | Heard]:
+    def _once(self) -> Iterator[CapturedFrame | AudioChunk]:
         sound = self._ear.stream if self._ear else None
         packets = self._container.demux([self._stream, *([sound] if sound else [])])
         for packet in self._waited_for(packets):
@@ -154,12 +154,12 @@ class LiveInput:
             yield packet
             asked = time.monotonic()
 
-    def _anchor(self, captured: Captured) -> None:
+    def _anchor(self, captured: CapturedFrame) -> None:
         stamp = _seconds(captured.native)
         if self._ear is not None and stamp is not None:
             self._ear.anchor(stamp, captured.time)
 
-    def _decoded(self, packet: av.Packet) -> Iterator[Captured]:
+    def _decoded(self, packet: av.Packet) -> Iterator[CapturedFrame]:
         arrived = time.monotonic()
         try:
             frames = self._context.decode(packet if packet.size else None)
@@ -172,7 +172,7 @@ class LiveInput:
             if self._pace is not None:
                 self._stopping.wait(self._pace.until(_seconds(frame)))
                 arrived = time.monotonic()
-            yield Captured(frame, _taken(frame, arrived) if self._stamped else arrived)
+            yield CapturedFrame(frame, _taken(frame, arrived) if self._stamped else arrived)
 
 
 def _seconds(frame: av.VideoFrame) -> float | None:
@@ -185,7 +185,7 @@ def _taken(frame: av.VideoFrame, arrived: float) -> float:
     return stamp if stamp is not None and 0 <= arrived - stamp < OWN_CLOCK_SECONDS else arrived
 
 
-LiveSource = Source[LiveInput]
+LiveSource = CaptureSource[LiveInput]
 """Where live pictures come from."""
 
 
@@ -193,7 +193,7 @@ LEAP_SECONDS = 10.0
 """A stamp this far from its predecessor begins a new count."""
 
 
-class Pace:
+class PlaybackClock:
     """Says when each frame is due."""
 
     def __init__(self) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 import av
 
 from vidstyle.errors import DeviceError, InputError
-from vidstyle.media.audio import RATE, Ear, Heard
+from vidstyle.media.audio import RATE, AudioChunk, AudioDecoder
 from vidstyle.media.capture.camera import SYSTEM_FORMATS
 from vidstyle.media.capture.source import OWN_CLOCK_SECONDS
 
@@ -79,10 +79,10 @@ class SoundInput:
             paced: it would come at once, and is given out no faster than its stamps say.
         """
         self._container, self._name, self._stopping = container, name, stopping
-        self._ear = Ear(container)
+        self._ear = AudioDecoder(container)
         self._zero = time.monotonic() if paced else None
 
-    def __iter__(self) -> Iterator[Heard]:
+    def __iter__(self) -> Iterator[AudioChunk]:
         """Pieces of sound until it ends.
 
         Raises:
@@ -92,7 +92,7 @@ class SoundInput:
             for packet in self._pieces():
                 arrived = time.monotonic()
                 for stamp, samples in self._ear.sounds(packet):
-                    yield Heard(samples, self._taken(stamp, samples.shape[1] / RATE, arrived))
+                    yield AudioChunk(samples, self._taken(stamp, samples.shape[1] / RATE, arrived))
                 if self._stopping.is_set():
                     return
         except (av.FFmpegError, OSError) as error:
@@ -183,7 +183,7 @@ MAPS = Path("/proc/self/maps")
 HARDWARE = "hw:"
 CONVERTED = "plughw:"
 """The same device behind a converter, so that one with a single channel or another rate will do."""
-MOST_COMPLAINTS = 100
+MAX_COMPLAINTS = 100
 
 
 def alsa_microphones() -> list[tuple[str, str]]:
@@ -239,7 +239,7 @@ def prepared_alsa() -> deque[int]:
     plugins = next((folder / "alsa-lib" for folder in folders if (folder / "alsa-lib").is_dir()), None)
     if plugins is not None:
         os.environ.setdefault("ALSA_PLUGIN_DIR", str(plugins))
-    numbers: deque[int] = deque(maxlen=MOST_COMPLAINTS)
+    numbers: deque[int] = deque(maxlen=MAX_COMPLAINTS)
     for path in re.findall(r"/\S*libasound\S*\.so\S*", MAPS.read_text() if MAPS.exists() else ""):
         _note_errors(ctypes.CDLL(path), numbers)
         break

@@ -9,18 +9,18 @@ OWN_CLOCK_SECONDS = 2.0
 """A driver's stamp so little before now is of a clock that we know, and says when something was taken."""
 
 
-class Opened(Protocol):
+class OpenedSource(Protocol):
     """What a source opens: pictures or sound."""
 
     def close(self) -> None:
         """Let go of it; from the thread that takes from it."""
 
 
-T = TypeVar("T", bound=Opened)
-T_co = TypeVar("T_co", bound=Opened, covariant=True)
+T = TypeVar("T", bound=OpenedSource)
+T_co = TypeVar("T_co", bound=OpenedSource, covariant=True)
 
 
-class Source(Protocol[T_co]):
+class CaptureSource(Protocol[T_co]):
     """Something that can be opened, and opened again after it was lost."""
 
     @property

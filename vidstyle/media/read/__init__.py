@@ -1,1 +1,1 @@
-"""TODO vidstyle/media/read."""
+"""Read films, images and image sequences."""

@@ -9,7 +9,7 @@ import av
 
 from vidstyle.core.picture import Picture
 from vidstyle.media.color_tags import ColorTags, usual_tags
-from vidstyle.media.frame import picture_from_frame, shuffled
+from vidstyle.media.frame import picture_from_frame, to_supported_format
 from vidstyle.media.hdr import SDR_TAGS, ToneMap
 from vidstyle.media.orientation import Orientation, orientation_of
 from vidstyle.media.resize import letterboxed, resized, wanted_size
@@ -20,7 +20,7 @@ PALETTE_CODECS = frozenset({"gif", "bmp"})
 """These always decode with an alpha channel, whether anything is transparent or not."""
 
 
-class PictureMaker:
+class FrameConverter:
     """What the first frame decides for all of a stream.
 
     Attributes:
@@ -66,7 +66,7 @@ class PictureMaker:
         return picture, frame if picture is decoded else None
 
     def _formatted(self, native: av.VideoFrame) -> av.VideoFrame:
-        frame = shuffled(native, self._name)
+        frame = to_supported_format(native, self._name)
         if frame.format.name == self._format:
             return frame
         if self._format != "rgb24":
@@ -77,7 +77,7 @@ class PictureMaker:
         return frame
 
     def _choose_format(self, first: av.VideoFrame) -> str:
-        frame = shuffled(first, self._name)
+        frame = to_supported_format(first, self._name)
         if frame.format.name == "rgba" and (self._codec in PALETTE_CODECS or first.format.name == "pal8"):
             alpha = picture_from_frame(frame).alpha
             if alpha is not None and alpha.min() == 255:

@@ -37,7 +37,7 @@ class Decoded:
 class Decoder:
     """Decodes one video stream packet by packet and keeps the books on what fails."""
 
-    def __init__(self, stream: av.video.stream.VideoStream, damage: Damage, max_pixels: int) -> None:
+    def __init__(self, stream: av.video.stream.VideoStream, damage: DecodeReport, max_pixels: int) -> None:
         self.damage = damage
         self._context: Any = _context(stream, max_pixels)
         self._awaited: list[int] = []
@@ -128,7 +128,7 @@ TAIL = Fraction(1, 2)
 
 
 @dataclass
-class Damage:
+class DecodeReport:
     """Counts of a reading that is still under way or over.
 
     Attributes:

@@ -12,7 +12,7 @@ from av.stream import Discard
 
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
-from vidstyle.media.read.decoder import PATIENCE, TAIL, Damage, Decoded, Decoder
+from vidstyle.media.read.decoder import PATIENCE, TAIL, Decoded, Decoder, DecodeReport
 from vidstyle.media.read.picture_header import HEAD, exif_orientation, is_jpeg
 from vidstyle.media.read.source import (
     Stamped,
@@ -27,11 +27,11 @@ from vidstyle.media.read.source import (
 
 log = logging.getLogger("vidstyle")
 
-USUAL_RATE = Fraction(25)
+DEFAULT_RATE = Fraction(25)
 UNSORTED = frozenset({"avi"})
 """Formats that store no display times, so that those of packed B-frames come out of order."""
 SORTING_WINDOW = 2
-MOST_SEEKS = 6
+MAX_SEEKS = 6
 COUNTED = frozenset({"mov", "mp4"})
 """Formats whose header counts the frames; the others at most say the duration."""
 TIMED = frozenset({"matroska", "webm", "flv", "avi"})
@@ -46,7 +46,7 @@ class FilmSource:
         """`file`: what the container was opened on, if that is a file, in which one can go back."""
         self.container: av.container.InputContainer | None = container
         self.name = name
-        self.damage = Damage()
+        self.damage = DecodeReport()
         self.stream = choose_stream(container, name)
         chapters = len(container.chapters())
         self.copied_streams = [
@@ -59,9 +59,9 @@ class FilmSource:
         self.codec = self._decoder.codec
         self.rate = frame_rate(self.stream)
         formats = set(container.format.name.split(","))
-        base = Fraction(self.stream.time_base or 1 / USUAL_RATE)
+        base = Fraction(self.stream.time_base or 1 / DEFAULT_RATE)
         window = SORTING_WINDOW if formats & UNSORTED else 0
-        self._clock: FrameClock[Decoded] = FrameClock(base, self.rate or USUAL_RATE, window)
+        self._clock: FrameClock[Decoded] = FrameClock(base, self.rate or DEFAULT_RATE, window)
         self._scale = int(base / self._clock.time_base)
         self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
         self.time_base = self._clock.time_base
@@ -87,7 +87,7 @@ class FilmSource:
         if not self._seekable or self.stream.start_time is None or self.stream.time_base is None:
             return  # a pipe, or a raw stream in which no time can be found: read from where we are
         wanted = time + self._packet_clock.shift
-        for number in range(MOST_SEEKS):
+        for number in range(MAX_SEEKS):
             earlier = wanted - (2**number - 1)
             if earlier <= self._packet_clock.shift:
                 break

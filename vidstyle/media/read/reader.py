@@ -17,14 +17,14 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.options import RAW, ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.constant_rate import ConstantRate
-from vidstyle.media.read.convert import PictureMaker
-from vidstyle.media.read.decoder import Damage
+from vidstyle.media.read.convert import FrameConverter
+from vidstyle.media.read.decoder import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
-from vidstyle.media.read.film import USUAL_RATE, FilmSource
+from vidstyle.media.read.film import DEFAULT_RATE, FilmSource
 from vidstyle.media.read.open import open_media
 from vidstyle.media.read.sequence import SequenceSource, is_animated_webp, is_pattern
-from vidstyle.media.read.source import Source, Stamped
-from vidstyle.media.read.trim import Cut
+from vidstyle.media.read.source import Stamped, VideoSource
+from vidstyle.media.read.trim import Trim
 
 __all__ = ["ReadOptions", "Reader", "VideoInfo", "open_reader"]
 
@@ -56,7 +56,7 @@ class Reader:
         damage: what has been found wrong so far.
     """
 
-    def __init__(self, source: Source, options: ReadOptions) -> None:
+    def __init__(self, source: VideoSource, options: ReadOptions) -> None:
         self._source = source
         self._options = options
         self._rate = ConstantRate(options.fps) if options.fps else None
@@ -65,7 +65,7 @@ class Reader:
         self._stamped = self._cut()
         self._waiting: list[Stamped | av.Packet] = []
         first = self._first_frame()
-        self._maker = PictureMaker(
+        self._maker = FrameConverter(
             first.native,
             source.codec,
             source.name,
@@ -91,7 +91,7 @@ class Reader:
         return self._source.copied_streams
 
     @property
-    def damage(self) -> Damage:
+    def damage(self) -> DecodeReport:
         """What has been found wrong so far; complete when the iteration is over."""
         return self._source.damage
 
@@ -119,7 +119,7 @@ class Reader:
     def _cut(self) -> Iterator[Stamped | av.Packet]:
         options = self._options
         sounds = [stream.index for stream in self.copied_streams if stream.type == "audio"]
-        cut = Cut(self._source.time_base, options.start, options.end, sounds)
+        cut = Trim(self._source.time_base, options.start, options.end, sounds)
         return cut.apply(_progressive(self._source))
 
     def _first_frame(self) -> Stamped:
@@ -172,7 +172,7 @@ class Reader:
         )
 
 
-def _progressive(source: Source) -> Iterator[Stamped | av.Packet]:
+def _progressive(source: VideoSource) -> Iterator[Stamped | av.Packet]:
     """The source's items, interlaced frames deinterlaced."""
     deinterlacer = Deinterlacer(source.time_base)
     for item in source.items():
@@ -192,7 +192,7 @@ def _span(duration: Fraction | None, options: ReadOptions) -> Fraction | None:
     return max(Fraction(0), end - (options.start or 0))
 
 
-def open_source(source: str | os.PathLike[str], options: ReadOptions) -> Source:
+def open_source(source: str | os.PathLike[str], options: ReadOptions) -> VideoSource:
     """A film, a sequence of numbered pictures, an animation, or what comes on standard input for "-".
 
     Raises:
@@ -200,7 +200,7 @@ def open_source(source: str | os.PathLike[str], options: ReadOptions) -> Source:
         UsageError: a URL that was not allowed.
     """
     if is_pattern(source):
-        rate = options.fps or options.rate or USUAL_RATE
+        rate = options.fps or options.rate or DEFAULT_RATE
         return SequenceSource.from_pattern(str(source), rate, options.max_pixels)
     if str(source) != "-" and is_animated_webp(Path(source)):
         return SequenceSource.from_webp(Path(source), options.max_pixels)
@@ -210,7 +210,7 @@ def open_source(source: str | os.PathLike[str], options: ReadOptions) -> Source:
         max_pixels=options.max_pixels,
         hwaccel=options.hwaccel,
         format=options.format,
-        options=options.raw.demuxer_options(options.rate or USUAL_RATE) if options.format == RAW else {},
+        options=options.raw.demuxer_options(options.rate or DEFAULT_RATE) if options.format == RAW else {},
     )
     try:
         name = "standard input" if str(source) == "-" else str(source)

@@ -16,12 +16,12 @@ from vidstyle.core.picture import Picture
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.orientation import orientation_of
-from vidstyle.media.read.convert import PictureMaker
+from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.read.decoder import PATIENCE
 from vidstyle.media.read.film import FilmSource
 from vidstyle.media.read.open import open_media
 from vidstyle.media.read.reader import open_source
-from vidstyle.media.read.source import Source, Stamped
+from vidstyle.media.read.source import Stamped, VideoSource
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def sample_all(
     start: Fraction = Fraction(0),
     end: Fraction | None = None,
     options: ReadOptions | None = None,
-) -> Iterator[Sample]:
+) -> Iterator[SampledFrame]:
     """A small copy of every frame between two times, and of the one that is on the screen at the start.
 
     Args:
@@ -74,7 +74,7 @@ def sample_all(
 
 def sample_keys(
     source: str | os.PathLike[str], gap: Fraction, options: ReadOptions | None = None
-) -> Iterator[Sample]:
+) -> Iterator[SampledFrame]:
     """A small copy of the film's key frames, of none that comes sooner than `gap` seconds after another.
 
     No other frame is decoded. Of numbered pictures, each of which is a key frame, one in each gap is read.
@@ -126,7 +126,7 @@ class _KeyFrames(FilmSource):
                 yield packet
 
 
-def _only_pictures(source: Source) -> Source:
+def _only_pictures(source: VideoSource) -> VideoSource:
     """The source, from which nothing is read but its film."""
     for stream in source.copied_streams:
         stream.discard = Discard.all
@@ -134,11 +134,11 @@ def _only_pictures(source: Source) -> Source:
     return source
 
 
-def _stamped(source: Source) -> Iterator[Stamped]:
+def _stamped(source: VideoSource) -> Iterator[Stamped]:
     return (item for item in source.items() if isinstance(item, Stamped))
 
 
-def _steps(source: Source, gap: Fraction) -> Iterator[Stamped]:
+def _steps(source: VideoSource, gap: Fraction) -> Iterator[Stamped]:
     time, end = Fraction(0), source.duration or Fraction(0)
     while time < end:
         source.seek(time)
@@ -172,15 +172,15 @@ def _between(
         yield before
 
 
-def _samples(source: Source, frames: Iterator[Stamped]) -> Iterator[Sample]:
+def _samples(source: VideoSource, frames: Iterator[Stamped]) -> Iterator[SampledFrame]:
     small: SmallCopies | None = None
     for frame in frames:
         if small is None or not small.fits(frame.native):
             small = SmallCopies(frame.native, source)
-        yield Sample(frame.pts * source.time_base, frame.native, small)
+        yield SampledFrame(frame.pts * source.time_base, frame.native, small)
 
 
-class Sample:
+class SampledFrame:
     """A frame, of which small copies can be had until the next one is asked for.
 
     Attributes:
@@ -204,7 +204,7 @@ class SmallCopies:
         shape: height and width of the whole frames, upright and with square pixels.
     """
 
-    def __init__(self, first: av.VideoFrame, source: Source) -> None:
+    def __init__(self, first: av.VideoFrame, source: VideoSource) -> None:
         """For frames of the size of the first one."""
         self._source = source
         self._stored = (first.width, first.height)
@@ -213,7 +213,7 @@ class SmallCopies:
         width, height = self._orientation.size(*self._square)
         self.shape = height, width
         self._reformatter = av.video.reformatter.VideoReformatter()
-        self._makers: dict[tuple[int, int], PictureMaker] = {}
+        self._makers: dict[tuple[int, int], FrameConverter] = {}
 
     def fits(self, native: av.VideoFrame) -> bool:
         """Whether the frame is of that size."""
@@ -225,7 +225,7 @@ class SmallCopies:
         width, height = (max(1, round(length * factor)) for length in self._square)
         small = self._reduced(native, width, height)
         if (width, height) not in self._makers:
-            self._makers[width, height] = PictureMaker(
+            self._makers[width, height] = FrameConverter(
                 small, self._source.codec, self._source.name, orientation=self._orientation
             )
         return self._makers[width, height].make(small)[0]

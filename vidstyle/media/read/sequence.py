@@ -18,7 +18,7 @@ from vidstyle.errors import InputError
 from vidstyle.media.frame import frame_from_picture
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import fine_time_base
-from vidstyle.media.read.decoder import Damage, Decoder
+from vidstyle.media.read.decoder import Decoder, DecodeReport
 from vidstyle.media.read.open import open_media
 from vidstyle.media.read.picture_header import picture_size
 from vidstyle.media.read.source import Stamped, choose_stream
@@ -26,7 +26,7 @@ from vidstyle.media.read.source import Stamped, choose_stream
 log = logging.getLogger("vidstyle")
 
 PATTERN = re.compile(r"%(0\d+)?d")
-LARGEST_ANIMATION = 4
+MAX_ANIMATION = 4
 """An animated WebP is decoded at one go: so many times the pixels of the largest picture are let in."""
 
 
@@ -62,7 +62,7 @@ class SequenceSource:
         codec: str,
         time_base: Fraction,
         stamps: Sequence[int],
-        load: Callable[[int, Damage], av.VideoFrame | None],
+        load: Callable[[int, DecodeReport], av.VideoFrame | None],
     ) -> None:
         """`stamps` has one more than there are frames: the end of the last one."""
         self.name, self.codec = name, codec
@@ -72,7 +72,7 @@ class SequenceSource:
         self.rate: Fraction | None = self.frames / self.duration
         self.sample_aspect: Fraction | None = None
         self.copied_streams: list[av.stream.Stream] = []
-        self.damage = Damage()
+        self.damage = DecodeReport()
         self._stamps = stamps
         self._load = load
         self._first = 0
@@ -87,9 +87,9 @@ class SequenceSource:
         paths = numbered_files(pattern)
         time_base = fine_time_base(1 / rate)
         ticks = round(1 / rate / time_base)
-        codec = _load_picture(paths[0], max_pixels, Damage())[1]
+        codec = _load_picture(paths[0], max_pixels, DecodeReport())[1]
 
-        def load(number: int, damage: Damage) -> av.VideoFrame | None:
+        def load(number: int, damage: DecodeReport) -> av.VideoFrame | None:
             return _load_picture(paths[number], max_pixels, damage)[0]
 
         return cls(pattern, codec, time_base, [number * ticks for number in range(len(paths) + 1)], load)
@@ -109,7 +109,7 @@ class SequenceSource:
         stamps = np.concatenate([[0], np.cumsum(np.maximum(animation.durations, 1))]).tolist()
         pictures = animation.frames
 
-        def load(number: int, damage: Damage) -> av.VideoFrame | None:
+        def load(number: int, damage: DecodeReport) -> av.VideoFrame | None:
             damage.decoded += 1
             order = cv2.COLOR_BGRA2RGBA if pictures[number].shape[2] == 4 else cv2.COLOR_BGR2RGB
             return frame_from_picture(Picture.from_array(cv2.cvtColor(pictures[number], order)))
@@ -165,7 +165,7 @@ def numbered_files(pattern: str) -> list[Path]:
     return [numbers[number] for number in sorted(numbers)]
 
 
-def _load_picture(path: Path, max_pixels: int, damage: Damage) -> tuple[av.VideoFrame | None, str]:
+def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av.VideoFrame | None, str]:
     """The picture in a file, or None if it is damaged, and its codec."""
     try:
         container = open_media(path, max_pixels=max_pixels)
@@ -175,7 +175,7 @@ def _load_picture(path: Path, max_pixels: int, damage: Damage) -> tuple[av.Video
             return None, ""
         raise
     with container:
-        decoder = Decoder(choose_stream(container, str(path)), Damage(), max_pixels)
+        decoder = Decoder(choose_stream(container, str(path)), DecodeReport(), max_pixels)
         for packet in container.demux(video=0):
             for decoded in decoder.flush() if not packet.size else decoder.decode(packet):
                 damage.decoded += 1
@@ -190,5 +190,5 @@ def _check_webp(path: Path, content: bytes, max_pixels: int) -> None:
     limit = max_pixels / 2**20
     if width * height > max_pixels:
         raise InputError(path, f"{width}x{height} is larger than the limit of {limit:g} MP")
-    if width * height * frames > LARGEST_ANIMATION * max_pixels:
+    if width * height * frames > MAX_ANIMATION * max_pixels:
         raise InputError(path, f"{frames} frames of {width}x{height} are more than fit in memory")

@@ -13,7 +13,7 @@ from av.stream import Disposition
 
 from vidstyle.errors import InputError
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.read.decoder import Damage
+from vidstyle.media.read.decoder import DecodeReport
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Stamped:
     held: bool = False
 
 
-class Source(Protocol):
+class VideoSource(Protocol):
     """Decoded frames in the order that they are shown in, with packets of other streams among them."""
 
     name: str
@@ -44,7 +44,7 @@ class Source(Protocol):
     frames: int | None
     may_be_still: bool
     orientation: Orientation | None
-    damage: Damage
+    damage: DecodeReport
     container: av.container.InputContainer | None
     copied_streams: list[av.stream.Stream]
 

@@ -16,7 +16,7 @@ GRACE = Fraction(3)
 """Seconds of packets to read on after the last frame, for sound that the container stores late."""
 
 
-class Cut:
+class Trim:
     """Drops what lies outside `start` and `end` (seconds) and shifts the rest."""
 
     def __init__(

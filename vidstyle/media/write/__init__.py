@@ -1,1 +1,1 @@
-"""TODO vidstyle/media/write."""
+"""Write films, images, animations, streams and virtual cameras."""

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from vidstyle.errors import OutputError, UsageError
 
-LEAST_FREE = 200 * 2**20
+MIN_FREE = 200 * 2**20
 """Bytes left free on the disk at which writing stops, so that the file can still be closed."""
 POLL_SECONDS = 1.0
-LONGEST_NAME = 255
+MAX_NAME = 255
 """Bytes in a file name (NAME_MAX)."""
 
 _log = logging.getLogger("vidstyle")
@@ -63,7 +63,7 @@ class PartialFile:
             return
         self._checked = time.monotonic()
         if self.room < 0:
-            raise OutputError(self.target, f"less than {LEAST_FREE // 2**20} MB are left on the disk")
+            raise OutputError(self.target, f"less than {MIN_FREE // 2**20} MB are left on the disk")
 
     def rewrite(self, convert: Callable[[Path, Path], bool]) -> None:
         """Put in place of the file what `convert` makes of it, from path to path, if it returns True.
@@ -81,7 +81,7 @@ class PartialFile:
     @property
     def room(self) -> int:
         """How many bytes may still be written beside it."""
-        return shutil.disk_usage(self.target.parent).free - LEAST_FREE
+        return shutil.disk_usage(self.target.parent).free - MIN_FREE
 
     def finish(self) -> None:
         """Give the file its own name."""
@@ -147,7 +147,7 @@ def _partial_name(name: str, ending: str | None = None, mark: str = ".partial") 
     """The name with a mark before its ending, cut where it would become too long."""
     stem, suffix = os.path.splitext(name)
     suffix = mark + (suffix if ending is None else ending)
-    return os.fsencode(stem)[: LONGEST_NAME - len(os.fsencode(suffix))].decode("utf-8", "ignore") + suffix
+    return os.fsencode(stem)[: MAX_NAME - len(os.fsencode(suffix))].decode("utf-8", "ignore") + suffix
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from typing import BinaryIO
 from vidstyle.media.mp4_boxes import top_boxes
 
 _CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
-_LARGEST_INDEX = 2**28
+_MAX_INDEX = 2**28
 
 
 def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)) -> bool:
@@ -39,7 +39,7 @@ def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)
             return False
         _, start, size = boxes[-1]
         file.seek(start)
-        index = bytearray(file.read(size)) if size <= _LARGEST_INDEX else bytearray()
+        index = bytearray(file.read(size)) if size <= _MAX_INDEX else bytearray()
         if not index or not _shift_offsets(index, 0, len(index), size):
             return False
         if surplus:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import av
 
 from vidstyle.errors import OutputError, UsageError
-from vidstyle.media.audio import Heard, Voice
+from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.write.atomic import PartialFile, is_plain_file, output_error
 from vidstyle.media.write.containers import ContainerKind
@@ -95,10 +95,10 @@ class FilmWriter(Writer):
         except (av.FFmpegError, OSError) as error:
             raise OutputError(self.name, f"{self._kind.muxer} cannot be set up so: {error}") from error
 
-    def _new_voice(self, options: WriteOptions) -> Voice | None:
+    def _new_voice(self, options: WriteOptions) -> AudioEncoder | None:
         encoder = self._kind.new_audio if options.audio in ("copy", "none") else options.audio
         wanted = options.new_sound and options.audio != "none" and encoder
-        return Voice(self._container, encoder) if wanted else None
+        return AudioEncoder(self._container, encoder) if wanted else None
 
     def write(self, item: Frame | av.Packet) -> None:
         """See Writer."""
@@ -115,7 +115,7 @@ class FilmWriter(Writer):
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
 
-    def hear(self, heard: Heard, seconds: float) -> None:
+    def hear(self, heard: AudioChunk, seconds: float) -> None:
         """Take sound that begins so many seconds after the first picture; only with `options.new_sound`.
 
         Raises:

@@ -12,7 +12,7 @@ import av
 
 OUTPUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EROFS)
 """System errors that are the output's fault, and not that of a packet."""
-MOST_HELD = 32 * 2**20
+MAX_HELD = 32 * 2**20
 """Bytes of copied packets that wait for the pictures at most."""
 
 _log = logging.getLogger("vidstyle")
@@ -78,7 +78,7 @@ class Interleaver:
             assert packet.dts is not None
             heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
             self._held += packet.size
-        while self._held > MOST_HELD:
+        while self._held > MAX_HELD:
             self._write(heapq.heappop(self._waiting)[2])
 
     def finish(self, end: Fraction | None) -> None:

@@ -20,7 +20,7 @@ from vidstyle.media.codecs import (
     writable_layout,
 )
 from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags, usual_tags
-from vidstyle.media.pixel_formats import Layout
+from vidstyle.media.pixel_formats import PlaneLayout
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.output import WriteOptions
 
@@ -61,7 +61,7 @@ class VideoPlan:
     encoder: str
     codec: str
     pix_fmt: str
-    layout: Layout
+    layout: PlaneLayout
     size: tuple[int, int]
     encoding: Encoding
     tags: ColorTags
@@ -144,7 +144,7 @@ def _plan(
     )
 
 
-def _layout(pix_fmt: str) -> Layout:
+def _layout(pix_fmt: str) -> PlaneLayout:
     try:
         layout = writable_layout(pix_fmt)
     except ValueError:
@@ -163,7 +163,7 @@ def _padded(length: int, step: int) -> int:
     return -(-length // step) * step
 
 
-def _encoding(info: VideoInfo, layout: Layout, codec: str) -> Encoding:
+def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str) -> Encoding:
     """The source's matrix, range and siting, as far as they mean something in the new layout."""
     if layout.kind != "luma":
         return Encoding("bt709", True, layout.depth, (1, 1))
@@ -178,7 +178,7 @@ def _encoding(info: VideoInfo, layout: Layout, codec: str) -> Encoding:
     return replace(info.encoding, depth=layout.depth, step=layout.step, siting=siting)
 
 
-def _tags(info: VideoInfo, encoding: Encoding, layout: Layout, kind: ContainerKind) -> ColorTags:
+def _tags(info: VideoInfo, encoding: Encoding, layout: PlaneLayout, kind: ContainerKind) -> ColorTags:
     """What says so: the source's own tags, and the usual ones where it has none."""
     if layout.kind != "luma" and kind.video and kind.video[0] in UNTAGGED:
         return ColorTags(UNSPECIFIED, UNSPECIFIED, RGB_MATRIX, FULL)

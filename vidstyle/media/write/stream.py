@@ -12,7 +12,7 @@ import av
 from av.bitstream import BitStreamFilterContext
 
 from vidstyle.errors import OutputError, UsageError, VidstyleError
-from vidstyle.media.audio import Heard, Voice
+from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.codecs import find_encoder
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame
@@ -91,7 +91,7 @@ class Stream:
             )
             self._container = av.open(target, "w", muxer, container_options=settings)
             self._stream = self._add_stream("rawvideo" if raw else options.codec or "libx264", options, first)
-            self._voice = Voice(self._container, "aac") if options.sound and not raw else None
+            self._voice = AudioEncoder(self._container, "aac") if options.sound and not raw else None
             self._container.start_encoding()
             # Who joins does not know the parameter sets, and may take the first frames for damaged.
             self._repeat = BitStreamFilterContext(REPEATED, self._stream) if self._joined else None
@@ -141,7 +141,7 @@ class Stream:
             return packets
         return [made for packet in packets for made in self._repeat.filter(packet)]
 
-    def hear(self, heard: Heard, seconds: float) -> None:
+    def hear(self, heard: AudioChunk, seconds: float) -> None:
         """Write sound that begins so many seconds after the first picture, if the stream has any.
 
         Raises:
@@ -177,7 +177,7 @@ def _even(frame: av.VideoFrame) -> tuple[int, int]:
     return max(2, frame.width // 2 * 2), max(2, frame.height // 2 * 2)
 
 
-USUAL_FORMAT = "y4m"
+DEFAULT_FORMAT = "y4m"
 STREAM_FORMATS = {
     "rtmp": "flv",
     "rtmps": "flv",
@@ -205,7 +205,7 @@ def check_pipe(options: StreamOptions) -> str:
     Raises:
         UsageError: a format that is not for live pipes.
     """
-    name = options.format or USUAL_FORMAT
+    name = options.format or DEFAULT_FORMAT
     muxer = RAW_FORMATS.get(name, name)
     if muxer not in RAW_FORMATS.values():
         raise UsageError("--format", f"{name} is not for live pipes", f"use {', '.join(RAW_FORMATS)}")

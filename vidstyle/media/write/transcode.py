@@ -61,7 +61,7 @@ class TextConverter:
 
 BIT_RATES = {"aac": 96_000, "libopus": 64_000, "libmp3lame": 96_000, "ac3": 96_000, "wmav2": 96_000}
 """Bits a second for each channel; encoders not named here have no use for it, or know better."""
-MOST_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, "ac3": 6, "aac": 8}
+MAX_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, "ac3": 6, "aac": 8}
 SAMPLES_AT_ONCE = 1024
 """In a frame for encoders that do not mind."""
 
@@ -78,7 +78,7 @@ class SoundEncoder:
         self.lost = 0
         self._template = template
         codec = av.Codec(encoder, "w")
-        channels = min(template.layout.nb_channels, MOST_CHANNELS.get(encoder, 8))
+        channels = min(template.layout.nb_channels, MAX_CHANNELS.get(encoder, 8))
         layout = {1: "mono", 2: "stereo"}.get(channels, template.layout.name)
         rate = _nearest(template.rate, codec.audio_rates or [])
         self.stream: AudioStream = container.add_stream(encoder, rate=rate)  # type: ignore[call-overload, assignment]

@@ -12,7 +12,7 @@ import numpy as np
 from vidstyle.comic.layout.paper import INCH, Rectangle
 from vidstyle.comic.lettering.bubble import Bubble
 from vidstyle.comic.output.formats.jpeg import QUALITY
-from vidstyle.comic.output.sheet import Label, Sheet, Shown
+from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 
 SEVERAL = False
 
@@ -57,7 +57,7 @@ def _font_face(sheet: Sheet) -> str:
     return f"<style>@font-face {{ font-family: '{sheet.letters.family}'; src: {source}; }}</style>"
 
 
-def _panel(panel: Shown, number: int) -> Iterator[str]:
+def _panel(panel: RenderedPanel, number: int) -> Iterator[str]:
     yield f'<g id="panel-{number}">'
     if panel.note:
         yield f"<title>{escape(panel.note)}</title>"

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tools.steadiness.clips import Clip, motions_of, moving_disc, still_scene
+from tools.steadiness.warping import Motion, warping_error
 from vidstyle.renderer import Renderer
-from vidstyle.steadiness.clips import Clip, motions_of, moving_disc, still_scene
-from vidstyle.steadiness.warping import Motion, warping_error
 from vidstyle.style import Style
 
 NOISE = 4

@@ -11,15 +11,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from tools.steadiness.warping import Motion, find_motion
 from vidstyle.core.measured import sampled
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import color_rows
-from vidstyle.core.scene_cuts import CutDetector
+from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.read.reader import Reader, open_reader
-from vidstyle.steadiness.warping import Motion, find_motion
 
 RATE = 25
 """Frames a second of the scenes that are made here."""
@@ -53,7 +53,7 @@ def read_clip(path: Path, count: int, width: int) -> Clip:
 
 def motions_of(clip: Clip) -> list[Motion | None]:
     """The motion from each frame to the next; None across a cut."""
-    detector = CutDetector()
+    detector = SceneCutDetector()
     cuts = [
         detector.is_cut(sampled(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)).astype(np.float32) / 255)
         for frame in clip.frames

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from vidstyle.steadiness import DISC_FRAMES, GHOST, NOISE, SETTLING, STILL_FRAMES, Figures
+from tools.steadiness import DISC_FRAMES, GHOST, NOISE, SETTLING, STILL_FRAMES, Figures
 
 SOURCE = "(the films themselves)"
 

@@ -1,6 +1,6 @@
 """Measures how steady styles are on films, and prints a Markdown table.
 
-    python tools/steadiness.py FOLDER_OR_CLIP ... [--styles ink ...] [--steady 0 0.5 1]
+    python -m tools.steadiness FOLDER_OR_CLIP ... [--styles ink ...] [--steady 0 0.5 1]
 
 Of each clip it takes some frames in a row from the middle, reduced to a width, and finds their motion once.
 """
@@ -15,10 +15,10 @@ from pathlib import Path
 import cv2
 import skimage.data
 
+from tools.steadiness import Study
+from tools.steadiness.clips import Clip, read_clip
+from tools.steadiness.table import markdown
 from vidstyle.errors import VidstyleError
-from vidstyle.steadiness import Study
-from vidstyle.steadiness.clips import Clip, read_clip
-from vidstyle.steadiness.table import markdown
 from vidstyle.style import load_style, style_names
 
 PHOTOGRAPH_SIZE = 640, 360
