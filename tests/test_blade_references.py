@@ -108,7 +108,7 @@ def test_an_average_stays_within_the_range_and_near_the_mean(name: str):
 
 
 @pytest.mark.parametrize(
-    ("call", "thing"),
+    ("call", "subject"),
     [
         (lambda luma: edge_tangent_flow(luma, sigma=0), "sigma"),
         (lambda luma: edge_tangent_flow(luma, rho=-1), "rho"),
@@ -118,8 +118,8 @@ def test_an_average_stays_within_the_range_and_near_the_mean(name: str):
         (lambda luma: detail_base(luma, contrast=0), "contrast"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(call: Callable[..., Any], thing: str):
-    with pytest.raises(UsageError, match=f"^{thing}: cannot be "):
+def test_settings_that_make_no_sense_are_refused(call: Callable[..., Any], subject: str):
+    with pytest.raises(UsageError, match=f"^{subject}: cannot be "):
         call(noise(8, 8))
 
 

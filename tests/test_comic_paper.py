@@ -50,7 +50,7 @@ def test_sizes_that_have_no_name(size: str, sides: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "thing", "reason"),
+    ("arguments", "subject", "reason"),
     [
         ({"size": "a44"}, "a44", "no size of paper"),
         ({"size": "10x10"}, "10x10", "a page of 10 x 10 pixels"),
@@ -60,10 +60,10 @@ def test_sizes_that_have_no_name(size: str, sides: tuple[int, int]) -> None:
         ({"gutter": -1}, "paper", "below 0"),
     ],
 )
-def test_paper_that_cannot_be(arguments: dict, thing: str, reason: str) -> None:
+def test_paper_that_cannot_be(arguments: dict, subject: str, reason: str) -> None:
     with pytest.raises(UsageError) as caught:
         paper(**arguments)
-    assert caught.value.thing == thing
+    assert caught.value.subject == subject
     assert reason in caught.value.reason
     assert "\n" not in str(caught.value)
 

@@ -1,29 +1,29 @@
-"""What can go wrong, as exceptions: each names the thing, the reason and the remedy."""
+"""Exceptions: each names its subject, the reason and, where there is one, the remedy."""
 
 from __future__ import annotations
 
 
 class VidstyleError(Exception):
-    """The base of all our errors; its text is one line: "thing: reason; remedy".
+    """Base class of all errors; the text is one line: "subject: reason; remedy".
 
     Attributes:
-        thing: what is concerned, a file or a parameter, with control characters escaped.
+        subject: the file or parameter concerned, with control characters escaped.
         reason: what is wrong with it.
         remedy: what would be right, or empty.
-        exit_code: what the command line ends with (design, section 6).
+        exit_code: exit status of the command line (docs/rules.md, exit codes).
     """
 
     exit_code = 1
 
-    def __init__(self, thing: object, reason: str, remedy: str = "") -> None:
-        self.thing = printable(thing)
+    def __init__(self, subject: object, reason: str, remedy: str = "") -> None:
+        self.subject = printable(subject)
         self.reason = printable(reason)
         self.remedy = printable(remedy)
-        super().__init__(f"{self.thing}: {self.reason}" + (f"; {self.remedy}" if remedy else ""))
+        super().__init__(f"{self.subject}: {self.reason}" + (f"; {self.remedy}" if remedy else ""))
 
 
 class UsageError(VidstyleError, ValueError):
-    """What was asked for makes no sense, or would harm the user's own files."""
+    """Invalid arguments, or a request that would damage the user's own files."""
 
     exit_code = 2
 
@@ -35,17 +35,17 @@ class InputError(VidstyleError, OSError):
 
 
 class StyleError(VidstyleError, ValueError):
-    """A style cannot be used; `mistakes` holds one line for each thing wrong with it."""
+    """A style cannot be used; `mistakes` holds one line for each mistake."""
 
     exit_code = 3
 
-    def __init__(self, thing: object, mistakes: list[str]) -> None:
+    def __init__(self, subject: object, mistakes: list[str]) -> None:
         self.mistakes = [printable(mistake) for mistake in mistakes]
-        super().__init__(thing, "; ".join(self.mistakes))
+        super().__init__(subject, "; ".join(self.mistakes))
 
 
 class OutputError(VidstyleError, OSError):
-    """The output cannot be written, or not to its end."""
+    """The output cannot be written completely."""
 
     exit_code = 5
 
@@ -56,8 +56,8 @@ class DeviceError(VidstyleError, OSError):
     exit_code = 6
 
 
-def printable(thing: object) -> str:
-    r"""The thing as one line of text that cannot play tricks on a terminal.
+def printable(value: object) -> str:
+    r"""The value as one line of text, control characters escaped.
 
     >>> printable("a\nb\x1b[31m")
     'a\\nb\\x1b[31m'
@@ -66,5 +66,5 @@ def printable(thing: object) -> str:
         character
         if character.isprintable()
         else character.encode("unicode_escape", "surrogatepass").decode("ascii")
-        for character in str(thing)
+        for character in str(value)
     )

@@ -92,15 +92,15 @@ def usual_tags(encoding: Encoding, height: int = 0) -> ColorTags:
     return replace(ColorTags(code, code, code), range=seen_range)
 
 
-def matrix_from_tags(thing: object, tags: ColorTags, codec: str, height: int, width: int) -> str:
+def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, width: int) -> str:
     """The matrix, a key of LUMA_WEIGHTS: as tagged, else from the codec or the size of the stored picture.
 
     Raises:
-        InputError: a matrix that we cannot do; `thing` names the source.
+        InputError: a matrix that we cannot do; `subject` names the source.
     """
     if tags.matrix in UNDOABLE_MATRICES:
         name = UNDOABLE_MATRICES[tags.matrix]
-        raise InputError(thing, f"its colours are coded with {name}", "convert it to BT.709 first")
+        raise InputError(subject, f"its colours are coded with {name}", "convert it to BT.709 first")
     if tags.matrix in MATRICES:
         return MATRICES[tags.matrix]
     if codec in JPEG_CODECS:

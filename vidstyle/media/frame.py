@@ -44,13 +44,13 @@ class Frame:
         return self.pts * self.time_base
 
 
-def to_supported_format(frame: av.VideoFrame, thing: object = "frame") -> av.VideoFrame:
+def to_supported_format(frame: av.VideoFrame, subject: object = "frame") -> av.VideoFrame:
     """The frame itself, or the same samples in a format that lies as our planes do.
 
     Raises:
-        InputError: a pixel format that we do not read; `thing` names the source.
+        InputError: a pixel format that we do not read; `subject` names the source.
     """
-    layout = _layout(frame, thing)
+    layout = _layout(frame, subject)
     if not layout.shuffled:
         return frame
     # The same range on both sides, whichever it is: swscale would otherwise assume one and convert.
@@ -60,7 +60,7 @@ def to_supported_format(frame: av.VideoFrame, thing: object = "frame") -> av.Vid
 
 
 def picture_from_frame(
-    frame: av.VideoFrame, codec: str = "", tags: ColorTags | None = None, thing: object = "frame"
+    frame: av.VideoFrame, codec: str = "", tags: ColorTags | None = None, subject: object = "frame"
 ) -> Picture:
     """The frame's planes as a picture, row padding left out; views wherever the layout allows.
 
@@ -68,15 +68,15 @@ def picture_from_frame(
         frame: in a layout of its own or one that `to_supported_format` has made.
         codec: what it was decoded with; the chroma siting hangs on it.
         tags: taken instead of the frame's own.
-        thing: names the source in errors.
+        subject: names the source in errors.
 
     Raises:
         InputError: a pixel format or colour matrix that we do not read.
     """
-    frame = to_supported_format(frame, thing)
-    layout = _layout(frame, thing)
+    frame = to_supported_format(frame, subject)
+    layout = _layout(frame, subject)
     tags = tags or ColorTags.of(frame)
-    encoding = _encoding(layout, tags, codec, frame, thing)
+    encoding = _encoding(layout, tags, codec, frame, subject)
     planes = [_view(plane, layout) for plane in frame.planes]
     if layout.kind == "packed":
         alpha = planes[0][..., 3] if layout.alpha else None
@@ -126,21 +126,21 @@ def side_data_of(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
     return None if found is None else bytes(found)
 
 
-def _layout(frame: av.VideoFrame, thing: object) -> PlaneLayout:
+def _layout(frame: av.VideoFrame, subject: object) -> PlaneLayout:
     layout = layout_of(frame.format.name)
     if layout is None:
-        raise InputError(thing, f"its pixel format {frame.format.name} is not one that vidstyle reads")
+        raise InputError(subject, f"its pixel format {frame.format.name} is not one that vidstyle reads")
     return layout
 
 
 def _encoding(
-    layout: PlaneLayout, tags: ColorTags, codec: str, frame: av.VideoFrame, thing: object
+    layout: PlaneLayout, tags: ColorTags, codec: str, frame: av.VideoFrame, subject: object
 ) -> Encoding:
     if layout.kind != "luma":
         return Encoding("bt709", full_range=True, depth=layout.depth, step=(1, 1), siting=(0.0, 0.0))
     gray = layout.planes == 1
     full_range = layout.full_range or tags.range == FULL or (gray and tags.range == 0)
-    matrix = matrix_from_tags(thing, tags, codec, frame.height, frame.width)
+    matrix = matrix_from_tags(subject, tags, codec, frame.height, frame.width)
     siting = siting_from_codec(codec, tags, layout.step)
     return Encoding(matrix, full_range, layout.depth, layout.step, siting)
 

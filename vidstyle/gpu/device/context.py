@@ -40,9 +40,9 @@ def open_context(index: int | None = None) -> Any:
         DeviceError: there is no such device, or it cannot be opened.
     """
     devices, obstacle = _devices()
-    thing = "OpenGL" if index is None else f"gpu:{index}"
+    subject = "OpenGL" if index is None else f"gpu:{index}"
     if index is not None and index not in range(len(devices)):
-        raise DeviceError(thing, f"there is no such device, the last is gpu:{len(devices) - 1}")
+        raise DeviceError(subject, f"there is no such device, the last is gpu:{len(devices) - 1}")
     failures = []
     for settings in devices if index is None else [devices[index]]:
         try:
@@ -50,8 +50,8 @@ def open_context(index: int | None = None) -> Any:
         except Exception as error:  # moderngl raises plain Exception when it finds no library or device
             failures.append(f"no OpenGL 3.3 ({error})")
     if obstacle:
-        raise DeviceError(thing, obstacle, "apt-get install libegl1 libgl1 libgl1-mesa-dri")
-    raise DeviceError(thing, failures[0], "install or update the graphics driver")
+        raise DeviceError(subject, obstacle, "apt-get install libegl1 libgl1 libgl1-mesa-dri")
+    raise DeviceError(subject, failures[0], "install or update the graphics driver")
 
 
 def close_context(context: Any) -> None:

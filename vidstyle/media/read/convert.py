@@ -55,7 +55,7 @@ class FrameConverter:
     def make(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
         """The picture, and the frame whose planes it is, if it is one frame's planes unchanged."""
         frame = self._formatted(native)
-        decoded = picture = picture_from_frame(frame, self._codec, thing=self._name)
+        decoded = picture = picture_from_frame(frame, self._codec, subject=self._name)
         if self._tone_map is not None:
             picture = self._tone_map.apply(picture)
         picture = self._orientation.apply(picture)

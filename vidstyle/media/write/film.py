@@ -203,7 +203,7 @@ class FilmWriter(Writer):
         if left:
             kept = f"the first {frames_in(left, whole)} frames are safe in {left}"
         if isinstance(error, OutputError):
-            return OutputError(error.thing, error.reason, kept)
+            return OutputError(error.subject, error.reason, kept)
         if isinstance(error, OSError):
             return output_error(self.name, error, kept)
         return OutputError(self.name, f"cannot be written: {error}", kept)

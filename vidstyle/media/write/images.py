@@ -95,7 +95,7 @@ class PictureWriter(Writer):
     def _failure(self, error: Exception) -> OutputError:
         kept = f"{self.frames} pictures are written" if self.frames else "nothing is kept"
         if isinstance(error, OutputError):
-            return OutputError(error.thing, error.reason, kept)
+            return OutputError(error.subject, error.reason, kept)
         if isinstance(error, OSError):
             return output_error(self.target, error, kept)
         return OutputError(self.target, f"cannot be written: {error}", kept)
