@@ -6,7 +6,7 @@ float window_weight(int tap, int reach, float window[16]) {
 }
 
 // The numbers of the filters that 2 x 2 pixels choose, row by row, in a fragment pass: their windows share
-// most of the differences, and four pixels are read at a time. Paper, section 4.3.
+// most of the differences, and four pixels are read at a time. Paper, section 6.3.
 vec4 chosen_filters(ivec2 at, int reach, float window[16], vec3 bins, vec2 start, vec2 density) {
     vec3 upper_left = vec3(0.0), upper_right = vec3(0.0), lower_left = vec3(0.0), lower_right = vec3(0.0);
     for (int row = 0; row <= 2 * reach; row++) {

@@ -1,7 +1,7 @@
 #include "lib/pure_hue.glsl"
 
 // The tones of one hue, from black over the hue to white: HSL with luma as its lightness.
-// Paper, section 3.2 A.
+// Paper, section 4.2 A.
 vec3 colorize(vec3 picture, vec3 weights, float hue, float saturation) {
     float lightness = clamp(dot(picture, weights), 0.0, 1.0);
     float span = (1.0 - abs(2.0 * lightness - 1.0)) * saturation;

@@ -1,5 +1,5 @@
 // Luma stretched from the dark percentile to the bright one over the whole range; a range of less than
-// 8 levels of 255 counts as 8. Paper, section 3.2 D.
+// 8 levels of 255 counts as 8. Paper, section 4.2 D.
 float equalize(float luma, vec2 measured) {
     float range = max(measured.y - measured.x, 8.0 / 255.0);
     return clamp((luma - measured.x) / range, 0.0, 1.0);

@@ -1,6 +1,6 @@
 #include "lib/gaussian_along.glsl"
 
-// The Gaussian mean along the rows. Paper, section 3.2 B.
+// The Gaussian mean along the rows. Paper, section 4.2 B.
 channels gaussian_across(ivec2 at, float sigma) {
     return gaussian_along(at, ivec2(1, 0), sigma);
 }

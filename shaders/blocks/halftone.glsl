@@ -11,7 +11,7 @@ vec3 halftone_down(ivec2 at, float cell) {
     return box_along(at, ivec2(0, 1), cell);
 }
 
-// Dots of cyan, magenta, yellow and black on screens at 15, 75, 0 and 45 degrees. Paper, section 3.2 B.
+// Dots of cyan, magenta, yellow and black on screens at 15, 75, 0 and 45 degrees. Paper, section 4.2 B.
 vec3 halftone(ivec2 at, float cell, float dot, float gain, float black, int inks) {
     ivec2 coarse = ivec2(495, 133); // 512 times the cosine and the sine of 15 degrees
     vec2 fine = vec2(-0.0008710487109, -0.0009465798975);

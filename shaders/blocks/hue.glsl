@@ -1,4 +1,4 @@
-// All hues turned by an angle in the chroma plane, luma kept, and a tint added. Paper, section 3.2 A.
+// All hues turned by an angle in the chroma plane, luma kept, and a tint added. Paper, section 4.2 A.
 vec3 hue(vec3 picture, vec3 weights, float angle, float red, float green, float blue) {
     float luma = dot(picture, weights);
     vec2 span = 2.0 - 2.0 * weights.br;

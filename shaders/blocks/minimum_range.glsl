@@ -1,5 +1,5 @@
 // A flat picture's range of luma widened about its middle to a least range, in levels of 255; any other
-// picture as it is. A range of less than 8 levels counts as 8. Paper, section 3.2 D.
+// picture as it is. A range of less than 8 levels counts as 8. Paper, section 4.2 D.
 float minimum_range(float luma, vec2 measured, float dynamic_range) {
     // Compared in levels, where 8 against 8 comes out even whatever a division rounds to.
     float present = max((measured.y - measured.x) * 255.0, 8.0);

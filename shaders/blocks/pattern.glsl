@@ -1,7 +1,7 @@
 #include "lib/hatched_tone.glsl"
 #include "lib/tiled_tone.glsl"
 
-// The tones as hatching in black on white, more strokes the darker it is; or as tiles. Paper, section 3.2 B.
+// The tones as hatching in black on white, more strokes the darker it is; or as tiles. Paper, section 4.2 B.
 // `layout` is a word of GLSL itself, hence the underscore.
 float pattern(
     float luma, ivec2 at, int levels, float spacing, float width, float angle, int layout_, float wobble,

@@ -1,7 +1,7 @@
 #include "lib/soft_step.glsl"
 #include "lib/tone_position.glsl"
 
-// A few flat tones in each channel, with soft steps between them. Paper, section 3.2 A.
+// A few flat tones in each channel, with soft steps between them. Paper, section 4.2 A.
 channels posterize(channels picture, int levels, float softness) {
     float last = float(levels) - 1.0;
     channels position = tone_position(picture, levels);

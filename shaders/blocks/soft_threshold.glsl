@@ -1,5 +1,5 @@
 // White above a cut-off and a ramp to black below it: 1 + tanh(min(0, phi (input - epsilon))).
-// Paper, section 3.2 A, equation 1; Winnemoeller 2012.
+// Paper, section 4.2 A, equation 1; Winnemoeller 2012.
 channels soft_threshold(channels picture, float phi, float epsilon) {
     // Written with one exponential, whose argument is kept where it cannot overflow.
     channels below = clamp(phi * 255.0 * (picture - epsilon / 255.0), -20.0, 0.0);

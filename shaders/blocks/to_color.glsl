@@ -1,4 +1,4 @@
-// Luma as it is: the runner puts the saved chroma to it. Paper, section 3.2 A.
+// Luma as it is: the runner puts the saved chroma to it. Paper, section 4.2 A.
 float to_color(float luma) {
     return luma;
 }

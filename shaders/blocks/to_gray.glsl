@@ -1,4 +1,4 @@
-// Luma alone: the runner drops chroma. Paper, section 3.2 A.
+// Luma alone: the runner drops chroma. Paper, section 4.2 A.
 float to_gray(float luma) {
     return luma;
 }

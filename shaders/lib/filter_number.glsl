@@ -1,7 +1,7 @@
 #include "lib/short_angle.glsl"
 
 // The number of the filter that a smoothed structure tensor chooses, in 1024ths, so that a texture can keep
-// it: orientation, strength and coherence in uniform bins. Paper, section 4.3. `bins` are the numbers of
+// it: orientation, strength and coherence in uniform bins. Paper, section 5.3. `bins` are the numbers of
 // bins, `start` and `density` where the ranges of strength and coherence begin and how many bins a unit of
 // them holds.
 float filter_number(vec3 tensor, vec3 bins, vec2 start, vec2 density) {

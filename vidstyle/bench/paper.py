@@ -38,9 +38,9 @@ FIGURES = (
 """All of them. Single filters the paper gives only as a drawing, from which no numbers can be read."""
 
 BLADE_ETF_XEON = 27.1
-"""Megapixels a second of one pass of learned edge tangent flow on the CPU, a Xeon E5-1650v3 (section 4.4)."""
+"""Megapixels a second of one pass of learned ETF on a CPU, a Xeon E5-1650v3 (section 5.4.2)."""
 BLADE_MOBILE = (38.21, 223.03)
-"""Megapixels a second of learned 5 x 5 filters on a Pixel 2018, on its CPU and its GPU (section 1)."""
+"""Megapixels a second of learned 5 x 5 filters on a Pixel 2018, on its CPU and its GPU (section 2.4)."""
 
 ALIKE = {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
 """Which of its styles ours were made after: the six that the paper describes in words (section 6.1).

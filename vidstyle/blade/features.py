@@ -1,9 +1,9 @@
 """The local structure of a picture, and the filter that is chosen from it.
 
-Paper, section 4.3: gradients from differences along the diagonals of 2 x 2 pixels, the structure tensor
-smoothed by a Gaussian, its orientation, strength and coherence in uniform bins. The Gaussian has an even
-number of taps, so that the window is centred on the pixel, and the bins of orientation are centred on its
-multiples: with that a turned or mirrored picture chooses the turned or mirrored filters.
+Paper, section 5.3, equations 6 to 10: gradients from differences along the diagonals of 2 x 2 pixels, the
+structure tensor smoothed by a Gaussian, and its orientation, strength and coherence in uniform bins. The
+Gaussian has an even number of taps, so that its window is centred on the pixel, and the bins of orientation
+are centred on its multiples: a rotated or mirrored picture then selects the rotated or mirrored filters.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Learns a bank: for each bin the filter that comes closest to what is to be imitated.
 
-Least squares on pairs of pixels (paper, section 4.2, equation 5, with its regularizer): with the eight
+Least squares on pairs of pixels (paper, section 5.2, equation 5, with its regularizer): with the eight
 symmetries every filter is symmetric about its middle, so that the unknowns are one weight for each pair of
 opposite pixels, of the difference between the pair and the middle. A constant then stays a constant by
 construction, whatever is learned.

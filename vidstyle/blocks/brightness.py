@@ -16,7 +16,7 @@ def brightness(
 ) -> np.ndarray:
     """Multiply luma by a factor and cut it off at black and white.
 
-    Paper, section 3.2 A.
+    Paper, section 4.2 A.
     """
     out = np.multiply(luma, np.float32(factor))
     return np.clip(out, 0, 1, out=out)

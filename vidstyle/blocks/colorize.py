@@ -21,7 +21,7 @@ def colorize(
 ) -> np.ndarray:
     """Paint the picture in the tones of one hue, from black over the hue to white.
 
-    HSL with luma as its lightness. Paper, section 3.2 A.
+    HSL with luma as its lightness. Paper, section 4.2 A.
     """
     pure = np.array(colorsys.hls_to_rgb(hue / 360, 0.5, 1), np.float32) - np.float32(0.5)
     lightness = np.clip(picture @ weights, 0, 1)

@@ -18,6 +18,6 @@ def detail(
     """Take fine detail away, or enhance it.
 
     luma + delta (luma - base), where the base is smoothed without crossing edges, learned. Paper, sections
-    3.2 C and 4.4; Talebi and Milanfar 2016.
+    4.2 C and 5.4.4; Talebi and Milanfar 2016.
     """
     return BankRun(shipped_bank("detail"), (-delta / 100,), 1 + delta / 100)

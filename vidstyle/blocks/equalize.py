@@ -26,7 +26,7 @@ def equalize(
 ) -> np.ndarray:
     """Stretch luma from the dark percentile to the bright one over the whole range.
 
-    A range of less than 8 levels of 255 counts as 8. Paper, section 3.2 D.
+    A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D.
     """
     black, white = measured
     gain = 1 / max(white - black, MIN_RANGE)

@@ -26,6 +26,6 @@ def etf(
 ) -> BankRun:
     """Smooth luma along the edges, as if it had been brushed.
 
-    Line integral convolution along the edge tangent flow, learned. Paper, sections 3.2 C and 4.4.
+    Line integral convolution along the edge tangent flow, learned. Paper, sections 4.2 C and 5.4.2.
     """
     return BankRun(shipped_bank("etf"), rho=rho, passes=passes, reselect=reselect)

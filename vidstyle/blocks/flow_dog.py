@@ -20,7 +20,7 @@ def flow_dog(
     """Sharpen across the edges and smooth along them.
 
     (1 + p) G - p G', with Gaussians of sigma and 1.6 sigma across the edge, then smoothed along it, learned.
-    The result goes beyond black and white. Paper, section 3.2 C; Winnemoeller, Kyprianidis and Olsen 2012.
+    The result goes beyond black and white. Paper, section 4.2 C; Winnemoeller, Kyprianidis and Olsen 2012.
     """
     near = max(learned for learned in LEARNED if learned <= sigma)
     return BankRun(shipped_bank(LEARNED[near]), (1.0, p), scale=near / sigma, is_wide=True)

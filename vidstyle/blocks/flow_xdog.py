@@ -20,6 +20,6 @@ def flow_xdog(
 ) -> list[tuple[Block, dict[str, Any]]]:
     """Draw the picture in lines that follow its edges.
 
-    flow_dog, then soft_threshold. Paper, section 3.2 C, equation 1.
+    flow_dog, then soft_threshold. Paper, section 4.2 C, equation 1.
     """
     return [(flow_dog, {"sigma": sigma, "p": p}), (soft_threshold, {"phi": phi, "epsilon": epsilon})]

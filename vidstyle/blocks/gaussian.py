@@ -22,7 +22,7 @@ def gaussian(
 ) -> np.ndarray:
     """Blur; removes noise and small detail.
 
-    The kernel ends at three sigma; the border is repeated. Paper, section 3.2 B.
+    The kernel ends at three sigma; the border is repeated. Paper, section 4.2 B.
     """
     if sigma == 0:
         return picture

@@ -40,7 +40,7 @@ def halftone(
 
     Screens at 15, 75, 0 and 45 degrees, fixed to the page; each dot's ink is averaged over its cell;
     dots touch at half coverage and leave inverted dots above it; edges are anti-aliased. Paper,
-    section 3.2 B; dot gain a + 4 g a (1 - a).
+    section 4.2 B; dot gain a + 4 g a (1 - a).
     """
     # As a GPU has it: over a long page the rest of a double would add up to another pixel under a dot.
     cell = float(np.float32(cell))

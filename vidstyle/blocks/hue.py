@@ -23,7 +23,7 @@ def hue(
     """Turn all hues by an angle, luma kept, and add a tint.
 
     A rotation of (blue difference, red difference) and a bias in RGB, cut off to 0..1. Paper,
-    section 3.2 A.
+    section 4.2 A.
     """
     matrix = np.empty((3, 4))
     matrix[:, :3] = _turn(weights, math.radians(angle))

@@ -20,7 +20,7 @@ def learned(
 ) -> BankRun:
     """Run a bank of learned filters over luma; `vidstyle train` makes one from any filter.
 
-    Paper, section 4. A bank with several parts runs with the weight 1 for its first one alone.
+    Paper, section 5, equation 2. A bank with several parts runs with the weight 1 for its first one alone.
     """
     weights = (amount, *[0.0] * (len(bank.filters) - 1))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect)

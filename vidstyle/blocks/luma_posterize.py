@@ -17,6 +17,6 @@ def luma_posterize(
 ) -> list[tuple[Block, dict[str, Any]]]:
     """Reduce luma to a few flat tones and keep the colours.
 
-    Paper, section 3.2 A: posterization between to_gray and to_color.
+    Paper, section 4.2 A: posterization between to_gray and to_color.
     """
     return [(posterize, {"levels": levels, "softness": softness})]

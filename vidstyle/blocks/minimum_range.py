@@ -26,7 +26,7 @@ def minimum_range(
     """Widen a flat picture's range of luma to a least range; leave any other picture as it is.
 
     It widens about the middle, which moves only as far as the new range needs to stay within black
-    and white. A range of less than 8 levels of 255 counts as 8. Paper, section 3.2 D.
+    and white. A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D.
     """
     wanted = dynamic_range / 255
     present = max(measured[1] - measured[0], MIN_RANGE)

@@ -66,7 +66,7 @@ def pattern(
     """Draw the tones as hatching in black on white, more strokes the darker it is.
 
     Each level adds a set of strokes to those of the lighter ones, so that tones nest; the strokes are
-    fixed to the page. Tiles, if given, set the levels and repeat over the page. Paper, section 3.2 B.
+    fixed to the page. Tiles, if given, set the levels and repeat over the page. Paper, section 4.2 B.
     """
     rows, columns = luma.shape
     if tiles is not None:

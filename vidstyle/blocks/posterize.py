@@ -18,7 +18,7 @@ def posterize(
 ) -> np.ndarray:
     """Reduce each channel to a few flat tones.
 
-    Values outside 0..1 become the end tones. Paper, section 3.2 A; the soft steps are in the spirit
+    Values outside 0..1 become the end tones. Paper, section 4.2 A; the soft steps are in the spirit
     of Winnemoeller 2006, with a cubic ramp so that they meet the flats without a jump.
     """
     out = np.empty(picture.shape, np.float32)

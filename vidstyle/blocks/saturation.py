@@ -20,7 +20,7 @@ def saturation(
 ) -> np.ndarray:
     """Make the colours more vivid or more muted.
 
-    gray + factor (RGB - gray), cut off to 0..1. Paper, section 3.2 A.
+    gray + factor (RGB - gray), cut off to 0..1. Paper, section 4.2 A.
     """
     matrix = factor * np.eye(3, 4)
     matrix[:, :3] += (1 - factor) * weights

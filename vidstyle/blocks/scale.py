@@ -17,7 +17,7 @@ def scale(
 ) -> tuple[int, int]:
     """Go on at another size: filters after it act coarser and faster, or finer.
 
-    Paper, section 3.2 B. Sizes are rounded, halves up, and never below one pixel.
+    Paper, section 4.2 B. Sizes are rounded, halves up, and never below one pixel.
     """
     height, width = (max(1, int(side * factor + 0.5)) for side in size)
     return height, width

@@ -22,7 +22,7 @@ def sobel(
 ) -> np.ndarray:
     """Draw the edges: the length of the luma gradient, as a gray picture.
 
-    3 x 3 Sobel, divided by 4 and cut off at white; the border is repeated. Paper, section 3.2 B.
+    3 x 3 Sobel, divided by 4 and cut off at white; the border is repeated. Paper, section 4.2 B.
     """
     out = np.empty(luma.shape, np.float32)
     _edges(luma, np.float32(gain / 4), invert, out)

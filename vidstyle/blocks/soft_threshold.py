@@ -22,7 +22,7 @@ def soft_threshold(
 ) -> np.ndarray:
     """Turn what lies above the cut-off white and let the rest fall off to black.
 
-    1 + tanh(min(0, phi (input - epsilon))): paper, section 3.2 A, equation 1; Winnemoeller 2012.
+    1 + tanh(min(0, phi (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
     """
     out = np.empty(picture.shape, np.float32)
     rows = len(picture), -1

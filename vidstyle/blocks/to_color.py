@@ -16,6 +16,6 @@ def to_color(
 ) -> np.ndarray:
     """Give luma the colours of a saved picture, by default those that to_gray put aside.
 
-    Paper, section 3.2 A.
+    Paper, section 4.2 A.
     """
     return luma

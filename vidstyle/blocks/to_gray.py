@@ -11,6 +11,6 @@ from vidstyle.block import block
 def to_gray(luma: np.ndarray) -> np.ndarray:
     """Keep luma alone; the picture as it was is saved as "chroma" for to_color to take the colours from.
 
-    Paper, section 3.2 A.
+    Paper, section 4.2 A.
     """
     return luma

@@ -16,6 +16,7 @@ def tvf(
 ) -> BankRun:
     """Flatten texture and keep edges.
 
-    Total variation flow in the form of Marquina and Osher, learned. Paper, sections 3.2 C and 4.4.
+    Total variation flow in the form of Marquina and Osher, learned. Paper, sections 4.2 C and
+    5.4.1.
     """
     return BankRun(shipped_bank("tvf"), (amount,), 1 - amount, passes=passes)

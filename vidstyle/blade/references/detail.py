@@ -17,7 +17,7 @@ def detail(luma: np.ndarray, delta: float) -> np.ndarray:
 
     Talebi and Milanfar 2016: W z + (W2 z - W z) + ... + (z - Wk z) with ever finer kernels, each layer of
     detail times its own factor. The factors here are all 1 + delta / 100, so the sum is
-    z + delta / 100 (z - W z), as the paper says in section 3.2 B, and only the widest kernel counts.
+    z + delta / 100 (z - W z), as the paper says in section 4.2 C, and only the widest kernel counts.
     It is linear in delta.
 
     Args:

@@ -11,8 +11,9 @@ from vidstyle.blade.references.rows import require_positive
 def edge_tangent_flow(luma: np.ndarray, sigma: float = 2.0, rho: float = 2.0) -> np.ndarray:
     """Luma averaged along its edges.
 
-    Paper, section 4.4: diffusion along the tangent of the smoothed structure tensor, whatever the strength
-    of the gradient, as a line integral convolution with second-order Runge-Kutta steps of one pixel.
+    Paper, section 5.4.2, equation 12: diffusion along the tangent of the smoothed structure tensor, whatever
+    the strength of the gradient, as a line integral convolution with second-order Runge-Kutta steps of one
+    pixel.
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.

@@ -24,8 +24,8 @@ def flow_dog(luma: np.ndarray, sigma: float, p: float, sigma_m: float = 2.0, rho
     """The flow-guided high-emphasis filter of Flow-XDoG, before its soft threshold.
 
     (1 + p) G_sigma - p G_1.6sigma across the edge, then a Gaussian along the flow (Kang and others 2009;
-    Winnemoeller and others 2012). The paper, section 4.4, prints the two Gaussians the other way round, which
-    would blur.
+    Winnemoeller and others 2012). The paper (section 5.4.3) prints the two Gaussians the other way round,
+    which would blur.
 
     Args:
         p: how much of the difference is added; 0 only smooths. The result is linear in it.

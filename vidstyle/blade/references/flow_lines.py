@@ -26,7 +26,7 @@ def structure_tensor(luma: np.ndarray, rho: float) -> np.ndarray:
     """Products of the derivatives, smoothed: H x W x 3 float64, xx, xy and yy, y pointing down.
 
     Differences along the diagonals of 2 x 2 pixels, as in the features by which filters are chosen (paper,
-    section 4.3), so both see the same lines. They lie between the pixels; the Gaussian of standard deviation
+    section 5.3), so both see the same lines. They lie between the pixels; the Gaussian of standard deviation
     rho has an even number of taps and brings them back.
     """
     reach = math.ceil(CUT * rho)

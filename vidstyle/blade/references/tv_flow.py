@@ -32,9 +32,9 @@ def tv_flow(luma: np.ndarray, time: float, gradient_power: int = 1) -> np.ndarra
         time: how long it flows. Power 1: in pixels^2; a disc of radius r shrinks to sqrt(r^2 - 2 time),
             whatever its contrast. Power 0: in levels of 255 times pixels; a disc of radius r keeps its size
             and loses 2 time / r levels.
-        gradient_power: 1 is the form of Marquina and Osher 2000 that the paper uses, section 4.4. It is the
-            same as mean curvature motion: it rounds and removes what is small and keeps the contrast of the
-            rest. 0 is the true flow, which lowers contrast until regions are flat.
+        gradient_power: 1 is the form of Marquina and Osher 2000 that the paper uses (section 5.4.1, equation
+            11). It equals mean curvature motion: it rounds and removes what is small and keeps the contrast
+            of the rest. 0 is the true flow, which lowers contrast until regions are flat.
 
     Returns:
         H x W float32, new.
