@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
@@ -47,3 +48,10 @@ def test_a_command_in_the_documents_is_understood(words: list[str]) -> None:
         names = parsed.params.get("style_name") or parsed.params.get("style") or ""
         for name in names.split(",") if names else ():
             load_style(name)
+
+
+def test_rules_that_docstrings_cite_exist() -> None:
+    headings = re.findall(r"^## (.+)$", (ROOT / "docs" / "rules.md").read_text(encoding="utf-8"), re.MULTILINE)
+    texts = [path.read_text(encoding="utf-8") for path in (ROOT / "vidstyle").rglob("*.py")]
+    cited = [name for text in texts for name in re.findall(r"docs/rules\.md, ([A-Z][a-z ]+)", text)]
+    assert len(cited) > 3 and set(cited) <= set(headings)

@@ -1,4 +1,4 @@
-"""Inputs that cannot be used, or only in part: rows 1 to 9, 24, 25 and 39 of the list of faults."""
+"""Inputs that cannot be used, or only in part: 1 to 9, 24, 25 and 39 of "Bad input" in docs/rules.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals, kills, pipes and failing stages: rows 31 to 35 and 38 of the list of faults."""
+"""Signals, kills, pipes and failing stages: 31 to 35 and 38 of "Bad input" in docs/rules.md."""
 
 from __future__ import annotations
 

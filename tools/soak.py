@@ -21,7 +21,7 @@ from vidstyle.pipeline.render import render
 WARM_UP = 500
 """Frames after which every buffer has been made once."""
 MAX_MEGABYTES = 1.0
-"""How much memory may grow in 10,000 frames (design, section 9)."""
+"""How much memory may grow in 10,000 frames."""
 RATE = Fraction(25)
 SAMPLE_RATE = 16000
 

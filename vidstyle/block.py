@@ -19,7 +19,7 @@ from typing import Any, Literal, NewType, cast, get_args, get_origin, get_type_h
 import numpy as np
 
 Kind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
-"""How a block reaches its result (design, section 3).
+"""How a block reaches its result (docs/rules.md, Blocks).
 
 The function of all but four takes an array and returns one. That of a recipe returns a list of blocks
 with their values; that of a learned block a bank and how it is to run, an object with `reach`, `scale` and

@@ -40,7 +40,7 @@ def commands(context: click.Context) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program and return its exit code (design, section 6).
+    """Run the program and return its exit code (docs/rules.md, Exit codes).
 
     Args:
         arguments: the command line without the program's name; None takes that of this process.

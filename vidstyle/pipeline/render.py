@@ -18,7 +18,7 @@ from vidstyle.pipeline.stages import Stages
 from vidstyle.renderer import Backend, StyleLike, open_renderer
 
 DAMAGED_EXIT_CODE = 4
-"""Done, but the input was damaged (design, section 6)."""
+"""Done, but the input was damaged (docs/rules.md, Exit codes)."""
 INTERLEAVING_SECONDS = 1
 """How much later than its picture a sound may lie in a file."""
 

@@ -26,7 +26,7 @@ BATCH = 32
 WATCH_SECONDS = 0.1
 """How often the calling thread looks around."""
 END_SECONDS = 2.0
-"""How long the threads may take to end once they are told to (design, section 6)."""
+"""How long the threads may take to end once they are told to (docs/rules.md, Exit codes)."""
 
 Batch = list[Any]
 """Frames and packets in the order of the source."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DEVICES = ("auto", "cpu", "gpu", "gpu:N")
 """The words that choose a device; N is its number."""
 SOFTWARE = ("llvmpipe", "softpipe", "swr", "swiftshader", "software", "basic render")
-"""Words in the names of renderers that draw on the CPU; those do not count as a GPU (design, section 1)."""
+"""Words in the names of software renderers, which do not count as a GPU (docs/rules.md, Devices)."""
 DEVICE_FILES = ("/dev/dri/renderD*", "/dev/nvidia[0-9]*", "/dev/dxg")
 """What a graphics card looks like on Linux: those with a driver in Mesa, NVIDIA's, and Windows' below WSL."""
 
