@@ -22,7 +22,7 @@ ORDER = """
     cpu
     gpu
     renderer
-    pipeline stills
+    pipeline
     diagram gallery comic live
     demo doctor bench
     cli

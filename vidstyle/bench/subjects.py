@@ -8,9 +8,9 @@ from typing import Literal
 
 from vidstyle.block import Block, SavedRef
 from vidstyle.blocks import all_blocks
+from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.resample import resample
-from vidstyle.cpu import CpuRenderer
 from vidstyle.demo.film import film_picture
 from vidstyle.errors import UsageError
 from vidstyle.style import Step, Style, load_style, style_names
@@ -50,8 +50,7 @@ def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Sub
 def film_picture_at(width: int, height: int) -> Picture:
     """A picture of our own film at this size, as video has it: 4:2:0, 8 bit."""
     drawn = resample(film_picture(FILM_TIME), (height, width), "bicubic")
-    with CpuRenderer(load_style("plain")) as renderer:
-        return renderer.run(Picture.from_array(drawn), target=Encoding())
+    return convert(Picture.from_array(drawn), Encoding())
 
 
 def _blocks(names: Iterable[str]) -> list[Subject]:

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
+from functools import cache
 
 BAND_BYTES = 1 << 20
 """About what a band takes as float32 RGB; several of them fit a core's second-level cache."""
 
 CORES = os.cpu_count() or 1
+
+
+@cache
+def shared_pool() -> ThreadPoolExecutor:
+    """The threads of everybody who has no pool of their own, one for each core; started when first used."""
+    return ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-bands")
 
 
 def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]) -> None:

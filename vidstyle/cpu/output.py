@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from vidstyle.block import rgb_from_text
 from vidstyle.core.bands import in_bands
+from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import mix_channels
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.planes import Chroma, alpha_in_depth, chroma_reach, shrunk_chroma, store
+from vidstyle.core.planes import chroma_reach
 from vidstyle.core.resample import resample
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.work import Work
@@ -89,92 +90,30 @@ def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: b
         rgb: packed RGB is wanted instead of luma and chroma; only the encoding's depth counts then.
     """
     reach = max((work.reach for work in (page.background, page.lines) if work is not None), default=0)
-    if rgb:
-        color = np.empty((*source.shape, 3), target.dtype)
-        in_bands(
-            pool, source.shape, reach, lambda top, bottom: _store_color(page.band(top, bottom), target, color)
-        )
-        packed = replace(target, full_range=True, step=(1, 1))
-        return Picture(packed, color=color, alpha=alpha_in_depth(source, target.depth))
-    planes = _Planes(source, target)
+    assembler = PictureAssembler(source, target, rgb)
     above, below = chroma_reach(target)
 
     def run(top: int, bottom: int) -> None:
-        band = page.band(max(top - above, 0), min(bottom + below, source.shape[0]))
-        planes.put(band, top, bottom)
+        if rgb:
+            assembler.put_color(top, page.band(top, bottom).color())
+        else:
+            band = page.band(max(top - above, 0), min(bottom + below, source.shape[0]))
+            _put_planes(assembler, band, top, bottom)
 
     in_bands(pool, source.shape, reach, run)
-    return planes.picture()
+    return assembler.picture()
 
 
-class _Planes:
-    """Gathers finished bands as the target's planes."""
-
-    def __init__(self, source: Picture, target: Encoding) -> None:
-        self._source, self._target = source, target
-        self._luma = np.empty(source.shape, target.dtype)
-        # Made here, not by the first band that needs them: two bands may be that one. Costs nothing unused.
-        shape = target.chroma_shape(*source.shape)
-        self._chroma = np.empty(shape, target.dtype), np.empty(shape, target.dtype)
-        self._has_chroma = False
-        self._tint: Picture | None = None
-
-    def put(self, band: Band, top: int, bottom: int) -> None:
-        """Store the rows top..bottom of a band that may hold a few more."""
-        band.take_matrix(self._target.matrix)
-        tint = band.tint
-        if tint is not None and not band.is_color and band.own_chroma is None and self._fits(tint):
-            self._tint = tint
-        elif not band.is_gray:
-            self._put_chroma(band, top, bottom)
-        rows = slice(top - band.top, bottom - band.top)
-        store(band.luma()[rows], *self._target.luma_levels, self._target.depth, self._luma[top:bottom])
-
-    def picture(self) -> Picture:
-        """What has been gathered; a gray page gets neutral chroma."""
-        chroma = self._chroma
-        if self._tint is not None and self._tint.chroma is not None:
-            chroma = _in_codes(self._tint.chroma, self._tint.encoding, self._target)
-        elif not self._has_chroma:
-            for plane in chroma:
-                plane.fill(self._target.chroma_levels[0])
-        alpha = alpha_in_depth(self._source, self._target.depth)
-        return Picture(self._target, luma=self._luma, chroma=chroma, alpha=alpha)
-
-    def _fits(self, tint: Picture) -> bool:
-        in_place = tint.encoding.has_grid_of(self._target) and tint.shape == self._source.shape
-        return in_place and tint.chroma is not None
-
-    def _put_chroma(self, band: Band, top: int, bottom: int) -> None:
-        target = self._target
-        self._has_chroma = True
-        neutral, span = target.chroma_levels
-        down = target.step[1]
-        for values, plane in zip(band.chroma(), self._chroma, strict=True):
-            small = shrunk_chroma(values, top - band.top, bottom - top, target)
-            out = plane[top // down : top // down + small.shape[0]]
-            store(small, neutral, neutral + span, target.depth, out)
-
-
-def _in_codes(chroma: Chroma, old: Encoding, new: Encoding) -> Chroma:
-    """Chroma planes in other codes on the same grid; themselves where the codes are the same."""
-    if old == new:
-        return chroma
-    (neutral, span), (wanted, wanted_span) = old.chroma_levels, new.chroma_levels
-    gain = wanted_span / span
-    planes = (np.multiply(plane, np.float32(gain), dtype=np.float32) for plane in chroma)
-    out = np.empty(chroma[0].shape, new.dtype), np.empty(chroma[0].shape, new.dtype)
-    for values, plane in zip(planes, out, strict=True):
-        values += np.float32(wanted - gain * neutral)
-        store(values, 0, 1, new.depth, plane)
-    return out
-
-
-def _store_color(band: Band, target: Encoding, out: np.ndarray) -> None:
-    values = np.clip(band.color(), 0, 1)
-    rows = out[band.top : band.bottom]
-    black, white = replace(target, full_range=True).luma_levels
-    store(values.reshape(len(values), -1), black, white, target.depth, rows.reshape(len(rows), -1))
+def _put_planes(assembler: PictureAssembler, band: Band, top: int, bottom: int) -> None:
+    """Store the rows top..bottom of a band that may hold a few more."""
+    band.take_matrix(assembler.target.matrix)
+    tint = band.tint
+    untouched = tint is not None and not band.is_color and band.own_chroma is None
+    if tint is not None and untouched and assembler.can_reuse_chroma(tint):
+        assembler.reuse_chroma(tint)
+    elif not band.is_gray:
+        assembler.put_chroma(top, bottom, top - band.top, band.chroma())
+    assembler.put_luma(top, band.luma()[top - band.top : bottom - band.top])
 
 
 def at_size(whole: Whole, shape: tuple[int, int], method: str) -> Whole:

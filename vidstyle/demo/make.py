@@ -13,15 +13,14 @@ from vidstyle.comic.lettering.fonts import check_pillow
 from vidstyle.comic.make import make_comic
 from vidstyle.comic.options import ComicOptions
 from vidstyle.comic.select.moments import KeyFrameOptions
+from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
 from vidstyle.demo.film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import whole_file
 from vidstyle.media.write.memory import write_film
 from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.render import render
-from vidstyle.style import load_style
 
 STYLES = ("comic", "sketch", "poster")
 WORDS = (
@@ -84,13 +83,10 @@ def make_page(film: Path, target: Path) -> Path:
 
 def make_film(path: Path, repeats: int = 1) -> None:
     """Write our own short film with its tune, several times over if asked."""
-    renderer = CpuRenderer(load_style("plain"))
 
     def pictures() -> Iterator[Picture]:
         for number in range(repeats * SECONDS * RATE):
-            drawn = Picture.from_array(film_picture(number / RATE % SECONDS))
-            yield renderer.run(drawn, number / RATE, Encoding())
+            yield convert(Picture.from_array(film_picture(number / RATE % SECONDS)), Encoding())
 
     sound = np.tile(film_sound(), repeats)
     write_film(path, pictures(), Fraction(RATE), sound, SAMPLE_RATE)
-    renderer.close()

@@ -10,10 +10,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, open_reader, open_source
-from vidstyle.stills import rgb_of
 
 MAX_SIDE = 960
 """Pixels; styles take seconds at this size, and show what they do."""
@@ -62,7 +62,7 @@ def _read(source: str | Path, read: ReadOptions, longest_side: int) -> np.ndarra
 
 def _still(reader: Reader, longest_side: int) -> np.ndarray:
     frame = next(item for item in reader if isinstance(item, Frame))
-    color = rgb_of(frame.picture)
+    color = to_rgb(frame.picture)
     aspect = reader.info.sample_aspect or 1
     return _reduced(color, round(color.shape[1] * aspect), longest_side)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
 import cv2
 import numpy as np
@@ -89,6 +90,12 @@ def letterboxed(picture: Picture, width: int, height: int) -> Picture:
         color=None if inner.color is None else _framed(inner.color, shape, corner, 0),
         alpha=None if inner.alpha is None else _framed(inner.alpha, shape, corner, opaque),
     )
+
+
+def square_pixels(color: np.ndarray, sample_aspect: Fraction | None) -> np.ndarray:
+    """An H x W x 3 picture stretched in width so that its pixels are square; None: they are already."""
+    width = max(1, round(color.shape[1] * (sample_aspect or 1)))
+    return color if width == color.shape[1] else _plane(color, (color.shape[0], width))
 
 
 def _plane(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

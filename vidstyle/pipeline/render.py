@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vidstyle.core.convert import convert
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, VideoInfo, open_reader
 from vidstyle.media.write.writer import WriteOptions, Writer, open_writer
@@ -77,7 +78,6 @@ class Restyler:
 
     def __init__(self, style: StyleLike, device: str, compare: Compare | None) -> None:
         self._renderer: Backend = open_renderer(style, device)
-        self._plain = open_renderer("plain", "cpu")
         self._compare = compare
 
     @property
@@ -90,21 +90,20 @@ class Restyler:
 
         It is the frame itself when nothing is to be changed.
         """
-        wanted = float(frame.time), writer.encoding, writer.wants_rgb
-        pending = self._renderer.start(frame.picture, *wanted)
+        wanted = writer.encoding, writer.wants_rgb
+        pending = self._renderer.start(frame.picture, float(frame.time), *wanted)
 
         def result() -> Frame:
             picture = pending.result()
             if self._compare:
-                picture = compared(self._plain.run(frame.picture, *wanted), picture, self._compare)
+                picture = compared(convert(frame.picture, *wanted), picture, self._compare)
             return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
 
         return result
 
     def close(self) -> None:
-        """Let the renderers' threads go."""
+        """Let the renderer's threads go."""
         self._renderer.close()
-        self._plain.close()
 
 
 def first_frames(items: Iterable[Any], count: int) -> Iterator[Any]:

@@ -17,12 +17,13 @@ from vidstyle.comic.analyze.folder import Folder
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.analyze.survey import Film, Survey
 from vidstyle.comic.select.choose import usual_panels
+from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
 from vidstyle.media.read.samples import SampledFrame, measure_extent, sample_all, sample_keys
-from vidstyle.stills import rgb_of, square
+from vidstyle.media.resize import square_pixels
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""
@@ -117,7 +118,7 @@ class FilmFile:
             read = replace(self._options or ReadOptions(), start=Fraction(time) if time > 0 else None)
             with open_reader(self._source, read) as reader:
                 frame = next(item for item in reader if isinstance(item, Frame))
-                yield square(rgb_of(frame.picture), reader.info.sample_aspect)
+                yield square_pixels(to_rgb(frame.picture), reader.info.sample_aspect)
 
     def _survey_whole(self, gap: float) -> Survey:
         shots, judged, time, last = ShotFinder(), list[Candidate](), 0.0, -gap
@@ -145,7 +146,7 @@ class FilmFile:
         return [replace(each, scene=max(0, bisect_right(begins, each.time) - 1)) for each in judged]
 
     def _judged(self, sample: SampledFrame) -> Candidate:
-        return judge(rgb_of(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
+        return judge(to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
 
     def _samples(self, start: float, after: float, candidate: Candidate) -> Iterator[SampledFrame]:
         begin, end = Fraction(max(0.0, start)), Fraction(candidate.time + after)

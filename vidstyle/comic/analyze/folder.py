@@ -13,11 +13,12 @@ import numpy as np
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import SIDE, Candidate, judge
 from vidstyle.comic.analyze.survey import Survey
+from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
 from vidstyle.media.read.samples import sample_all
-from vidstyle.stills import rgb_of, square
+from vidstyle.media.resize import square_pixels
 
 log = logging.getLogger("vidstyle")
 
@@ -68,13 +69,13 @@ class Folder:
         for time in times:
             with open_reader(self._paths[self._number(time)], self._options) as reader:
                 picture = next(item for item in reader if isinstance(item, Frame)).picture
-                yield square(rgb_of(picture), reader.info.sample_aspect)
+                yield square_pixels(to_rgb(picture), reader.info.sample_aspect)
 
     def _judged(self, number: int) -> Candidate:
         sample = next(sample_all(self._paths[number], options=self._options), None)
         if sample is None:
             raise InputError(self._paths[number], "no frame could be decoded")
-        return replace(judge(rgb_of(sample.picture(SIDE)), number, sample.shape, self._faces), scene=number)
+        return replace(judge(to_rgb(sample.picture(SIDE)), number, sample.shape, self._faces), scene=number)
 
     def _number(self, time: float) -> int:
         return min(max(0, int(time)), len(self._paths) - 1)

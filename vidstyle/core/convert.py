@@ -1,0 +1,180 @@
+"""Convert a picture to another encoding, to packed RGB or to an array, without a renderer.
+
+`Picture.from_array` is the way back from an array.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from vidstyle.core.bands import in_bands, shared_pool
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.planes import (
+    Chroma,
+    alpha_in_depth,
+    chroma_reach,
+    chroma_rows,
+    color_rows,
+    luma_rows,
+    shrunk_chroma,
+    store,
+    yuv_from_rgb,
+)
+
+ONE_THREAD_PIXELS = 1 << 17
+"""Smaller pictures are converted in the calling thread: handing bands out would take longer."""
+
+
+def convert(picture: Picture, target: Encoding, rgb: bool = False) -> Picture:
+    """The picture in another encoding; the picture itself where that is its own.
+
+    Chroma planes on the same grid are not resampled, and with the same codes not copied. Values outside
+    the range of the numbers are clipped.
+
+    Args:
+        picture: any picture; its planes are only read.
+        target: the encoding wanted.
+        rgb: packed RGB instead of luma and chroma; of the target only its depth counts then.
+
+    >>> convert(Picture.from_array(np.full((2, 2), 255, np.uint8)), Encoding()).luma.tolist()
+    [[235, 235], [235, 235]]
+    """
+    if target == picture.encoding and rgb == (picture.color is not None):
+        return picture
+    assembler = PictureAssembler(picture, target, rgb)
+    put = _rows_to_rgb(picture, assembler) if rgb else _rows_to_planes(picture, assembler)
+    height, width = picture.shape
+    if height * width < ONE_THREAD_PIXELS:
+        put(0, height)
+    else:
+        in_bands(shared_pool(), picture.shape, 0, put)
+    return assembler.picture()
+
+
+def to_rgb(picture: Picture, depth: int = 8) -> np.ndarray:
+    """The picture as an H x W x 3 RGB array, transparent parts blended with white.
+
+    Args:
+        picture: any picture; a packed RGB picture of this depth is not copied.
+        depth: up to 8 for uint8, up to 16 for uint16, both full range; 0 for float32 in 0..1.
+    """
+    shown = convert(picture, Encoding(full_range=True, depth=depth, step=(1, 1)), rgb=True)
+    assert shown.color is not None
+    if shown.alpha is None:
+        return np.ascontiguousarray(shown.color)
+    white = np.float32(shown.encoding.luma_levels[1])
+    alpha = shown.alpha[..., np.newaxis] / white
+    blended = shown.color * alpha + white * (1 - alpha)
+    return (blended if depth == 0 else np.rint(blended)).astype(shown.color.dtype)
+
+
+class PictureAssembler:
+    """Assembles a picture of a given encoding from bands of float32 rows, from any number of threads."""
+
+    def __init__(self, source: Picture, target: Encoding, rgb: bool) -> None:
+        """The result gets its size and its alpha from `source`; `rgb` is that of `convert`."""
+        self.target = replace(target, full_range=True, step=(1, 1)) if rgb else target
+        self._source = source
+        self._color = np.empty((*source.shape, 3), target.dtype) if rgb else None
+        self._luma = None if rgb else np.empty(source.shape, target.dtype)
+        # Made here, not by the first band with chroma: two bands may be that one. Costs nothing unused.
+        shape = target.chroma_shape(*source.shape)
+        self._chroma = np.empty(shape, target.dtype), np.empty(shape, target.dtype)
+        self._has_chroma = False
+        self._reused: Picture | None = None
+
+    def put_color(self, top: int, color: np.ndarray) -> None:
+        """Store RGB rows, N x W x 3, 0..1, from row `top` on."""
+        assert self._color is not None
+        out = self._color[top : top + len(color)]
+        if self.target.depth == 0:
+            np.clip(color, 0, 1, out=out)
+        else:
+            levels = self.target.luma_levels
+            store(color.reshape(len(color), -1), *levels, self.target.depth, out.reshape(len(out), -1))
+
+    def put_luma(self, top: int, luma: np.ndarray) -> None:
+        """Store luma rows, N x W, 0..1, from row `top` on."""
+        assert self._luma is not None
+        store(luma, *self.target.luma_levels, self.target.depth, self._luma[top : top + len(luma)])
+
+    def put_chroma(self, top: int, bottom: int, above: int, chroma: Chroma) -> None:
+        """Store chroma at luma's resolution, -0.5..0.5, for the rows top..bottom.
+
+        Args:
+            top, bottom: a multiple of the chroma step, and another one or the last row.
+            above: rows of `chroma` that lie above `top`; `chroma_reach` tells how many are averaged over.
+            chroma: blue and red difference.
+        """
+        self._has_chroma = True
+        target = self.target
+        neutral, span = target.chroma_levels
+        first = top // target.step[1]
+        for values, plane in zip(chroma, self._chroma, strict=True):
+            small = shrunk_chroma(values, above, bottom - top, target)
+            store(small, neutral, neutral + span, target.depth, plane[first : first + len(small)])
+
+    def can_reuse_chroma(self, other: Picture) -> bool:
+        """Whether the chroma planes of another picture lie on the same grid."""
+        in_place = other.encoding.has_grid_of(self.target) and other.shape == self._source.shape
+        return in_place and other.chroma is not None
+
+    def reuse_chroma(self, other: Picture) -> None:
+        """Take the chroma planes of a picture for which `can_reuse_chroma` holds, not resampled."""
+        self._reused = other
+
+    def picture(self) -> Picture:
+        """The finished picture; one without chroma gets neutral chroma planes."""
+        alpha = alpha_in_depth(self._source, self.target.depth)
+        if self._color is not None:
+            return Picture(self.target, color=self._color, alpha=alpha)
+        chroma = self._chroma
+        if self._reused is not None and self._reused.chroma is not None:
+            chroma = _recoded_chroma(self._reused.chroma, self._reused.encoding, self.target)
+        elif not self._has_chroma:
+            for plane in chroma:
+                plane.fill(self.target.chroma_levels[0])
+        return Picture(self.target, luma=self._luma, chroma=chroma, alpha=alpha)
+
+
+def _rows_to_rgb(picture: Picture, assembler: PictureAssembler) -> Callable[[int, int], None]:
+    return lambda top, bottom: assembler.put_color(top, color_rows(picture, top, bottom))
+
+
+def _rows_to_planes(picture: Picture, assembler: PictureAssembler) -> Callable[[int, int], None]:
+    target = assembler.target
+    is_gray = picture.color is None and picture.chroma is None
+    through_rgb = not is_gray and (picture.color is not None or picture.encoding.matrix != target.matrix)
+    if reuses := not through_rgb and assembler.can_reuse_chroma(picture):
+        assembler.reuse_chroma(picture)
+    above, below = chroma_reach(target)
+
+    def put(top: int, bottom: int) -> None:
+        first, last = max(top - above, 0), min(bottom + below, picture.shape[0])
+        if through_rgb:
+            luma, *chroma = yuv_from_rgb(color_rows(picture, first, last), target)
+            assembler.put_luma(top, luma[top - first : bottom - first])
+            assembler.put_chroma(top, bottom, top - first, (chroma[0], chroma[1]))
+            return
+        assembler.put_luma(top, luma_rows(picture, top, bottom))
+        if not is_gray and not reuses:
+            assembler.put_chroma(top, bottom, top - first, chroma_rows(picture, first, last))
+
+    return put
+
+
+def _recoded_chroma(chroma: Chroma, old: Encoding, new: Encoding) -> Chroma:
+    """Chroma planes in other codes on the same grid; themselves where the codes are the same."""
+    if old == new:
+        return chroma
+    (neutral, span), (wanted, wanted_span) = old.chroma_levels, new.chroma_levels
+    gain = wanted_span / span
+    planes = (np.multiply(plane, np.float32(gain), dtype=np.float32) for plane in chroma)
+    out = np.empty(chroma[0].shape, new.dtype), np.empty(chroma[0].shape, new.dtype)
+    for values, plane in zip(planes, out, strict=True):
+        values += np.float32(wanted - gain * neutral)
+        store(values, 0, 1, new.depth, plane)
+    return out
