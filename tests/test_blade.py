@@ -17,7 +17,7 @@ from pictures import noise
 
 from vidstyle.blade.apply import apply_filters, padded_filters
 from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
-from vidstyle.blade.features import Bins, choose_filters, window_reach, window_weights
+from vidstyle.blade.features import Bins, choose_filters, window_radius, window_weights
 from vidstyle.blade.fidelity import mssim, psnr
 from vidstyle.blade.learn import Sums, TrainingConfig, look_at, residuals, solve
 from vidstyle.blade.run import BankRun
@@ -47,8 +47,8 @@ def random_bank(bins: Bins = BINS, size: int = 5, parts: int = 1, seed: int = 3)
 
 
 def slowly_filtered(luma: np.ndarray, chosen: np.ndarray, filters: np.ndarray) -> np.ndarray:
-    reach = filters.shape[1] // 2
-    padded = np.pad(luma.astype(np.float64), reach, mode="edge")
+    radius = filters.shape[1] // 2
+    padded = np.pad(luma.astype(np.float64), radius, mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, filters.shape[1:])
     return np.einsum("yxij,yxij->yx", windows, filters[chosen].astype(np.float64))
 
@@ -64,7 +64,7 @@ def learned(lesson: TrainingConfig, pictures: list[np.ndarray], teach: object) -
 @pytest.mark.parametrize("rho", [0.3, 0.5, 1.0, 1.5, 2.3, 4.0])
 def test_the_window_is_even_and_sums_to_one(rho: float) -> None:
     weights = window_weights(rho)
-    assert len(weights) == 2 * window_reach(rho) and weights.sum() == pytest.approx(1, abs=1e-6)
+    assert len(weights) == 2 * window_radius(rho) and weights.sum() == pytest.approx(1, abs=1e-6)
     np.testing.assert_array_equal(weights, weights[::-1])
 
 
@@ -124,7 +124,7 @@ def test_bands_with_their_reach_give_what_the_whole_gives(passes: int, reselect:
     run = BankRun(random_bank(), (0.5,), 0.5, passes=passes, reselect=reselect)
     whole = run.run(luma)
     for top, bottom in ((0, 40), (100, 141), (250, 301)):
-        above, below = min(run.reach, top), min(run.reach, 301 - bottom)
+        above, below = min(run.radius, top), min(run.radius, 301 - bottom)
         band = run.run(luma[top - above : bottom + below], (above, below))
         np.testing.assert_array_equal(band[above : above + bottom - top], whole[top:bottom])
 

@@ -328,16 +328,16 @@ def test_it_is_linear_between_the_base_and_more_detail():
 
 
 def test_the_base_is_what_its_definition_says():
-    luma, reach = noise(14, 15), 4
-    padded = np.pad(luma.astype(float), reach + 1, mode="edge")
+    luma, radius = noise(14, 15), 4
+    padded = np.pad(luma.astype(float), radius + 1, mode="edge")
     base = detail_base(luma, contrast=60, spread=1.7)
     for row, column in [(0, 0), (7, 7), (13, 4), (5, 14)]:
-        here = padded[row + reach : row + reach + 3, column + reach : column + reach + 3]
+        here = padded[row + radius : row + radius + 3, column + radius : column + radius + 3]
         total = weights = 0.0
-        for down in range(2 * reach + 1):
-            for right in range(2 * reach + 1):
+        for down in range(2 * radius + 1):
+            for right in range(2 * radius + 1):
                 there = padded[row + down : row + down + 3, column + right : column + right + 3]
-                away = (down - reach) ** 2 + (right - reach) ** 2
+                away = (down - radius) ** 2 + (right - radius) ** 2
                 unlike = np.mean((here - there) ** 2) * 255**2
                 weight = math.exp(-unlike / (2 * 60**2) - away / (2 * 1.7**2))
                 total, weights = total + weight * there[1, 1], weights + weight

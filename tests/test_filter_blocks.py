@@ -24,8 +24,8 @@ def convolved(plane: np.ndarray, kernel: np.ndarray) -> np.ndarray:
 
 
 def gaussian_kernel(sigma: float) -> np.ndarray:
-    reach = int(np.ceil(3 * sigma))
-    line = np.exp(-(np.arange(-reach, reach + 1) ** 2) / (2 * sigma**2))
+    radius = int(np.ceil(3 * sigma))
+    line = np.exp(-(np.arange(-radius, radius + 1) ** 2) / (2 * sigma**2))
     return np.outer(line, line) / line.sum() ** 2
 
 

@@ -34,7 +34,7 @@ LOOKS = {
     "RGB": style(step("gaussian", sigma=7), step("posterize")),
     "wider than a group": style(step("to_gray"), step("gaussian", sigma=25)),
     "wider than the room": style(step("gaussian", sigma=60), step("saturation")),
-    "no reach": style(step("gaussian", sigma=0), step("sobel")),
+    "no radius": style(step("gaussian", sigma=0), step("sobel")),
     "halftone": style(step("halftone", cell=9)),
     "etf": style(step("etf", passes=2)),
     "etf, broad": style(step("etf", passes=1, rho=4)),
@@ -50,7 +50,7 @@ def shaders_of(look: Style, form: Form = "compute") -> list[Shader]:
 
 
 @pytest.mark.parametrize(
-    "look, reach, groups",
+    "look, radius, groups",
     [
         (style(step("to_gray"), step("gaussian", sigma=2)), [(6, 0), (0, 6)], [(32, 8), (8, 32)]),
         (style(step("gaussian", sigma=2)), [None, (6, 0), (0, 6)], [(16, 16), (32, 8), (16, 32)]),
@@ -62,12 +62,12 @@ def shaders_of(look: Style, form: Form = "compute") -> list[Shader]:
     ],
     ids=["gaussian", "gaussian of RGB", "sobel", "learned", "etf", "scale", "halftone"],
 )
-def test_a_pass_shares_what_its_filters_read(look: Style, reach: list | None, groups: list | None) -> None:
+def test_a_pass_shares_what_its_filters_read(look: Style, radius: list | None, groups: list | None) -> None:
     shaders = shaders_of(look)
-    found = [shader.uniforms.get("around_reach") for shader in shaders]
-    assert found == (reach or [None] * len(shaders))
+    found = [shader.uniforms.get("around_radius") for shader in shaders]
+    assert found == (radius or [None] * len(shaders))
     for shader in shaders:
-        text, shares = shader.assembly.text, "around_reach" in shader.uniforms
+        text, shares = shader.assembly.text, "around_radius" in shader.uniforms
         assert ("load_around(first, area);" in text) == shares
         assert bool(re.search(r"^shared \w+ around\[", text, re.MULTILINE)) == shares
     if groups:
@@ -81,7 +81,7 @@ def test_fragments_share_nothing() -> None:
 
 def test_one_pass_prepares_one_choice() -> None:
     """Two would need twice the shared memory, and two names for it."""
-    calls = [shader.assembly.text.count("chosen_filter_prepare(reach_") for shader in shaders_of(TWICE)]
+    calls = [shader.assembly.text.count("chosen_filter_prepare(radius_") for shader in shaders_of(TWICE)]
     assert sorted(calls)[-2:] == [1, 1]
 
 
@@ -136,7 +136,7 @@ def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
 ) -> None:
     picture = film_picture(129, 199)
     right = {form: sessions.run(form, LOOKS[name], picture) for form in FORMS}
-    monkeypatch.setattr(shared, "MOST_BYTES", 0)
+    monkeypatch.setattr(shared, "MAX_BYTES", 0)
     assert not any(rooms_in(shader) for shader in shaders_of(LOOKS[name]))
     with Sessions(largest=largest) as without_room:
         for form in FORMS:

@@ -101,8 +101,8 @@ def test_the_screen_stays_on_the_page() -> None:
     first, second = noise(120, 90, 3), noise(120, 90, 3)
     second[:50] = 1 - second[:50]
     pages = [printed(color) for color in (first, second)]
-    reach = 10
-    np.testing.assert_array_equal(pages[0][50 + reach :], pages[1][50 + reach :])
+    radius = 10
+    np.testing.assert_array_equal(pages[0][50 + radius :], pages[1][50 + radius :])
     assert np.abs(pages[0][:40] - pages[1][:40]).max() > 0.5
 
 

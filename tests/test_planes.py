@@ -11,7 +11,7 @@ from pictures import codes
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import (
-    chroma_reach,
+    chroma_radius,
     chroma_rows,
     color_rows,
     luma_rows,
@@ -152,7 +152,7 @@ def test_bands_of_chroma_are_those_of_the_whole(step: tuple[int, int], siting: t
     picture = codes(encoding, 29, 31)
     whole = chroma_rows(picture, 0, 29)
     shrunk = shrunk_chroma(whole[0], 0, 29, encoding)
-    above, below = chroma_reach(encoding)
+    above, below = chroma_radius(encoding)
     for top, bottom in ((0, 8), (8, 20), (20, 29)):
         band = chroma_rows(picture, top, bottom)
         np.testing.assert_array_equal(np.stack(band), np.stack(whole)[:, top:bottom])

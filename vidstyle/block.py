@@ -22,7 +22,7 @@ Kind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
 """How a block reaches its result (docs/rules.md, Blocks).
 
 The function of all but four takes an array and returns one. That of a recipe returns a list of blocks
-with their values; that of a learned block a bank and how it is to run, an object with `reach`, `scale` and
+with their values; that of a learned block a bank and how it is to run, an object with `radius`, `scale` and
 `run(luma, margin)`; that of a resize block takes a (height, width) and returns the new one, while the
 runner resamples as its parameters `method` and `back` say; a measured block's parameter `settle`, in
 seconds, is how fast its numbers follow.
@@ -190,7 +190,7 @@ class Asset:
         return {"type": "string"}
 
 
-Reach = Callable[..., int]
+Radius = Callable[..., int]
 """Takes a filter's values and returns how many rows above and below its own it reads."""
 
 Percentiles = Callable[..., Sequence[float]]
@@ -261,7 +261,7 @@ class Block:
     parameters: dict[str, Parameter]
     given: dict[str, object]
     percentiles: Percentiles | None
-    reach: Reach | None = None
+    radius: Radius | None = None
     chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
 
@@ -293,8 +293,8 @@ class Block:
     def rows_around(self, values: dict[str, Any]) -> int:
         """How many rows above and below its own it reads with these values; 0 unless it reads any."""
         if self.kind == "learned":
-            return int(self.function(**values).reach)
-        return 0 if self.reach is None else _call_with_named(self.reach, values)
+            return int(self.function(**values).radius)
+        return 0 if self.radius is None else _call_with_named(self.radius, values)
 
     def percentages(self, values: dict[str, Any]) -> tuple[float, ...]:
         """Which percentiles of luma it is given with these values; none unless it is measured."""
@@ -320,7 +320,7 @@ def block(
     kind: Kind,
     on: On,
     percentiles: Percentiles | None = None,
-    reach: Reach | None = None,
+    radius: Radius | None = None,
     chroma: Literal["kept", "dropped"] = "kept",
     saves: str = "",
 ) -> Callable[[Callable[..., Any]], Block]:
@@ -331,7 +331,7 @@ def block(
         on: which planes it works on.
         percentiles: for a measured block, which percentiles of luma the function gets as `Measured`:
             one to four numbers from 0 to 100.
-        reach: for a filter, how far it reads; it may then be run on bands of rows.
+        radius: for a filter, how far it reads; it may then be run on bands of rows.
         chroma: "dropped" where a luma block leaves a gray picture.
         saves: a name under which its steps keep the picture that they were given, without being told.
 
@@ -343,12 +343,12 @@ def block(
         name = function.__name__
         if (kind == "measured") != (percentiles is not None):
             raise TypeError(f"{name}: `percentiles` belong to measured blocks, and to all of them")
-        if (kind == "filter") != (reach is not None):
-            raise TypeError(f"{name}: `reach` belongs to filters, and to all of them")
+        if (kind == "filter") != (radius is not None):
+            raise TypeError(f"{name}: `radius` belongs to filters, and to all of them")
         if not inspect.getdoc(function):
             raise TypeError(f"{name}: a block says in its docstring what it does")
         parameters, given = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
-        return Block(name, kind, on, function, parameters, given, percentiles, reach, chroma, saves)
+        return Block(name, kind, on, function, parameters, given, percentiles, radius, chroma, saves)
 
     return declare
 

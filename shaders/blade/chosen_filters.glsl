@@ -1,36 +1,36 @@
 #include "lib/filter_number.glsl"
 
 // A weight of the even Gaussian, of which `window` is one half, from its end to its middle; 0 beyond it.
-float window_weight(int tap, int reach, float window[16]) {
-    return tap < 0 || tap >= 2 * reach ? 0.0 : window[min(tap, 2 * reach - 1 - tap)];
+float window_weight(int tap, int radius, float window[16]) {
+    return tap < 0 || tap >= 2 * radius ? 0.0 : window[min(tap, 2 * radius - 1 - tap)];
 }
 
 // The numbers of the filters that 2 x 2 pixels choose, row by row, in a fragment pass: their windows share
 // most of the differences, and four pixels are read at a time. Paper, section 6.3.
-vec4 chosen_filters(ivec2 at, int reach, float window[16], vec3 bins, vec2 start, vec2 density) {
+vec4 chosen_filters(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
     vec3 upper_left = vec3(0.0), upper_right = vec3(0.0), lower_left = vec3(0.0), lower_right = vec3(0.0);
-    for (int row = 0; row <= 2 * reach; row++) {
+    for (int row = 0; row <= 2 * radius; row++) {
         vec3 left = vec3(0.0), right = vec3(0.0);
         vec2 before = vec2(0.0);
         float weight_before = 0.0, weight_two_before = 0.0;
-        for (int column = 0; column <= 2 * reach; column += 2) {
-            vec4 quad = quad_at(2 * at + ivec2(column, row) - reach);
+        for (int column = 0; column <= 2 * radius; column += 2) {
+            vec4 quad = quad_at(2 * at + ivec2(column, row) - radius);
             float falling = quad.x - before.x, rising = quad.w - before.y;
             vec3 between = vec3(falling * falling, falling * rising, rising * rising);
             falling = quad.y - quad.w;
             rising = quad.z - quad.x;
             vec3 inside = vec3(falling * falling, falling * rising, rising * rising);
-            float weight = window_weight(column, reach, window);
+            float weight = window_weight(column, radius, window);
             left += weight_before * between + weight * inside;
             right += weight_two_before * between + weight_before * inside;
             before = quad.zy;
             weight_two_before = weight;
-            weight_before = window_weight(column + 1, reach, window);
+            weight_before = window_weight(column + 1, radius, window);
         }
-        float weight = window_weight(row, reach, window);
+        float weight = window_weight(row, radius, window);
         upper_left += weight * left;
         upper_right += weight * right;
-        weight = window_weight(row - 1, reach, window);
+        weight = window_weight(row - 1, radius, window);
         lower_left += weight * left;
         lower_right += weight * right;
     }

@@ -3,14 +3,14 @@
 float filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
         float part_sums[8], float identity) {
     int number = int(chosen * 1024.0 + 0.5);
-    int reach = size / 2, pair = 0;
+    int radius = size / 2, pair = 0;
     float middle = picture_at(at), total = identity * middle;
     vec4 weights = vec4(0.0);
     for (int part = 0; part < bank_count; part++) {
         total += part_weights[part] * part_sums[part] * middle;
     }
-    for (int down = 0; down <= reach; down++) {
-        for (int right = down == 0 ? 1 : -reach; right <= reach; right++) {
+    for (int down = 0; down <= radius; down++) {
+        for (int right = down == 0 ? 1 : -radius; right <= radius; right++) {
             ivec2 there = ivec2(right, down);
             if ((pair & 3) == 0) {
                 weights = vec4(0.0);

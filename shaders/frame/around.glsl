@@ -5,8 +5,8 @@ ivec2 group_first, group_size, around_first, around_size;
 void load_around(ivec2 first, ivec2 size) {
     group_first = first;
     group_size = size;
-    around_first = first - around_reach;
-    around_size = size + 2 * around_reach;
+    around_first = first - around_radius;
+    around_size = size + 2 * around_radius;
     ivec2 own = ivec2(gl_LocalInvocationID.xy), next = ivec2(gl_WorkGroupSize.xy);
     for (int y = own.y; y < around_size.y; y += next.y) {
         for (int x = own.x; x < around_size.x; x += next.x) {

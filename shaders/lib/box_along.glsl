@@ -1,9 +1,9 @@
 // The plain mean of the picture along a line of 2 int(cell / 2) + 1 pixels.
 vec3 box_along(ivec2 at, ivec2 next, float cell) {
-    int reach = int(0.5 * cell);
+    int radius = int(0.5 * cell);
     vec3 sum = vec3(0.0);
-    ivec2 from = at - reach * next;
-    for (int tap = 0; tap <= 2 * reach; tap++, from += next)
+    ivec2 from = at - radius * next;
+    for (int tap = 0; tap <= 2 * radius; tap++, from += next)
         sum += picture_at(from);
-    return sum / float(2 * reach + 1);
+    return sum / float(2 * radius + 1);
 }

@@ -6,8 +6,8 @@ channels gaussian_along(ivec2 at, ivec2 next, float sigma) {
     float fall = ratio * ratio, weight = 1.0, total = 1.0;
     channels sum = picture_at(at);
     ivec2 away = next;
-    int reach = int(ceil(3.0 * sigma));
-    for (int tap = 0; tap < reach; tap++, away += next) {
+    int radius = int(ceil(3.0 * sigma));
+    for (int tap = 0; tap < radius; tap++, away += next) {
         weight *= ratio;
         ratio *= fall;
         total += 2.0 * weight;

@@ -64,7 +64,7 @@ class Bins:
         )
 
 
-def window_reach(rho: float) -> int:
+def window_radius(rho: float) -> int:
     """How many pixels around its own the structure of a pixel reaches."""
     return max(1, math.ceil(2 * rho))
 
@@ -76,8 +76,8 @@ def window_weights(rho: float) -> np.ndarray:
     >>> window_weights(0.5).round(3).tolist()
     [0.5, 0.5]
     """
-    reach = window_reach(rho)
-    weights = np.exp(-((np.arange(2 * reach) - reach + 0.5) ** 2) / (2 * max(rho, 0.1) ** 2))
+    radius = window_radius(rho)
+    weights = np.exp(-((np.arange(2 * radius) - radius + 0.5) ** 2) / (2 * max(rho, 0.1) ** 2))
     return (weights / weights.sum()).astype(np.float32)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.blade.features import Bins, choose_filters, window_reach
+from vidstyle.blade.features import Bins, choose_filters, window_radius
 from vidstyle.blade.symmetry import as_weights, folded, pairs
 from vidstyle.core.kernels import compiled
 
@@ -86,7 +86,7 @@ def look_at(lesson: TrainingConfig, luma: np.ndarray, targets: Sequence[np.ndarr
         targets: what each part is to make of it, H x W; pixels near the border are left out.
         pool: runs the parts of the picture side by side.
     """
-    margin = max(lesson.size // 2, window_reach(lesson.rho)) + 1
+    margin = max(lesson.size // 2, window_radius(lesson.rho)) + 1
     height, width = luma.shape
     total = Sums.empty(lesson)
     if min(height, width) <= 2 * margin:
@@ -193,11 +193,11 @@ def _regularizer(lesson: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
 def _spread(size: int) -> np.ndarray:
     """What a weight adds to each coefficient: 1 at both pixels of its pair, -2 in the middle."""
     matrix = np.zeros((size, size, len(pairs(size))))
-    reach = size // 2
+    radius = size // 2
     for number, (down, right) in enumerate(pairs(size)):
-        matrix[reach + down, reach + right, number] = 1
-        matrix[reach - down, reach - right, number] = 1
-        matrix[reach, reach, number] = -2
+        matrix[radius + down, radius + right, number] = 1
+        matrix[radius - down, radius - right, number] = 1
+        matrix[radius, radius, number] = -2
     return matrix.reshape(size * size, -1)
 
 

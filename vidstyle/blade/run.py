@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.blade.apply import apply_filters, padded_filters
 from vidstyle.blade.bank import Bank
-from vidstyle.blade.features import choose_filters, window_reach
+from vidstyle.blade.features import choose_filters, window_radius
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class BankRun:
         return self.bank.rho if self.rho is None else self.rho
 
     @property
-    def reach(self) -> int:
+    def radius(self) -> int:
         """How many pixels around its own the result depends on, at the size at which it runs."""
-        of_pass, of_choice = self.bank.size // 2, window_reach(self.window)
+        of_pass, of_choice = self.bank.size // 2, window_radius(self.window)
         if self.reselect:
             return self.passes * max(of_pass, of_choice)
         return (self.passes - 1) * of_pass + max(of_pass, of_choice)
@@ -72,7 +72,7 @@ class BankRun:
             luma: H x W float32; beyond its border the border is repeated.
             margin: how many of the first and last rows are only there to be read.
         """
-        step = self.reach // self.passes if self.reselect else self.bank.size // 2
+        step = self.radius // self.passes if self.reselect else self.bank.size // 2
         chosen: np.ndarray | None = None
         for left in range(self.passes - 1, -1, -1):
             # Rows that the passes still to come read around those that are wanted.

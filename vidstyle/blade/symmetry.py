@@ -53,20 +53,20 @@ def pairs(size: int) -> list[tuple[int, int]]:
     >>> pairs(3)
     [(0, 1), (1, -1), (1, 0), (1, 1)]
     """
-    reach = size // 2
+    radius = size // 2
     return [
         (down, right)
-        for down in range(reach + 1)
-        for right in range(-reach, reach + 1)
+        for down in range(radius + 1)
+        for right in range(-radius, radius + 1)
         if down > 0 or right > 0
     ]
 
 
 def as_weights(filters: np.ndarray, size: int) -> np.ndarray:
     """The weight of each pair: parts x bins x pairs, of parts x bins x size x size symmetric filters."""
-    reach = size // 2
+    radius = size // 2
     return np.stack(
-        [filters[:, :, reach + down, reach + right] for down, right in pairs(size)], axis=-1
+        [filters[:, :, radius + down, radius + right] for down, right in pairs(size)], axis=-1
     ).astype(np.float64)
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from vidstyle.block import Slider, block
 
 
-def _reach(sigma: float) -> int:
+def _radius(sigma: float) -> int:
     return math.ceil(3 * sigma)
 
 
-@block("filter", on="channels", reach=_reach)
+@block("filter", on="channels", radius=_radius)
 def gaussian(
     picture: np.ndarray,
     sigma: Annotated[float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4))] = 2,
@@ -26,5 +26,5 @@ def gaussian(
     """
     if sigma == 0:
         return picture
-    size = 2 * _reach(sigma) + 1
+    size = 2 * _radius(sigma) + 1
     return cv2.GaussianBlur(picture, (size, size), sigma, borderType=cv2.BORDER_REPLICATE)

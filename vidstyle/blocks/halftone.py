@@ -21,12 +21,12 @@ INKS = {
 """What each ink leaves of red, green and blue on white paper; `press` is near ISO coated."""
 
 
-def _reach(cell: float) -> int:
+def _radius(cell: float) -> int:
     # A dot's centre lies at most half a diagonal away, and its ink comes from half a cell around that.
     return math.ceil(cell * 0.7072 + cell / 2) + 2
 
 
-@block("filter", on="color", reach=_reach)
+@block("filter", on="color", radius=_radius)
 def halftone(
     picture: np.ndarray,
     place: PageRegion,

@@ -10,11 +10,11 @@ from vidstyle.block import Slider, Switch, block
 from vidstyle.core.kernels import compiled
 
 
-def _reach() -> int:
+def _radius() -> int:
     return 1
 
 
-@block("filter", on="luma", reach=_reach, chroma="dropped")
+@block("filter", on="luma", radius=_radius, chroma="dropped")
 def sobel(
     luma: np.ndarray,
     gain: Annotated[float, Slider(0, 16, "a full step from black to white gives this", explore=(1, 4))] = 2,

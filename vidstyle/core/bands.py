@@ -19,16 +19,16 @@ def shared_pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-bands")
 
 
-def in_bands(pool: Executor, shape: tuple[int, int], reach: int, run: Callable[[int, int], None]) -> None:
+def in_bands(pool: Executor, shape: tuple[int, int], radius: int, run: Callable[[int, int], None]) -> None:
     """Call `run(top, bottom)` for bands that cover all rows, on all cores.
 
     Bands begin at multiples of four rows, which every chroma step divides.
 
     Args:
-        reach: rows that are read around each band.
+        radius: rows that are read around each band.
     """
     height, width = shape
-    rows = max(BAND_BYTES // (12 * width), 8 * reach, 4)
+    rows = max(BAND_BYTES // (12 * width), 8 * radius, 4)
     rows = min(-(-rows // 4) * 4, max(4, -(-height // CORES + 3) // 4 * 4))
     tops = range(0, height, rows)
     list(pool.map(run, tops, (min(top + rows, height) for top in tops)))

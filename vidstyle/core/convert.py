@@ -15,7 +15,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import (
     Chroma,
     alpha_in_depth,
-    chroma_reach,
+    chroma_radius,
     chroma_rows,
     color_rows,
     luma_rows,
@@ -106,7 +106,7 @@ class PictureAssembler:
 
         Args:
             top, bottom: a multiple of the chroma step, and another one or the last row.
-            above: rows of `chroma` that lie above `top`; `chroma_reach` tells how many are averaged over.
+            above: rows of `chroma` that lie above `top`; `chroma_radius` tells how many are averaged over.
             chroma: blue and red difference.
         """
         self._has_chroma = True
@@ -150,7 +150,7 @@ def _rows_to_planes(picture: Picture, assembler: PictureAssembler) -> Callable[[
     through_rgb = not is_gray and (picture.color is not None or picture.encoding.matrix != target.matrix)
     if reuses := not through_rgb and assembler.can_reuse_chroma(picture):
         assembler.reuse_chroma(picture)
-    above, below = chroma_reach(target)
+    above, below = chroma_radius(target)
 
     def put(top: int, bottom: int) -> None:
         first, last = max(top - above, 0), min(bottom + below, picture.shape[0])

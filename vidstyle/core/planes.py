@@ -92,7 +92,7 @@ def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
     return out
 
 
-def chroma_reach(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
+def chroma_radius(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
     """How many rows above and below a band of whole chroma rows its samples average over.
 
     Args:

@@ -12,7 +12,7 @@ from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import mix_channels
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.planes import chroma_reach
+from vidstyle.core.planes import chroma_radius
 from vidstyle.core.resample import resample
 from vidstyle.cpu.band import Band, Whole
 from vidstyle.cpu.work import Work
@@ -89,9 +89,9 @@ def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: b
     Args:
         rgb: packed RGB is wanted instead of luma and chroma; only the encoding's depth counts then.
     """
-    reach = max((work.reach for work in (page.background, page.lines) if work is not None), default=0)
+    radius = max((work.radius for work in (page.background, page.lines) if work is not None), default=0)
     assembler = PictureAssembler(source, target, rgb)
-    above, below = chroma_reach(target)
+    above, below = chroma_radius(target)
 
     def run(top: int, bottom: int) -> None:
         if rgb:
@@ -100,7 +100,7 @@ def finish(pool: Executor, page: Page, source: Picture, target: Encoding, rgb: b
             band = page.band(max(top - above, 0), min(bottom + below, source.shape[0]))
             _put_planes(assembler, band, top, bottom)
 
-    in_bands(pool, source.shape, reach, run)
+    in_bands(pool, source.shape, radius, run)
     return assembler.picture()
 
 

@@ -36,7 +36,7 @@ class Call:
     page: tuple[int, int]
 
     @property
-    def reach(self) -> int:
+    def radius(self) -> int:
         """How many rows around its own it reads."""
         assert self.step.block is not None
         return self.step.block.rows_around(self.step.values)
@@ -103,9 +103,9 @@ class Work:
         return self.whole.main.shape
 
     @property
-    def reach(self) -> int:
+    def radius(self) -> int:
         """How many rows around its own a band reads."""
-        return max((call.reach for call in self.calls), default=0)
+        return max((call.radius for call in self.calls), default=0)
 
     def then(self, call: Call) -> Work:
         """The work with one more call."""
@@ -113,8 +113,8 @@ class Work:
 
     def band(self, top: int, bottom: int) -> Band:
         """These rows with all calls made."""
-        reach = self.reach
-        band = Band(self.whole, max(top - reach, 0), min(bottom + reach, self.shape[0]))
+        radius = self.radius
+        band = Band(self.whole, max(top - radius, 0), min(bottom + radius, self.shape[0]))
         for number, call in enumerate(self.calls):
             call.run(band, (top - band.top, band.bottom - bottom))
             if number == 0:
@@ -130,7 +130,7 @@ class Work:
         if not self.calls:
             return self.whole
         canvas = _Canvas(self.shape)
-        in_bands(pool, self.shape, self.reach, lambda top, bottom: canvas.put(self.band(top, bottom)))
+        in_bands(pool, self.shape, self.radius, lambda top, bottom: canvas.put(self.band(top, bottom)))
         return canvas.whole()
 
 
@@ -172,9 +172,9 @@ def run_bank(pool: Executor, run: BankRun, luma: np.ndarray) -> np.ndarray:
     out = np.empty(luma.shape, np.float32)
 
     def run_band(top: int, bottom: int) -> None:
-        above, below = min(run.reach, top), min(run.reach, len(luma) - bottom)
+        above, below = min(run.radius, top), min(run.radius, len(luma) - bottom)
         band = run.run(luma[top - above : bottom + below], (above, below))
         out[top:bottom] = band[above : above + bottom - top]
 
-    in_bands(pool, luma.shape, run.reach, run_band)
+    in_bands(pool, luma.shape, run.radius, run_band)
     return out

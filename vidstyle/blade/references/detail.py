@@ -8,7 +8,7 @@ from vidstyle.blade.references.flow_lines import gaussian
 from vidstyle.blade.references.rows import for_all_rows, require_positive
 from vidstyle.core.kernels import compiled
 
-REACH = 4
+RADIUS = 4
 """Pixels to each side from which the base is averaged: windows of 9 x 9."""
 
 
@@ -51,9 +51,9 @@ def detail_base(luma: np.ndarray, contrast: float = 20.0, spread: float = 2.0) -
         UsageError: contrast or spread is not above 0.
     """
     require_positive(contrast=contrast, spread=spread)
-    weights = gaussian(np.arange(-REACH, REACH + 1), spread).astype(np.float32)
+    weights = gaussian(np.arange(-RADIUS, RADIUS + 1), spread).astype(np.float32)
     falloff = np.float32(1 / (2 * 9 * (contrast / 255) ** 2))
-    padded = np.pad(luma.astype(np.float32), REACH + 1, mode="edge")
+    padded = np.pad(luma.astype(np.float32), RADIUS + 1, mode="edge")
     out = np.empty(luma.shape, np.float32)
     for_all_rows(_average_alike, luma.shape[0], padded, weights, falloff, out)
     return out

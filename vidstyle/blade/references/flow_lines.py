@@ -29,13 +29,13 @@ def structure_tensor(luma: np.ndarray, rho: float) -> np.ndarray:
     section 5.3), so both see the same lines. They lie between the pixels; the Gaussian of standard deviation
     rho has an even number of taps and brings them back.
     """
-    reach = math.ceil(CUT * rho)
-    padded = np.pad(luma.astype(np.float64), reach, mode="edge")
+    radius = math.ceil(CUT * rho)
+    padded = np.pad(luma.astype(np.float64), radius, mode="edge")
     falling = padded[1:, 1:] - padded[:-1, :-1]
     rising = padded[:-1, 1:] - padded[1:, :-1]
     across, down = (falling + rising) / 2, (falling - rising) / 2
     products = np.stack([across * across, across * down, down * down], axis=-1)
-    weights = gaussian(np.arange(2 * reach) - reach + 0.5, rho)
+    weights = gaussian(np.arange(2 * radius) - radius + 0.5, rho)
     smooth = cv2.sepFilter2D(products, cv2.CV_64F, weights, weights, anchor=(0, 0))
     return np.ascontiguousarray(smooth[: luma.shape[0], : luma.shape[1]])
 

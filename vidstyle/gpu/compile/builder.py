@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vidstyle.blade.features import window_reach, window_weights
+from vidstyle.blade.features import window_radius, window_weights
 from vidstyle.blade.run import BankRun
 from vidstyle.block import Block, Choice, LumaWeights, SavedRef
 from vidstyle.core.picture import Encoding
@@ -265,7 +265,7 @@ class GraphBuilder(ImageBuilder):
                     filters,
                     {"chosen": chosen},
                     around=luma,
-                    reach=run.bank.size // 2,
+                    radius=run.bank.size // 2,
                     values=filter_values(run),
                     is_wide=run.is_wide,
                 )
@@ -278,14 +278,14 @@ class GraphBuilder(ImageBuilder):
         A compute group shares what it reads; fragments do not, so there one chooses for 2 x 2 pixels, in a
         pass of its own.
         """
-        reach, values = window_reach(run.window), choice_values(run)
+        radius, values = window_radius(run.window), choice_values(run)
         if self._form == "compute":
             function = Function("blade/chosen_filter.glsl", "chosen_filter")
-            return self.node(Node("luma", luma.shape, function, around=luma, reach=reach, values=values))
+            return self.node(Node("luma", luma.shape, function, around=luma, radius=radius, values=values))
         height, width = luma.shape
         half = (height + 1) // 2, (width + 1) // 2
         function = Function("blade/chosen_filters.glsl", "chosen_filters")
-        four = self.node(Node("choices", half, function, around=luma, reach=reach, values=values))
+        four = self.node(Node("choices", half, function, around=luma, radius=radius, values=values))
         return self.node(
             Node("luma", luma.shape, Function("blade/own_choice.glsl", "IMAGE_own_choice"), around=four)
         )
@@ -337,7 +337,7 @@ class GraphBuilder(ImageBuilder):
                 picture.kind, picture.shape, function, dict(inputs), None, 0, values, options, measure
             )
             if block.kind == "filter":
-                picture = replace(node, around=picture, reach=block.rows_around(step.values))
+                picture = replace(node, around=picture, radius=block.rows_around(step.values))
             else:
                 picture = replace(node, inputs={signature.parameters[0].name: picture, **inputs})
             picture = self.node(picture)
@@ -367,11 +367,11 @@ MAX_PARTS = 8
 
 def choice_values(run: BankRun) -> dict[str, Any]:
     """The values of `chosen_filter`."""
-    reach = window_reach(run.window)
-    half = [float(weight) for weight in window_weights(run.window)[:reach]]
+    radius = window_radius(run.window)
+    half = [float(weight) for weight in window_weights(run.window)[:radius]]
     orientations, strengths, coherences, *ranges = (float(number) for number in run.bank.bins.numbers)
     return {
-        "reach": reach,
+        "radius": radius,
         "window": half + [0.0] * (MAX_TAPS - len(half)),
         "bins": (orientations, strengths, coherences),
         "start": (ranges[0], ranges[2]),

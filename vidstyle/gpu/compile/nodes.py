@@ -64,7 +64,7 @@ class Node:
         function: what makes it; None for a plane of the source.
         inputs: the function's parameters that are values of the same pixel.
         around: the picture of which the function reads other pixels too, or None.
-        reach: how many pixels around its own it reads there, where sizes are alike.
+        radius: how many pixels around its own it reads there, where sizes are alike.
         values: the function's parameters that are the same for all pixels.
         options: the words that a parameter's number stands for, where it is a choice.
         measure: the numbers that it is given.
@@ -78,7 +78,7 @@ class Node:
     function: Function | None = None
     inputs: dict[str, Node] = field(default_factory=dict)
     around: Node | None = None
-    reach: int = 0
+    radius: int = 0
     values: dict[str, Any] = field(default_factory=dict)
     options: dict[str, tuple[str, ...]] = field(default_factory=dict)
     measure: Measure | None = None

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.planes import chroma_reach
+from vidstyle.core.planes import chroma_radius
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter, signatures
 from vidstyle.gpu.compile.nodes import CHANNELS, Node
@@ -68,7 +68,7 @@ class _Writer:
 
     def _declare_tile(self) -> None:
         target = self._plan.target
-        rims = [chroma_reach(target, axis) for axis in (0, 1)]
+        rims = [chroma_radius(target, axis) for axis in (0, 1)]
         tile = self.shader.groups = TILES[self._sharing.line if self._sharing else None]
         self._area = tile[0] + sum(rims[0]), tile[1] + sum(rims[1])
         for name, (across, down) in {
@@ -98,8 +98,8 @@ class _Writer:
         self._text.add(f"#define AROUND_ROOM {rooms[0]}")
         if self._sharing.prepares:
             self._text.add(f"#define PREPARED_ROOM {rooms[1]}")
-        self._text.add("uniform ivec2 around_reach;")
-        self.shader.uniforms["around_reach"] = self._sharing.reach
+        self._text.add("uniform ivec2 around_radius;")
+        self.shader.uniforms["around_radius"] = self._sharing.radius
         image = self._sharing.image
         words = {"IMAGE": self._images[image], "VALUE": TYPES[CHANNELS[image.kind]]}
         self._text.add_template("frame/around.glsl", words)

@@ -25,13 +25,13 @@ class Sharing:
 
     Attributes:
         image: the picture that is read.
-        reach: how many pixels are read beyond the group's own, across and down.
+        radius: how many pixels are read beyond the group's own, across and down.
         line: the direction in which all its filters read, (1, 0) or (0, 1); None if they read all around.
         prepares: the filter that prepares something for the whole group, or None.
     """
 
     image: Node
-    reach: Pair
+    radius: Pair
     line: Pair | None
     prepares: Node | None
 
@@ -46,14 +46,14 @@ class Sharing:
             None where there is no room for all that it reads.
         """
         size = BYTES[CHANNELS[self.image.kind]]
-        needed = size * prod(side + 2 * reach for side, reach in zip(area, self.reach, strict=True))
+        needed = size * prod(side + 2 * radius for side, radius in zip(area, self.radius, strict=True))
         prepared = _in_steps(BYTES[3] * self._lines(area))
         room = min(_in_steps(needed), MAX_BYTES - used - prepared)
         return (room // size, prepared // BYTES[3]) if needed <= room else None
 
     def _lines(self, area: Pair) -> int:
         """How many values are prepared: for each column one between each two rows of pixels that are read."""
-        return 0 if self.prepares is None else area[0] * (area[1] + 2 * self.prepares.reach - 1)
+        return 0 if self.prepares is None else area[0] * (area[1] + 2 * self.prepares.radius - 1)
 
 
 def sharing_of(each: Pass) -> Sharing | None:
@@ -69,14 +69,14 @@ def sharing_of(each: Pass) -> Sharing | None:
         return None
     image = filters[0].around
     assert image is not None
-    reach = max(node.reach for node in filters)
+    radius = max(node.radius for node in filters)
     across, down = line or (1, 1)
     prepares = next((node for node in filters if node.function and node.function.signature.prepares), None)
-    return Sharing(image, (reach * across, reach * down), line, prepares)
+    return Sharing(image, (radius * across, radius * down), line, prepares)
 
 
 def _reads_neighbours(node: Node) -> bool:
-    """Whether it is a filter: pictures of another size are resampled, which no reach describes.
+    """Whether it is a filter: pictures of another size are resampled, which have no radius.
 
     So is chroma that is brought to its own grid, even where one pixel is a page of both.
     """

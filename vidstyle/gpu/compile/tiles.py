@@ -9,12 +9,12 @@ from math import ceil, floor
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
-from vidstyle.core.planes import chroma_reach
+from vidstyle.core.planes import chroma_radius
 from vidstyle.gpu.compile.nodes import Node, Shape
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 
-RESAMPLING_REACH = 5
+RESAMPLING_RADIUS = 5
 """Pixels beyond its own area that any resampling method reads, one more than Lanczos does."""
 TILE_STEP = 64
 """Tiles begin at multiples of so many pixels, which every chroma step and every compute group divides."""
@@ -91,7 +91,7 @@ def windows_for(
         if window is None:
             continue
         if each.result and each.result.role == "planes":
-            window = window.grown(chroma_reach(target, 1), chroma_reach(target, 0)).within(each.shape)
+            window = window.grown(chroma_radius(target, 1), chroma_radius(target, 0)).within(each.shape)
         for image, part in _read(each, window):
             home = next((other for other in passes if image in other.stored), image)
             windows[home] = part.within(image.shape).joined(windows.get(home))
@@ -132,9 +132,9 @@ def _around(node: Node, image: Node, window: Window) -> Window:
             ceil(window.bottom * down),
             ceil(window.right * across),
         )
-        reach = max(RESAMPLING_REACH, node.reach)
-        return mapped.grown((reach, reach), (reach, reach))
-    return window.grown((node.reach,) * 2, (node.reach,) * 2)
+        radius = max(RESAMPLING_RADIUS, node.radius)
+        return mapped.grown((radius, radius), (radius, radius))
+    return window.grown((node.radius,) * 2, (node.radius,) * 2)
 
 
 def _between(window: Window, grid: Encoding) -> Window:
