@@ -89,7 +89,7 @@ def test_any_number_may_be_under_way(renderer: GpuRenderer) -> None:
         assert differ(each.result(), by_cpu(source)) <= 1
 
 
-def test_a_film_is_fetched_one_frame_late(
+def test_readback_lags_one_frame(
     clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Frame n + 1 is on its way to the GPU before anybody waits for frame n; the last ones arrive too."""

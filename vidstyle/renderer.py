@@ -36,10 +36,10 @@ class Backend(Protocol):
     """What restyles pictures, on the CPU or a GPU; `CpuRenderer` says what the methods do.
 
     Attributes:
-        late: how many pictures may be under way before a result is asked for.
+        frames_in_flight: how many pictures may be under way before a result is asked for.
     """
 
-    late: int
+    frames_in_flight: int
 
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False

@@ -28,10 +28,10 @@ class CpuRenderer:
     Close it, or use it as a context manager, to let its threads go.
 
     Attributes:
-        late: how many pictures may be under way before a result is asked for.
+        frames_in_flight: how many pictures may be under way before a result is asked for.
     """
 
-    late = 0
+    frames_in_flight = 0
 
     def __init__(self, style: Style, threads: int = CORES) -> None:
         self.style = style

@@ -58,10 +58,10 @@ class GpuRenderer:
     too, the substitute takes over.
 
     Attributes:
-        late: how many pictures may be under way before a result is asked for.
+        frames_in_flight: how many pictures may be under way before a result is asked for.
     """
 
-    late = 1
+    frames_in_flight = 1
 
     def __init__(
         self, style: Style, device: Device, substitute: Callable[[], Fallback], form: Form | None = None

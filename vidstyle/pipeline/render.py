@@ -61,7 +61,7 @@ def render(
         info = compared_info(reader.info, compare)
         writer = open_writer(target, info, write or WriteOptions(), reader)
         items = first_frames(reader, frames) if frames else reader
-        stages = Stages(items, lambda frame: restyler.start(frame, writer), writer, restyler.late)
+        stages = Stages(items, lambda frame: restyler.start(frame, writer), writer, restyler.frames_in_flight)
         watch = _watcher(stages, reader.info, frames, began, on_progress)
         stages.run(stop or threading.Event(), watch)
         watch()
@@ -81,9 +81,9 @@ class Restyler:
         self._compare = compare
 
     @property
-    def late(self) -> int:
+    def frames_in_flight(self) -> int:
         """How many frames may be under way before the result of the first is asked for."""
-        return self._renderer.late
+        return self._renderer.frames_in_flight
 
     def start(self, frame: Frame, writer: Writer) -> Callable[[], Frame]:
         """Begin with a frame; what is returned waits for it to be restyled, in the writer's encoding.

@@ -39,7 +39,7 @@ class Stages:
         items: frames and packets in the order of the source.
         restyle: begins with a frame and returns what waits for the result.
         writer: where everything goes.
-        late: how many frames may be under way before the result of the first is waited for.
+        frames_in_flight: how many frames may be under way before the result of the first is waited for.
 
     Attributes:
         frames: frames handed to the writer.
@@ -53,11 +53,11 @@ class Stages:
         items: Iterable[Any],
         restyle: Callable[[Frame], Callable[[], Frame]],
         writer: Writer,
-        late: int = 0,
+        frames_in_flight: int = 0,
     ) -> None:
         self._items = items
         self._restyle = restyle
-        self._late = late
+        self._frames_in_flight = frames_in_flight
         self._writer = writer
         self._source: BoundedQueue[Batch] = BoundedQueue(ROOM)
         self._result: BoundedQueue[Batch] = BoundedQueue(ROOM)
@@ -140,7 +140,7 @@ class Stages:
         waiting: deque[Batch] = deque()
         for batch in self._source:
             waiting.append([self._restyle(item) if isinstance(item, Frame) else item for item in batch])
-            while sum(_is_pending(each) for each in waiting) > self._late:
+            while sum(_is_pending(each) for each in waiting) > self._frames_in_flight:
                 self._result.put(_finished(waiting.popleft()))
         for each in waiting:
             self._result.put(_finished(each))
