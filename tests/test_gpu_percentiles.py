@@ -1,4 +1,4 @@
-"""Percentiles measured on the GPU: those of NumPy, settled as the CPU settles them."""
+"""Percentiles measured on the GPU: those of NumPy, smoothed as the CPU smooths them."""
 
 from __future__ import annotations
 
@@ -117,15 +117,15 @@ def test_fewer_than_four_repeat_the_last(context: moderngl.Context, percentiles:
     samples.release()
 
 
-def test_they_settle_as_on_the_cpu(percentiles: Percentiles) -> None:
+def test_they_are_smoothed_as_on_the_cpu(percentiles: Percentiles) -> None:
     """Through slow changes, a jump back in time and a constant of 0."""
-    settling, shares = ExponentialSmoother(), ExponentialSmoother()
+    smoother, weights = ExponentialSmoother(), ExponentialSmoother()
     times = [(2.0, 0.4), (2.04, 0.4), (2.1, 0.4), (2.2, 0.4), (1.0, 0.4), (1.1, 0.4), (1.2, 0), (1.5, 2.0)]
     for seed, (time, constant) in enumerate(times):
         values = random(40, 50, seed) * 0.1 * seed
         measure = np.percentile(values.astype(float), (5, 95))
-        expected = settling.follow(measure, time, constant)
-        found = followed(percentiles, values, (5, 95), shares.share(time, constant))
+        expected = smoother.follow(measure, time, constant)
+        found = followed(percentiles, values, (5, 95), weights.blend_weight(time, constant))
         np.testing.assert_allclose(found, expected, rtol=0, atol=CLOSE)
 
 

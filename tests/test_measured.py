@@ -33,11 +33,11 @@ def test_percentiles_of_the_small_copy_are_those_of_the_picture() -> None:
 
 
 def test_numbers_approach_each_measure_with_the_time_constant() -> None:
-    settling = ExponentialSmoother()
+    smoother = ExponentialSmoother()
     start, goal = np.array([0.0, 1.0]), np.array([1.0, 0.5])
-    np.testing.assert_array_equal(settling.follow(start, 10.0, 0.4), start)
+    np.testing.assert_array_equal(smoother.follow(start, 10.0, 0.4), start)
     for time in (10.1, 10.4, 10.45, 11.2):
-        followed = settling.follow(goal, time, 0.4)
+        followed = smoother.follow(goal, time, 0.4)
         np.testing.assert_allclose(followed, goal + (start - goal) * math.exp(-(time - 10) / 0.4), rtol=1e-12)
 
 
@@ -46,16 +46,16 @@ def test_numbers_approach_each_measure_with_the_time_constant() -> None:
 )
 def test_numbers_follow_at_once(time: float | None, constant: float) -> None:
     """A picture that stands alone, a constant of 0, and a jump back in time."""
-    settling = ExponentialSmoother()
-    settling.follow(np.array([0.0]), 5.0, 0.4)
-    assert settling.follow(np.array([1.0]), time, constant) == 1.0
+    smoother = ExponentialSmoother()
+    smoother.follow(np.array([0.0]), 5.0, 0.4)
+    assert smoother.follow(np.array([1.0]), time, constant) == 1.0
 
 
 def test_restarted_numbers_take_the_next_measure() -> None:
-    settling = ExponentialSmoother()
-    settling.follow(np.array([0.0]), 5.0, 0.4)
-    settling.restart()
-    assert settling.follow(np.array([1.0]), 5.1, 0.4) == 1.0
+    smoother = ExponentialSmoother()
+    smoother.follow(np.array([0.0]), 5.0, 0.4)
+    smoother.restart()
+    assert smoother.follow(np.array([1.0]), 5.1, 0.4) == 1.0
 
 
 def picture(low: float, high: float, shape: tuple[int, int] = (40, 50), seed: int = 1) -> Picture:

@@ -60,7 +60,7 @@ def small_luma(picture: Picture) -> np.ndarray:
 
 
 class ExponentialSmoother:
-    """Numbers that approach each new measure with a time constant: p += (1 - e^(-dt/tau)) (measure - p)."""
+    """First-order smoothing: p += (1 - e^(-dt/tau)) (measure - p)."""
 
     def __init__(self) -> None:
         self._numbers: np.ndarray | None = None
@@ -70,23 +70,23 @@ class ExponentialSmoother:
         """Take the next measure as it is."""
         self._time = None
 
-    def share(self, time: float | None, constant: float) -> float:
+    def blend_weight(self, time: float | None, time_constant: float) -> float:
         """How far the numbers go towards the next measure, 0..1; to be asked once for each.
 
         Args:
             time: presentation time in seconds; None for a picture that stands alone.
-            constant: seconds; 0 follows at once.
+            time_constant: seconds; 0 follows at once.
         """
         before, self._time = self._time, time
-        if before is None or time is None or constant == 0 or time < before:
+        if before is None or time is None or time_constant == 0 or time < before:
             return 1.0
-        return 1 - math.exp(-(time - before) / constant)
+        return 1 - math.exp(-(time - before) / time_constant)
 
-    def follow(self, measure: np.ndarray, time: float | None, constant: float) -> np.ndarray:
+    def follow(self, measure: np.ndarray, time: float | None, time_constant: float) -> np.ndarray:
         """The numbers at this time, of what has just been measured and what was before."""
-        share = self.share(time, constant)
-        if self._numbers is None or share == 1:
+        weight = self.blend_weight(time, time_constant)
+        if self._numbers is None or weight == 1:
             self._numbers = measure
         else:
-            self._numbers = self._numbers + share * (measure - self._numbers)
+            self._numbers = self._numbers + weight * (measure - self._numbers)
         return self._numbers

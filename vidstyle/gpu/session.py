@@ -20,7 +20,7 @@ from vidstyle.gpu.compile.nodes import Measure, PictureLayout
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
-from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, Shares
+from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, BlendWeights
 from vidstyle.gpu.device.stabilizer import GpuStabilizer, plain_layout, steady_layout
 from vidstyle.stabilize.stabilizer import Stabilized
 from vidstyle.style import Style
@@ -82,7 +82,7 @@ class GpuSession:
         self._owner = ContextThread("vidstyle-gpu")
         self._runner: Runner | None = None
         self._steps: dict[str, tuple[ResolvedStep, ...]] = {}
-        self._settlings: dict[tuple[str, int], ExponentialSmoother] = {}
+        self._smoothers: dict[tuple[str, int], ExponentialSmoother] = {}
         self._cuts = SceneCutDetector()
         self._steadier: GpuStabilizer | None = None
         try:
@@ -129,12 +129,12 @@ class GpuSession:
             runner = self._prepared(request, steady)
             measures = [each.sampled for each in runner.plan.passes if each.sampled]
             begins = bool(steady or measures) and self._cuts.is_cut(small_luma(request.picture))
-            shares = self._shares(measures, request.time, begins)
+            blend_weights = self._blend_weights(measures, request.time, begins)
             if steady:
                 assert self._steadier is not None and request.time is not None
-                fetches, steadied = self._steadier.draw(request.picture, request.time, begins, shares)
+                fetches, steadied = self._steadier.draw(request.picture, request.time, begins, blend_weights)
             else:
-                fetches, steadied = runner.draw(request.picture, shares), None
+                fetches, steadied = runner.draw(request.picture, blend_weights), None
             self._check()
             return InFlightFrame(request, runner.plan, fetches, steadied)
 
@@ -147,7 +147,7 @@ class GpuSession:
             return self._runner
         if old is None or old.source.shape != layout.shape or not self._steps:
             self._steps = resolve(self._style, *layout.shape)
-            self._settlings = {}
+            self._smoothers = {}
         plan = make_plan(
             self._style, self._steps, layout, request.target, request.rgb, self._form, self._fused
         )
@@ -170,11 +170,11 @@ class GpuSession:
             self._steadier.release()
             self._steadier = None
 
-    def _shares(self, measures: list[Measure], time: float | None, begins: bool) -> Shares:
+    def _blend_weights(self, measures: list[Measure], time: float | None, begins: bool) -> BlendWeights:
         if begins:
-            self._settlings = {}
+            self._smoothers = {}
         return {
-            each.step: self._settlings.setdefault(each.step, ExponentialSmoother()).share(time, each.settle)
+            each.step: self._smoothers.setdefault(each.step, ExponentialSmoother()).blend_weight(time, each.time_constant)
             for each in measures
         }
 

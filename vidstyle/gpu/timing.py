@@ -19,7 +19,7 @@ from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
-from vidstyle.gpu.device.runner import GpuResources, Runner, Shares, _arrays_of
+from vidstyle.gpu.device.runner import GpuResources, Runner, BlendWeights, _arrays_of
 from vidstyle.gpu.device.transfer import Download, Upload
 from vidstyle.gpu.session import END_SECONDS, LARGEST, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
@@ -196,16 +196,16 @@ class TimedRunner(Runner):
 
     def run(self, picture: Picture, runs: int) -> tuple[float, ...]:
         """The seconds that each pass takes for a picture: the median of the runs."""
-        shares = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
+        blend_weights = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
         total = dict.fromkeys(self.plan.passes, 0.0)
         for job in self._jobs:
-            times = self._run_often(job, picture, shares, runs)
+            times = self._run_often(job, picture, blend_weights, runs)
             for each in job.passes:
                 # Read only here, when all is under way, so that the GPU never waits for this program.
                 total[each] += median(read() for read in times[each])
         return tuple(total.values())
 
-    def _run_often(self, job: Job, picture: Picture, shares: Shares, runs: int) -> dict[Pass, list[Reading]]:
+    def _run_often(self, job: Job, picture: Picture, blend_weights: BlendWeights, runs: int) -> dict[Pass, list[Reading]]:
         sent = self._equipment.upload.send(
             {
                 name: plane[window.top : window.bottom, window.left : window.right]
@@ -218,7 +218,7 @@ class TimedRunner(Runner):
             with self._timed(times[each]):
                 self._run_pass(job, each, sent)
                 if each.sampled is not None and job.ends_measure:
-                    self._measure(each.sampled, shares)
+                    self._measure(each.sampled, blend_weights)
         return times
 
     @contextmanager

@@ -44,13 +44,13 @@ class Measure:
     Attributes:
         of: the luma that is measured.
         percentages: which percentiles.
-        settle: the time constant in seconds.
+        time_constant: in seconds.
         step: layer and number of the step.
     """
 
     of: Node
     percentages: tuple[float, ...]
-    settle: float
+    time_constant: float
     step: tuple[str, int]
 
 

@@ -19,7 +19,7 @@ class Percentiles:
 
     An exact histogram: each sample is drawn as a point on its bin and blending counts them, which
     OpenGL 3.3 can, and floats count exactly up to 16 million. Then a pass sums the rows of bins, another
-    finds the samples next to each percentile, the last interpolates and settles.
+    finds the samples next to each percentile, the last interpolates and smooths over time.
 
     Args:
         low, span: the samples' values lie from low to low + span.
@@ -34,13 +34,13 @@ class Percentiles:
         self._into_bins = _shader(context, "bin_vertex", "bin_fragment")
         self._into_rows = _shader(context, "whole_vertex", "row_fragment")
         self._order = _shader(context, "whole_vertex", "order_fragment", bins=0, rows=1)
-        self._settle = _shader(
-            context, "whole_vertex", "settle_fragment", ordered=0, remembered=1, low=low, span=span
+        self._smooth = _shader(
+            context, "whole_vertex", "smooth_fragment", ordered=0, remembered=1, low=low, span=span
         )
         self._fresh = True
 
     def follow(
-        self, samples: moderngl.Texture, size: tuple[int, int], percentages: Sequence[float], share: float
+        self, samples: moderngl.Texture, size: tuple[int, int], percentages: Sequence[float], weight: float
     ) -> moderngl.Texture:
         """The remembered numbers, moved towards the percentiles of these samples.
 
@@ -51,7 +51,7 @@ class Percentiles:
             size: width and height of the part that counts, from the first row and column; together no
                 more than 2^24 samples.
             percentages: one to four, 0 to 100.
-            share: how far to move, 0 to 1; the first time they are taken as they are.
+            weight: how far to move, 0 to 1; the first time they are taken as they are.
 
         Returns:
             A 1 x 1 texture of four floats, the last percentile repeated where there are fewer; good
@@ -61,15 +61,15 @@ class Percentiles:
         places += places[-1:] * (4 - len(places))
         # Split here, in double precision: between black and white a fraction must be good to 2^-16.
         self._order.program["ranks"] = tuple(float(int(place)) for place in places)
-        self._settle.program["fractions"] = tuple(place % 1 for place in places)
-        self._settle.program["share"] = 1.0 if self._fresh else share
+        self._smooth.program["fractions"] = tuple(place % 1 for place in places)
+        self._smooth.program["weight"] = 1.0 if self._fresh else weight
         self._fresh = False
         self._count(samples, size)
         self._rows.draw(self._into_rows, self._bins.texture)
         self._ordered.draw(self._order, self._bins.texture, self._rows.texture)
         self._numbers.reverse()
         now, before = self._numbers
-        now.draw(self._settle, self._ordered.texture, before.texture)
+        now.draw(self._smooth, self._ordered.texture, before.texture)
         return now.texture
 
     def _count(self, samples: moderngl.Texture, size: tuple[int, int]) -> None:
@@ -83,7 +83,7 @@ class Percentiles:
 
     def release(self) -> None:
         """Let go of all that it holds on the GPU."""
-        for shader in (self._into_bins, self._into_rows, self._order, self._settle):
+        for shader in (self._into_bins, self._into_rows, self._order, self._smooth):
             shader.program.release()
             shader.release()
         for target in (self._bins, self._rows, self._ordered, *self._numbers):

@@ -28,7 +28,7 @@ from vidstyle.stabilize.motion import Warp
 if TYPE_CHECKING:
     import moderngl
 
-Shares = Mapping[tuple[str, int], float]
+BlendWeights = Mapping[tuple[str, int], float]
 """For each measured step how far its numbers go towards the new measure, 0..1."""
 
 
@@ -113,16 +113,16 @@ class Runner:
         return len(self._jobs) > 1
 
     def draw(
-        self, picture: Picture, shares: Shares, steadying: StabilizerJob | None = None
+        self, picture: Picture, blend_weights: BlendWeights, steadying: StabilizerJob | None = None
     ) -> list[Readback]:
         """Start all that is to be done for a picture; nothing here waits for the GPU.
 
         Args:
             picture: of the plan's layout, or of planes that `steadying` brings to it.
-            shares: for each measured step.
+            blend_weights: for each measured step.
             steadying: keeps the film steady; not for a page that is done in parts.
         """
-        found = (self._run_job(job, picture, shares, steadying) for job in self._jobs)
+        found = (self._run_job(job, picture, blend_weights, steadying) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
     def release(self) -> None:
@@ -134,7 +134,7 @@ class Runner:
         self._slots.release()
 
     def _run_job(
-        self, job: Job, picture: Picture, shares: Shares, steadying: StabilizerJob | None
+        self, job: Job, picture: Picture, blend_weights: BlendWeights, steadying: StabilizerJob | None
     ) -> Readback | None:
         arrays = {
             name: plane[window.top : window.bottom, window.left : window.right]
@@ -148,7 +148,7 @@ class Runner:
         for each in job.passes:
             self._run_pass(job, each, sent)
             if each.sampled is not None and job.ends_measure:
-                self._measure(each.sampled, shares)
+                self._measure(each.sampled, blend_weights)
         results = [
             (target, self._slots.texture(each, number))
             for each in job.passes
@@ -206,11 +206,11 @@ class Runner:
             self._framebuffers[key] = self._equipment.context.framebuffer(textures)
         self._framebuffers[key].use()
 
-    def _measure(self, measure: Measure, shares: Shares) -> None:
+    def _measure(self, measure: Measure, blend_weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape
         samples = self._slots.samples(measure)
         self._numbers[measure] = self._equipment.numbers_of(measure).follow(
-            samples, (width, height), measure.percentages, shares[measure.step]
+            samples, (width, height), measure.percentages, blend_weights[measure.step]
         )
 
 

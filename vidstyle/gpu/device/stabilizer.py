@@ -9,7 +9,7 @@ from dataclasses import replace
 from vidstyle.core.bands import CORES
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.nodes import PictureLayout
-from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, Shares, StabilizerJob
+from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, BlendWeights, StabilizerJob
 from vidstyle.gpu.device.stabilize import StabilizerTextures
 from vidstyle.stabilize.motion import Motion
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, steady_encoding, with_planes
@@ -50,14 +50,14 @@ class GpuStabilizer:
             )
 
     def draw(
-        self, picture: Picture, time: float, begins: bool, shares: Shares
+        self, picture: Picture, time: float, begins: bool, blend_weights: BlendWeights
     ) -> tuple[list[Readback], Stabilized | None]:
         """Start all that is to be done for a picture; what comes second is for `after`."""
         if self._textures is None:
             steadied = self._stage.before(picture, time, begins)
-            return self._runner.draw(steadied.picture, shares), steadied
+            return self._runner.draw(steadied.picture, blend_weights), steadied
         steadying = StabilizerJob(self._textures, self._motion.follow(picture, time, begins))
-        return self._runner.draw(with_planes(picture), shares, steadying), None
+        return self._runner.draw(with_planes(picture), blend_weights, steadying), None
 
     def after(self, result: Picture, steadied: Stabilized | None) -> Picture:
         """The picture to be shown."""

@@ -5,7 +5,7 @@
 uniform sampler2D ordered;
 uniform sampler2D remembered;
 uniform vec4 fractions;
-uniform float share;
+uniform float weight;
 uniform float low;
 uniform float span;
 
@@ -24,8 +24,8 @@ void main() {
     vec4 below = neighbours(0);
     numbers = low + span * (below + fractions * (neighbours(1) - below));
     // What is remembered may still be undefined, even not a number, when all is taken of the new.
-    if (share < 1.0) {
+    if (weight < 1.0) {
         vec4 before = texelFetch(remembered, ivec2(0), 0);
-        numbers = before + share * (numbers - before);
+        numbers = before + weight * (numbers - before);
     }
 }
