@@ -89,9 +89,7 @@ def test_any_number_may_be_under_way(renderer: GpuRenderer) -> None:
         assert differ(each.result(), by_cpu(source)) <= 1
 
 
-def test_readback_lags_one_frame(
-    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_readback_lags_one_frame(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Frame n + 1 is on its way to the GPU before anybody waits for frame n; the last ones arrive too."""
     order: list[tuple[str, float]] = []
     start, fetch = GpuSession._start, GpuSession._fetch

@@ -20,7 +20,7 @@ from vidstyle.gpu.compile.nodes import Measure, PictureLayout
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
-from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, BlendWeights
+from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner
 from vidstyle.gpu.device.stabilizer import GpuStabilizer, plain_layout, steady_layout
 from vidstyle.stabilize.stabilizer import Stabilized
 from vidstyle.style import Style
@@ -173,10 +173,11 @@ class GpuSession:
     def _blend_weights(self, measures: list[Measure], time: float | None, begins: bool) -> BlendWeights:
         if begins:
             self._smoothers = {}
-        return {
-            each.step: self._smoothers.setdefault(each.step, ExponentialSmoother()).blend_weight(time, each.time_constant)
-            for each in measures
-        }
+        weights: dict[tuple[str, int], float] = {}
+        for each in measures:
+            smoother = self._smoothers.setdefault(each.step, ExponentialSmoother())
+            weights[each.step] = smoother.blend_weight(time, each.time_constant)
+        return weights
 
     def _fetch(self, drawn: InFlightFrame) -> Picture:
         with driver_errors():

@@ -19,7 +19,7 @@ from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
-from vidstyle.gpu.device.runner import GpuResources, Runner, BlendWeights, _arrays_of
+from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Runner, _arrays_of
 from vidstyle.gpu.device.transfer import Download, Upload
 from vidstyle.gpu.session import END_SECONDS, LARGEST, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
@@ -205,7 +205,9 @@ class TimedRunner(Runner):
                 total[each] += median(read() for read in times[each])
         return tuple(total.values())
 
-    def _run_often(self, job: Job, picture: Picture, blend_weights: BlendWeights, runs: int) -> dict[Pass, list[Reading]]:
+    def _run_often(
+        self, job: Job, picture: Picture, blend_weights: BlendWeights, runs: int
+    ) -> dict[Pass, list[Reading]]:
         sent = self._equipment.upload.send(
             {
                 name: plane[window.top : window.bottom, window.left : window.right]

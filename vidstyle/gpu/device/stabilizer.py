@@ -9,7 +9,7 @@ from dataclasses import replace
 from vidstyle.core.bands import CORES
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.nodes import PictureLayout
-from vidstyle.gpu.device.runner import GpuResources, Readback, Runner, BlendWeights, StabilizerJob
+from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner, StabilizerJob
 from vidstyle.gpu.device.stabilize import StabilizerTextures
 from vidstyle.stabilize.motion import Motion
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, steady_encoding, with_planes
