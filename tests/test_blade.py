@@ -119,7 +119,7 @@ def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[i
 
 @pytest.mark.parametrize("reselect", [True, False])
 @pytest.mark.parametrize("passes", [1, 3])
-def test_bands_with_their_reach_give_what_the_whole_gives(passes: int, reselect: bool) -> None:
+def test_bands_with_their_margin_give_what_the_whole_gives(passes: int, reselect: bool) -> None:
     luma = face()
     run = BankRun(random_bank(), (0.5,), 0.5, passes=passes, reselect=reselect)
     whole = run.run(luma)

@@ -73,7 +73,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
         LumaWeights: Encoding().weights,
         Measured: np.percentile(luma, block.percentages(complete)),
     }
-    complete |= {name: given[kind] for name, kind in block.given.items()}
+    complete |= {name: given[kind] for name, kind in block.injected.items()}
     for name, parameter in block.parameters.items():
         if isinstance(parameter.control, SavedRef):
             wants = parameter.control.on

@@ -115,7 +115,7 @@ def test_a_nearly_full_disk_stops_the_film_while_it_can_be_closed(tmp_path, monk
         with pytest.raises(OutputError, match=r"MB are left.*the first \d+ frames are safe in .*out.partial"):
             for item in reader:
                 if writer.frames == 60:
-                    monkeypatch.setattr(partial, "LEAST_FREE", 2**60)
+                    monkeypatch.setattr(partial, "MIN_FREE", 2**60)
                 writer.write(item)
         left = writer.abandon()
     assert left == tmp_path / "out.partial.mp4" and len(read_all(left)) == frames_in(left) > 30

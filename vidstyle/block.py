@@ -259,14 +259,14 @@ class Block:
     on: On
     function: Callable[..., Any]
     parameters: dict[str, Parameter]
-    given: dict[str, object]
+    injected: dict[str, object]
     percentiles: Percentiles | None
     radius: Radius | None = None
     chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
 
     @property
-    def reads_around(self) -> bool:
+    def reads_neighbors(self) -> bool:
         """Whether a pixel of its result depends on others of its input."""
         return self.kind in ("filter", "learned")
 
@@ -290,7 +290,7 @@ class Block:
                 complete[name] = None
         return complete
 
-    def rows_around(self, values: dict[str, Any]) -> int:
+    def radius_for(self, values: dict[str, Any]) -> int:
         """How many rows above and below its own it reads with these values; 0 unless it reads any."""
         if self.kind == "learned":
             return int(self.function(**values).radius)

@@ -155,7 +155,7 @@ class _FrameRun:
             return self._resize(step, work)
         if block.kind == "learned" and (run := block.function(**step.values)).scale != 1:
             return self._run_smaller(run, work)
-        if (block.reads_around or memory is not None) and work.calls:
+        if (block.reads_neighbors or memory is not None) and work.calls:
             work = work.finished(self._pool)
         numbers = None
         if memory is not None:

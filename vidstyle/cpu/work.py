@@ -39,7 +39,7 @@ class Call:
     def radius(self) -> int:
         """How many rows around its own it reads."""
         assert self.step.block is not None
-        return self.step.block.rows_around(self.step.values)
+        return self.step.block.radius_for(self.step.values)
 
     def run(self, band: Band, margin: tuple[int, int] = (0, 0)) -> None:
         """Replace the band's values by the block's result; nobody wants that of the margin's rows."""
@@ -71,7 +71,7 @@ class Call:
             LumaWeights: band.encoding.weights,
             Measured: self.numbers,
         }
-        arguments = {name: given[kind] for name, kind in self.step.block.given.items()}
+        arguments = {name: given[kind] for name, kind in self.step.block.injected.items()}
         for name, parameter in self.step.block.parameters.items():
             if isinstance(parameter.control, SavedRef):
                 arguments[name] = self._rows(name, band, color)

@@ -34,7 +34,7 @@ class ResolvedStep:
     @property
     def is_fixed(self) -> bool:
         """Whether it makes marks that lie still on the page: dots, strokes."""
-        return self.block is not None and PageRegion in self.block.given.values()
+        return self.block is not None and PageRegion in self.block.injected.values()
 
 
 def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:

@@ -328,7 +328,8 @@ class GraphBuilder(ImageBuilder):
         measure: Measure | None,
     ) -> Node:
         values, options = _numbered(block, step.values)
-        values |= {name: self.encoding.weights for name, kind in block.given.items() if kind is LumaWeights}
+        injected = block.injected.items()
+        values |= {name: self.encoding.weights for name, kind in injected if kind is LumaWeights}
         for signature in functions_of_block(block.name):
             if signature.is_identity:  # to_gray and to_color do all they do by choosing the chroma
                 continue
@@ -337,7 +338,7 @@ class GraphBuilder(ImageBuilder):
                 picture.kind, picture.shape, function, dict(inputs), None, 0, values, options, measure
             )
             if block.kind == "filter":
-                picture = replace(node, around=picture, radius=block.rows_around(step.values))
+                picture = replace(node, around=picture, radius=block.radius_for(step.values))
             else:
                 picture = replace(node, inputs={signature.parameters[0].name: picture, **inputs})
             picture = self.node(picture)
