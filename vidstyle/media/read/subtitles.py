@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from contextlib import closing
 from dataclasses import dataclass
+from io import BytesIO
 
 import av
 from av.stream import Disposition
@@ -20,6 +22,9 @@ from vidstyle.media.write.transcode import TEXT_CODECS
 _SPEAKER, _TEXT = 3, 8
 """Fields of an event as the decoders of all text subtitles give it: order, layer, style, name, three margins,
 effect, text."""
+
+_VOICE = re.compile(r"<v(?:\.[^ >]*)?\s+([^>]+)>")
+"""A cue's voice span (WebVTT, section 3.4)."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -55,6 +60,38 @@ def read_subtitles(source: str | os.PathLike[str], options: ReadOptions | None =
         return [] if track is None else _events(container, track)
 
 
+def parse_subtitles(text: str) -> list[SubtitleEvent]:
+    r"""The events of the text of a SubRip or WebVTT file; none if FFmpeg finds none in it.
+
+    The marks of the format stay in their texts, for FFmpeg's decoder drops the voices of WebVTT.
+
+    >>> parse_subtitles("1\n00:00:01,000 --> 00:00:02,500\n<v Ann>Hello\nthere.")
+    [SubtitleEvent(start=1.0, end=2.5, text='<v Ann>Hello\nthere.', speaker='Ann')]
+    """
+    text = text.lstrip("\ufeff")
+    demuxer = "webvtt" if text.startswith("WEBVTT") else "srt"
+    try:
+        with av.open(BytesIO(text.encode()), format=demuxer) as container:
+            packets = [packet for packet in container.demux() if packet.size and packet.pts is not None]
+            return [_event_of_text(packet) for packet in packets]
+    except av.FFmpegError:
+        return []
+
+
+def _event_of_text(packet: av.Packet) -> SubtitleEvent:
+    text = bytes(packet).decode("utf-8", "replace")
+    voice = _VOICE.search(text)
+    start, end = _times(packet)
+    return SubtitleEvent(start, max(start, end), text, voice[1].strip() if voice else "")
+
+
+def _times(packet: av.Packet) -> tuple[float, float]:
+    """Start and end in seconds."""
+    assert packet.pts is not None and packet.time_base is not None
+    start = float(packet.pts * packet.time_base)
+    return start, start + float((packet.duration or 0) * packet.time_base)
+
+
 def _track(container: av.container.InputContainer, name: str) -> SubtitleStream | None:
     tracks = list(container.streams.subtitles)
     readable = [track for track in tracks if codec_name(track) in TEXT_CODECS]
@@ -76,9 +113,7 @@ def _events(container: av.container.InputContainer, track: SubtitleStream) -> li
 
 
 def _events_of(packet: av.Packet, track: SubtitleStream) -> list[SubtitleEvent]:
-    assert packet.pts is not None and packet.time_base is not None
-    start = float(packet.pts * packet.time_base)
-    end = start + float((packet.duration or 0) * packet.time_base)
+    start, end = _times(packet)
     try:
         decoded = track.codec_context.decode2(packet) or ()
     except (av.FFmpegError, ValueError):
