@@ -71,7 +71,7 @@ def parse_subtitles(text: str) -> list[SubtitleEvent]:
     text = text.lstrip("\ufeff")
     demuxer = "webvtt" if text.startswith("WEBVTT") else "srt"
     try:
-        with av.open(BytesIO(text.encode()), format=demuxer) as container:
+        with av.open(BytesIO(text.encode()), "r", demuxer) as container:
             packets = [packet for packet in container.demux() if packet.size and packet.pts is not None]
             return [_event_of_text(packet) for packet in packets]
     except av.FFmpegError:
