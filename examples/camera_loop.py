@@ -1,4 +1,4 @@
-"""Restyles a film, or a camera until Control-C: python opencv_loop.py in.mp4|0 out.mp4."""
+"""Restyles a camera until Control-C, or a film, with OpenCV: python camera_loop.py 0|in.mp4 out.mp4."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Restyles a film: python pyav_loop.py in.mp4 out.mp4."""
+"""Restyles a film in a loop of PyAV: python pyav_loop.py in.mp4 out.mp4."""
 
 import sys
 
