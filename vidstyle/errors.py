@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+
 
 class VidstyleError(Exception):
     """Base class of all errors; the text is one line: "subject: reason; remedy".
@@ -54,6 +56,22 @@ class DeviceError(VidstyleError, OSError):
     """A camera or a GPU is missing or has been lost."""
 
     exit_code = 6
+
+
+def output_error(target: object, error: OSError, remedy: str = "") -> OutputError:
+    """The error to report when the system refuses to write to a target."""
+    reasons = {
+        errno.ENOSPC: "the disk is full",
+        errno.EDQUOT: "the disk quota is used up",
+        errno.EFBIG: "a limit on the size of files is reached",
+        errno.EPIPE: "the program that reads it has gone",
+        errno.EBADF: "it is closed",
+        errno.EACCES: "no permission to write there",
+        errno.EROFS: "the file system is read-only",
+        errno.ENAMETOOLONG: "the name is too long",
+    }
+    reason = reasons.get(error.errno or 0) or error.strerror or str(error)
+    return OutputError(target, f"cannot be written: {reason}", remedy)
 
 
 def printable(value: object) -> str:

@@ -8,9 +8,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-import click
-
 from vidstyle.cli.reporting import say
+from vidstyle.cli.standard_streams import print_error
 from vidstyle.pipeline.progress import Progress
 
 KINDS = ("auto", "bar", "plain", "json", "none")
@@ -84,7 +83,7 @@ def _say(progress: Progress) -> None:
 
 
 def _print_json(progress: Progress) -> None:
-    click.echo(json.dumps(progress.as_dict()), err=True)
+    print_error(json.dumps(progress.as_dict()))
 
 
 @contextmanager

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import errno
 import logging
-import os
 import sys
 import traceback
 from types import TracebackType
@@ -11,7 +11,8 @@ from typing import Any
 
 import click
 
-from vidstyle.errors import OutputError, UsageError, VidstyleError, printable
+from vidstyle.cli.standard_streams import flush_output, open_missing, print_error
+from vidstyle.errors import OutputError, UsageError, VidstyleError, output_error, printable
 
 USAGE = UsageError.exit_code
 BUG = VidstyleError.exit_code
@@ -36,6 +37,7 @@ class Reporting(logging.Handler):
             say(record.getMessage())
 
     def __enter__(self) -> Reporting:
+        open_missing()
         logger = logging.getLogger("vidstyle")
         logger.addHandler(self)
         logger.setLevel(logging.INFO)
@@ -45,6 +47,8 @@ class Reporting(logging.Handler):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool:
         logging.getLogger("vidstyle").removeHandler(self)
+        # click makes SystemExit of a broken pipe, and hides it from further flushes.
+        error = flush_output(abandoned=isinstance(error, SystemExit)) or error
         if error is None:
             return False
         if self.debug:
@@ -66,24 +70,16 @@ def conclusion(error: BaseException) -> tuple[int, str]:
             return USAGE, printable(error.format_message())
         case click.Abort() | KeyboardInterrupt():
             return 130, "stopped"
-        case BrokenPipeError() | SystemExit():  # click makes the second of the first
-            _forget_output()
-            return OutputError.exit_code, "standard output: nobody reads it any more"
+        case OSError(errno=errno.ENOSPC | errno.EPIPE | errno.EBADF, filename=None):
+            # Of a command that prints: whatever writes a file names it in an error of its own.
+            return OutputError.exit_code, str(output_error("standard output", error))
     reason = printable(f"{type(error).__name__}: {error}")
     return BUG, f"a bug of ours: {reason}; run again with --debug and send us what it says"
 
 
 def say(line: str) -> None:
-    """Print a line of ours on standard error; where that is closed there is nobody to tell."""
-    try:
-        print(f"vidstyle: {line}", file=sys.stderr, flush=True)
-    except OSError:
-        pass
-
-
-def _forget_output() -> None:
-    """Python would complain at its end that it could not flush a pipe that nobody reads."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    """Print a message on standard error."""
+    print_error(f"vidstyle: {line}")
 
 
 def _set_debug(context: click.Context, _: click.Parameter, value: bool) -> None:

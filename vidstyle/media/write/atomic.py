@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import logging
 import os
 import shutil
@@ -12,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vidstyle.errors import OutputError, UsageError
+from vidstyle.errors import OutputError, UsageError, output_error
 
 MIN_FREE = 200 * 2**20
 """Bytes left free on the disk at which writing stops, so that the file can still be closed."""
@@ -102,21 +101,6 @@ class PartialFile:
             raise OutputError(target, "its folder does not exist", "make the folder first") from None
         except OSError as error:
             raise output_error(target, error) from error
-
-
-def output_error(target: object, error: OSError, remedy: str = "") -> OutputError:
-    """What a system error while writing means to the user."""
-    reasons = {
-        errno.ENOSPC: "the disk is full",
-        errno.EDQUOT: "the disk quota is used up",
-        errno.EFBIG: "a limit on the size of files is reached",
-        errno.EPIPE: "the program that reads it has gone",
-        errno.EACCES: "no permission to write there",
-        errno.EROFS: "the file system is read-only",
-        errno.ENAMETOOLONG: "the name is too long",
-    }
-    reason = reasons.get(error.errno or 0) or error.strerror or str(error)
-    return OutputError(target, f"cannot be written: {reason}", remedy)
 
 
 def is_plain_file(target: Path) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import sys
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -12,16 +11,17 @@ from typing import TYPE_CHECKING
 
 import av
 
-from vidstyle.errors import OutputError, UsageError
+from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
-from vidstyle.media.write.atomic import PartialFile, is_plain_file, output_error
+from vidstyle.media.write.atomic import PartialFile, is_plain_file
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.interleaver import Interleaver
 from vidstyle.media.write.output import WriteOptions, Writer
 from vidstyle.media.write.plan import plan_video
+from vidstyle.media.write.standard_output import StandardOutput
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, copy_tags
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class FilmWriter(Writer):
         piped = self._file is None
         muxing = self._kind.piped_options if piped else self._kind.options
         self._container = av.open(
-            sys.stdout.buffer if self.name == "standard output" else str(self.partial or self.target),
+            StandardOutput() if self.name == "standard output" else str(self.partial or self.target),
             "w",
             format=self._kind.muxer,
             container_options={"flush_packets": "1", "max_interleave_delta": "1"} | muxing,

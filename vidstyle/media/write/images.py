@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import av
 
-from vidstyle.errors import OutputError, UsageError
+from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.frame import Frame
-from vidstyle.media.write.atomic import PartialFile, output_error
+from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import picture_frame
 from vidstyle.media.write.output import WriteOptions, Writer

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -20,6 +18,8 @@ from vidstyle.media.read.open import public_name
 
 if TYPE_CHECKING:
     import av
+
+from vidstyle.media.write.standard_output import StandardOutput
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
@@ -196,7 +196,7 @@ def open_pipe(options: StreamOptions, first: av.VideoFrame) -> Stream:
     """Standard output; raises UsageError as `check_pipe` does."""
     muxer = check_pipe(options)
     pix_fmt = options.pix_fmt if muxer != "yuv4mpegpipe" and options.pix_fmt else "yuv420p"
-    return Stream("standard output", _StandardOutput(), muxer, options, first, pix_fmt)
+    return Stream("standard output", StandardOutput(), muxer, options, first, pix_fmt)
 
 
 def check_pipe(options: StreamOptions) -> str:
@@ -238,19 +238,3 @@ def check_url(url: str) -> str:
             public_name(url), "is no kind of stream that we write", "use " + ", ".join(STREAM_FORMATS)
         )
     return muxer
-
-
-class _StandardOutput:
-    """Standard output without a buffer: a thread that waits in one could not be left behind at the end."""
-
-    name = "standard output"
-
-    def __init__(self) -> None:
-        self._descriptor = sys.stdout.fileno()
-
-    def write(self, content: bytes) -> int:
-        """Write all of it; waits for the reader."""
-        rest = memoryview(content)
-        while rest:
-            rest = rest[os.write(self._descriptor, rest) :]
-        return len(content)

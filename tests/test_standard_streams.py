@@ -1,0 +1,87 @@
+"""Standard input, output and error that are closed, full or abandoned by their reader."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from media import make_clip
+
+FOLDER = Path(__file__).parent.parent
+RENDER = ("render", "--style", "plain", "-y", "--progress", "json")
+
+
+def program(*arguments: str | Path, redirect: str = "", **pipes: int) -> subprocess.Popen[bytes]:
+    """The program in a bare environment: PYTHONUNBUFFERED, for one, hides what a buffer does at the end."""
+    command = [sys.executable, "-m", "vidstyle", *map(str, arguments)]
+    environment = {name: os.environ[name] for name in ("PATH", "HOME") if name in os.environ}
+    shell = ["sh", "-c", f'exec "$@" {redirect}', "sh", *command]
+    return subprocess.Popen(shell, cwd=FOLDER, env=environment | {"LANG": "C.UTF-8"}, **pipes)
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_clip(tmp_path_factory.mktemp("clip") / "in.mp4", frames=40, size=(320, 180))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "redirect", "exit_code", "said"),
+    [
+        (["blocks"], ">/dev/full", 5, "standard output: cannot be written: the disk is full"),
+        (["styles", "--schema"], ">/dev/full", 5, "standard output: cannot be written: the disk is full"),
+        (["blocks"], ">&-", 5, "standard output: cannot be written: it is closed"),
+        (["blocks"], "2>&- >/dev/null", 0, ""),
+        (["blocks", "--wrong"], "2>/dev/full", 2, ""),
+        ([*RENDER, "-", "out.mp4"], "<&-", 3, "standard input: not a readable video"),
+    ],
+)
+def test_closed_and_full_streams(
+    arguments: list[str], redirect: str, exit_code: int, said: str, tmp_path: Path
+) -> None:
+    arguments = [str(tmp_path / "out.mp4") if each == "out.mp4" else each for each in arguments]
+    process = program(*arguments, redirect=redirect, stderr=subprocess.PIPE)
+    _, error = process.communicate(timeout=60)
+    assert (process.returncode, error.decode()) == (exit_code, f"vidstyle: {said}\n" if said else "")
+
+
+@pytest.mark.parametrize("command", [["--help"], ["styles", "--schema"], ["styles", "ink"]])
+def test_a_reader_that_leaves_at_once(command: list[str]) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    process = program(*command, stdout=write, stderr=subprocess.PIPE)
+    os.close(write)
+    assert b"Exception" not in process.communicate(timeout=60)[1]
+    assert process.returncode == 5
+
+
+def test_a_film_goes_on_when_nobody_reads_its_messages(clip: Path, tmp_path: Path) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    process = program(*RENDER, clip, tmp_path / "out.mp4", stdout=write, stderr=write)
+    os.close(write)
+    process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["out.mp4"]
+
+
+def test_messages_never_end_up_in_a_film(clip: Path, tmp_path: Path) -> None:
+    """Where standard error is closed, the first file that is opened would take its number."""
+    for name, redirect in (("a.mp4", ""), ("b.mp4", "<&- >&- 2>&-")):
+        program(*RENDER, clip, tmp_path / name, redirect=redirect, stderr=subprocess.DEVNULL).communicate()
+    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+
+
+def test_a_film_to_a_reader_that_leaves(clip: Path) -> None:
+    for _ in range(3):
+        process = program(
+            *RENDER, "--format", "y4m", clip, "-", stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.read(1000)
+        process.stdout.close()
+        error = process.stderr.read()
+        assert process.wait(60) == 5
+        assert error.count(b"\n") >= 1 and b"Exception" not in error and b"bug" not in error
