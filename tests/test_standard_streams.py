@@ -42,8 +42,8 @@ def test_closed_and_full_streams(
     arguments: list[str], redirect: str, exit_code: int, said: str, tmp_path: Path
 ) -> None:
     arguments = [str(tmp_path / "out.mp4") if each == "out.mp4" else each for each in arguments]
-    process = program(*arguments, redirect=redirect, stderr=subprocess.PIPE)
-    _, error = process.communicate(timeout=60)
+    with program(*arguments, redirect=redirect, stderr=subprocess.PIPE) as process:
+        _, error = process.communicate(timeout=60)
     assert (process.returncode, error.decode()) == (exit_code, f"vidstyle: {said}\n" if said else "")
 
 
@@ -51,9 +51,9 @@ def test_closed_and_full_streams(
 def test_a_reader_that_leaves_at_once(command: list[str]) -> None:
     read, write = os.pipe()
     os.close(read)
-    process = program(*command, stdout=write, stderr=subprocess.PIPE)
-    os.close(write)
-    assert b"Exception" not in process.communicate(timeout=60)[1]
+    with program(*command, stdout=write, stderr=subprocess.PIPE) as process:
+        os.close(write)
+        assert b"Exception" not in process.communicate(timeout=60)[1]
     assert process.returncode == 5
 
 
@@ -75,13 +75,12 @@ def test_messages_never_end_up_in_a_film(clip: Path, tmp_path: Path) -> None:
 
 
 def test_a_film_to_a_reader_that_leaves(clip: Path) -> None:
+    command = (*RENDER, "--format", "y4m", clip, "-")
     for _ in range(3):
-        process = program(
-            *RENDER, "--format", "y4m", clip, "-", stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
-        assert process.stdout is not None and process.stderr is not None
-        process.stdout.read(1000)
-        process.stdout.close()
-        error = process.stderr.read()
-        assert process.wait(60) == 5
+        with program(*command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            assert process.stdout is not None and process.stderr is not None
+            process.stdout.read(1000)
+            process.stdout.close()
+            error = process.stderr.read()
+        assert process.returncode == 5
         assert error.count(b"\n") >= 1 and b"Exception" not in error and b"bug" not in error

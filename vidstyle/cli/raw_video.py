@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from vidstyle.cli.values import Rate, Size
-from vidstyle.media.options import RawVideo
+from vidstyle.media.raw_video import RawVideo
 
 
 def raw_video_options(rate_help: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

@@ -1,4 +1,4 @@
-"""Raw video: pictures one after another, without a word about what they are."""
+"""What can be asked of the reader, and what it says about what it reads."""
 
 from __future__ import annotations
 
@@ -8,39 +8,8 @@ from fractions import Fraction
 from vidstyle.core.picture import Encoding
 from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.raw_video import RAW, RawVideo
 from vidstyle.media.read.open import PIXELS
-
-RAW = "rawvideo"
-"""FFmpeg's name for it."""
-
-
-@dataclass(frozen=True)
-class RawVideo:
-    """What somebody has to say of it.
-
-    Attributes:
-        size: width and height; None: it was not said.
-        pix_fmt: FFmpeg's name of the pixel format.
-    """
-
-    size: tuple[int, int] | None = None
-    pix_fmt: str = "yuv420p"
-
-    def check(self) -> None:
-        """Raise UsageError if it cannot be read so."""
-        if self.size is None:
-            raise UsageError("raw video", "its size is not known", "say it with --input-size")
-
-    def demuxer_options(self, rate: Fraction) -> dict[str, str]:
-        """What FFmpeg is told to read it at so many frames a second; raises UsageError as `check`."""
-        self.check()
-        assert self.size is not None
-        return {
-            "video_size": "{}x{}".format(*self.size),
-            "pixel_format": self.pix_fmt,
-            "framerate": str(rate),
-        }
-
 
 FASTEST = 1000
 """Frames a second that may be asked for."""

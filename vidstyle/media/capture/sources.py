@@ -18,7 +18,7 @@ from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.capture.camera import Camera, Screen
 from vidstyle.media.capture.input import LiveInput, LiveSource
 from vidstyle.media.capture.pipes import NamedPipe, Pipe
-from vidstyle.media.options import RAW, RawVideo
+from vidstyle.media.raw_video import RAW, RawVideo
 from vidstyle.media.read.open import is_url, open_media, public_name
 
 NETWORK_SECONDS = 5.0

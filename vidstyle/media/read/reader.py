@@ -14,8 +14,9 @@ import av
 
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
-from vidstyle.media.options import RAW, ReadOptions, VideoInfo
+from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
+from vidstyle.media.raw_video import RAW
 from vidstyle.media.read.constant_rate import ConstantRate
 from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.read.decoder import DecodeReport
