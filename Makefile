@@ -24,11 +24,11 @@ clean:  ## remove all that was made here
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/program.stamp: pyproject.toml | .venv/bin/python
-	$(PIP) --editable '.[comic]'
+	$(PIP) --editable '.[comic,web]'
 	touch $@
 
 .venv/dev.stamp: pyproject.toml | .venv/bin/python
-	$(PIP) --editable '.[comic,dev]'
+	$(PIP) --editable '.[comic,web,dev]'
 	touch $@ .venv/program.stamp
 
 .venv/bin/python:

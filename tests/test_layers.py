@@ -23,6 +23,7 @@ ORDER = """
     gpu
     renderer
     pipeline
+    web
     diagram gallery comic live
     demo doctor bench
     cli
@@ -35,14 +36,14 @@ STRANGERS = {"media", "cpu", "gpu"}
 
 HOMES = {
     "PIL": "comic",
+    "aiohttp": "web live",
     "av": "media",
     "click": "cli",
     "moderngl": "gpu",
     "rich": "cli",
     "tomlkit": "style",
-    "websockets": "live",
 }
-"""The one subject that imports a library."""
+"""The subjects that import a library."""
 
 
 def subject_of(path: Path) -> str:
@@ -68,7 +69,7 @@ def wrong_imports(path: Path) -> Iterator[str]:
     subject = subject_of(path)
     libraries = {name.partition(".")[0] for name in imports(path, types=False)}
     for library in sorted(libraries & HOMES.keys()):
-        if subject not in (HOMES[library], "tools"):
+        if subject not in (*HOMES[library].split(), "tools"):
             yield f"{library} belongs to {HOMES[library]}"
     known = {f"{name}.".split(".")[1] for name in imports(path) if name.startswith("vidstyle")}
     for other in sorted(known & set(ORDER) - {subject}):

@@ -10,7 +10,6 @@ import sys
 import threading
 import time
 from fractions import Fraction
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -21,13 +20,12 @@ from websockets.exceptions import ConnectionClosed
 
 from vidstyle.live.control import Controls, Status
 from vidstyle.live.options import LiveOptions
-from vidstyle.live.page import PageTarget
-from vidstyle.live.page import messages as wishes
-from vidstyle.live.page.hub import LARGEST, Quality, jpeg
+from vidstyle.live.page import PageTarget, messages
+from vidstyle.live.page.hub import MAX_SIZE, jpeg
+from vidstyle.live.page.target import STATIC
+from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.style import load_style
-
-FOLDER = Path(wishes.__file__).parent
 
 
 def test_a_picture_arrives_as_it_was_offered() -> None:
@@ -197,7 +195,7 @@ def test_a_message_that_the_page_does_not_send_ends_the_socket_with_one_line(
             with pytest.raises(ConnectionClosed) as caught:
                 window.news("never")
         assert caught.value.rcvd is not None and caught.value.rcvd.code == 1008
-        assert ["sent away" in record.getMessage() for record in caplog.records] == [True]
+        assert ["was disconnected" in record.getMessage() for record in caplog.records] == [True]
         assert (controls.style is before, page.error) == (True, None)
 
 
@@ -211,14 +209,14 @@ def test_a_kept_picture_is_the_frame_without_loss() -> None:
 
 
 def test_pictures_are_no_larger_than_windows() -> None:
-    for size, sent in (((3840, 2160), LARGEST), ((1080, 3840), (304, 1080)), ((63, 31), (63, 31))):
+    for size, sent in (((3840, 2160), MAX_SIZE), ((1080, 3840), (304, 1080)), ((63, 31), (63, 31))):
         data = np.frombuffer(jpeg(live_frame(size=size), 80), np.uint8)
         height, width = cv2.imdecode(data, cv2.IMREAD_COLOR).shape[:2]
         assert (width, height) == sent
 
 
 def test_the_quality_follows_what_a_browser_manages() -> None:
-    quality = Quality()
+    quality = JpegQuality()
     best = quality.value
     for _ in range(40):
         quality.shown(0.5)
@@ -263,13 +261,13 @@ def test_a_session_shows_itself_on_the_page() -> None:
 
 
 def test_the_page_sends_what_the_server_knows() -> None:
-    scripts = "".join(path.read_text(encoding="utf-8") for path in FOLDER.glob("*.js"))
-    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == wishes.FIELDS.keys()
+    scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
+    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == messages.FIELDS.keys()
 
 
 def test_every_part_that_the_scripts_name_is_there() -> None:
-    scripts = "".join(path.read_text(encoding="utf-8") for path in FOLDER.glob("*.js"))
-    page = (FOLDER / "page.html").read_text(encoding="utf-8")
+    scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
+    page = (STATIC / "page.html").read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([\w-]+)"', page)
     assert len(ids) == len(set(ids))
     assert set(re.findall(r'\$\("([\w-]+)"\)', scripts)) <= set(ids)
@@ -277,15 +275,15 @@ def test_every_part_that_the_scripts_name_is_there() -> None:
 
 def test_messages_are_read_as_they_are_written() -> None:
     message = {"do": "choose", "style": "ink:green"}
-    assert wishes.read_message(json.dumps(message)) == message
+    assert messages.read_message(json.dumps(message)) == message
 
 
 def test_without_its_library_the_page_says_what_to_install() -> None:
     program = (
-        "import sys; sys.modules['websockets'] = None\n"
+        "import sys; sys.modules['aiohttp'] = None\n"
         "from vidstyle.live.targets import TargetOptions, target_maker\n"
         "target_maker('page', TargetOptions())"
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     line = run.stderr.splitlines()[-1]
-    assert "page: cannot be shown: it needs websockets: pip install 'vidstyle[live]'" in line
+    assert "page: cannot be shown: it needs aiohttp: pip install 'vidstyle[web]'" in line

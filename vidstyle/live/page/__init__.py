@@ -1,10 +1,6 @@
-"""The page of a live session: the picture in a browser, with all that can be set beside it."""
+"""The page of a live session: the picture in a browser, and controls for everything that can be set."""
 
-try:
-    import websockets  # noqa: F401
-except ImportError as error:
-    raise ImportError("it needs websockets: pip install 'vidstyle[live]'") from error
-
+import vidstyle.web  # noqa: F401  # first of all: it says what to install if aiohttp is missing
 from vidstyle.live.page.target import PageTarget
 
 __all__ = ["PageTarget"]

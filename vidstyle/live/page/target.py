@@ -2,95 +2,103 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
-import threading
+from pathlib import Path
+
+from aiohttp import web
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import Meter
 from vidstyle.live.page.hub import FrameHub
-from vidstyle.live.page.server import CLOSE_SECONDS, Server
+from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
+from vidstyle.web import WebServer
+
+MAX_VIEWERS = 4
+STATIC = Path(__file__).with_name("static")
 
 log = logging.getLogger("vidstyle")
 
 
 class PageTarget:
-    """A target, see `Target`: a web page for browsers on this machine, served by a thread of its own.
+    """A target (see `Target`): a web page for browsers on this machine.
 
     Attributes:
-        url: where it is, with the secret that lets a browser in.
+        url: address of the page, including the token that admits a browser.
     """
 
     name = "page"
     repeated = 0
 
     def __init__(self, controls: Controls, port: int = 0, meter: Meter | None = None) -> None:
-        """Open it, and say where it is.
+        """Open the page and log its address.
 
         Args:
             controls: of the session.
-            port: of this machine; 0 is any that is free.
-            meter: is told when a browser has shown a frame.
+            port: of this machine; 0 chooses a free one.
+            meter: records the latency of each frame that a browser has shown.
 
         Raises:
-            OutputError: the port is taken, or not ours to take.
+            OutputError: the port is taken, or needs privileges.
         """
-        self._exhibit = FrameHub(controls, meter or Meter())
-        self._server = Server(self._exhibit)
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._run, name="vidstyle page", daemon=True)
+        self._hub = FrameHub(controls, meter or Meter())
+        handlers = {"/picture.png": self._send_picture, "/socket": self._serve_socket}
         try:
-            self._loop.run_until_complete(self._server.open(port))
+            self._server = WebServer("vidstyle page", handlers, STATIC, "page.html", port)
         except OSError as error:
-            self._loop.close()
+            self._hub.close()
             reason = error.strerror or str(error)
             raise OutputError("page", f"port {port}: {reason}", "give another with --port") from error
-        self.url = self._server.address
-        self._thread.start()
+        self.url = self._server.url
         log.warning("page: %s", self.url)
 
     @property
     def state(self) -> str:
-        """How many browsers look at it."""
-        viewers = len(self._exhibit.viewers)
+        """The number of browsers that show the page, in words."""
+        viewers = len(self._hub.viewers)
         return f"{viewers} browser{'s' * (viewers != 1)}" if viewers else "no browser"
 
     @property
     def error(self) -> BaseException | None:
-        """Why it could not go on, which is a fault of ours, or None."""
+        """The exception that ended the page, a fault of this program, or None."""
         return self._server.error
 
     @property
     def delivered(self) -> int:
-        """Frames that a browser has shown."""
-        return self._exhibit.delivered
+        """Number of frames that a browser has shown."""
+        return self._hub.delivered
 
     @property
     def dropped(self) -> int:
-        """Frames that no browser was shown, newer ones being there."""
-        return self._exhibit.dropped
+        """Number of frames that no browser was sent because a newer one was there."""
+        return self._hub.dropped
 
     def offer(self, frame: LiveFrame) -> None:
         """See Target."""
-        if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._exhibit.show, frame)
+        self._server.submit(self._hub.show, frame)
 
     def close(self) -> None:
         """See Target."""
-        if self._thread.is_alive():
-            asyncio.run_coroutine_threadsafe(self._end(), self._loop)
-            self._thread.join(2 * CLOSE_SECONDS)
+        self._server.close()
+        self._hub.close()
 
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
+    async def _send_picture(self, request: web.Request) -> web.StreamResponse:
+        picture = await self._hub.png()
+        if picture is None:
+            raise web.HTTPNotFound
+        name, data = picture
+        headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+        return web.Response(body=data, content_type="image/png", headers=headers)
+
+    async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
+        if len(self._hub.viewers) >= MAX_VIEWERS:
+            raise web.HTTPTooManyRequests(text=f"429: {MAX_VIEWERS} browsers show the page already\n")
+        viewer = Viewer(self._hub)
+        self._hub.viewers.add(viewer)
         try:
-            self._loop.run_forever()
+            socket = await self._server.accept(request)
+            await viewer.serve(socket)
         finally:
-            self._loop.run_until_complete(self._loop.shutdown_default_executor())
-            self._loop.close()
-
-    async def _end(self) -> None:
-        await self._server.close()
-        self._loop.stop()
+            self._hub.leave(viewer)
+        return socket

@@ -1,4 +1,4 @@
-"""One browser that shows the page: frames go to it one at a time, its wishes come back."""
+"""One browser that shows the page: it is sent one frame at a time, and its messages are dispatched."""
 
 from __future__ import annotations
 
@@ -7,90 +7,95 @@ import json
 import logging
 import time
 from collections import deque
+from statistics import median_high
 from typing import Any
 
-from websockets.asyncio.server import ServerConnection
-from websockets.exceptions import ConnectionClosed
-from websockets.frames import CloseCode
+from aiohttp import WSCloseCode, WSMsgType, web
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.page.hub import FrameHub, Quality
-from vidstyle.live.page.messages import MessageError, carry_out, read_message
+from vidstyle.live.page.hub import FrameHub
+from vidstyle.live.page.messages import MessageError, dispatch, read_message
 
 MAX_MESSAGES = 250
-"""Messages a second; our page sends one for each frame and one for each answer to a slider."""
+"""Messages a second; the page sends one for each frame, and one for each answer to a slider."""
 LATENCIES = 60
+"""Number of frames over which the latency is averaged."""
 STATUS_SECONDS = 0.25
+"""Interval at which the status is sent."""
 
 log = logging.getLogger("vidstyle")
 
 
 class Viewer:
-    """Serves one socket until it closes.
+    """Serves one WebSocket until it closes."""
 
-    Attributes:
-        latency_ms: median from capture to the screen, of the last frames; 0 before the first.
-    """
-
-    def __init__(self, socket: ServerConnection, exhibit: FrameHub) -> None:
-        self._socket, self._exhibit = socket, exhibit
-        self._quality = Quality()
+    def __init__(self, hub: FrameHub) -> None:
+        self._hub = hub
+        self._quality = JpegQuality()
         self._shown = asyncio.Event()
         self._sent = -1
-        self._latencies: deque[float] = deque(maxlen=LATENCIES)
-        self._seconds = int(time.monotonic())
+        self._latencies: deque[float] = deque([0.0], maxlen=LATENCIES)
+        self._second = int(time.monotonic())
         self._messages = 0
 
-    @property
-    def latency_ms(self) -> float:
-        """See the class."""
-        return 1000 * sorted(self._latencies)[len(self._latencies) // 2] if self._latencies else 0.0
-
-    async def serve(self) -> None:
-        """Send pictures and news, and do what is asked for, until the socket closes."""
+    async def serve(self, socket: web.WebSocketResponse) -> None:
+        """Send frames, status and parameters, and dispatch messages, until the socket closes."""
+        self._socket = socket
+        invalid = None
         try:
             async with asyncio.TaskGroup() as tasks:
-                await self._tell({"names": self._exhibit.controls.names})
-                sending = [tasks.create_task(work) for work in (self._send_pictures(), self._send_news())]
-                await self._listen()
+                await self._send({"names": self._hub.controls.names})
+                sending = [tasks.create_task(work) for work in (self._send_frames(), self._send_status())]
+                invalid = await self._receive()
                 for task in sending:
                     task.cancel()
-        except* ConnectionClosed:  # without a farewell
+        except* ConnectionError:  # the browser has gone without closing the socket
             pass
+        if invalid is not None:
+            log.warning("page: a browser was disconnected: %s", invalid)
+            await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"not a message of this page")
 
-    async def _listen(self) -> None:
-        try:
-            async for text in self._socket:
-                await self._hear(text)
-        except MessageError as error:
-            log.warning("page: a browser was sent away: %s", error)
-            await self._socket.close(CloseCode.POLICY_VIOLATION, "not a message of this page")
+    async def _receive(self) -> MessageError | None:
+        """Handle messages until the socket closes or a message is invalid; returns what is wrong with it."""
+        async for message in self._socket:
+            if message.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
+                break
+            try:
+                await self._handle(message.data)
+            except MessageError as error:
+                return error
+        return None
 
-    async def _send_pictures(self) -> None:
+    async def _send_frames(self) -> None:
         frame = None
         while True:
-            frame = await self._exhibit.newer(frame)
-            data = await self._exhibit.jpeg(frame, self._quality.value)
+            frame = await self._hub.newer(frame)
+            data = await self._hub.jpeg(frame, self._quality.value)
             self._shown.clear()
             self._sent, begin = frame.number, time.monotonic()
-            await self._socket.send(frame.number.to_bytes(8, "big") + data)
+            await self._socket.send_bytes(frame.number.to_bytes(8, "big") + data)
             await self._shown.wait()
             now = time.monotonic()
             self._quality.shown(now - begin)
             self._latencies.append(now - frame.captured)
-            self._exhibit.count(frame)
+            self._hub.count(frame)
 
-    async def _send_news(self) -> None:
+    async def _send_status(self) -> None:
         style = None
         while True:
-            if style is not self._exhibit.controls.style:
-                style = self._exhibit.controls.style
-                await self._tell({"panel": await self._exhibit.panel(style)})
-            await self._tell({"status": self._exhibit.status() | {"shown_ms": self.latency_ms}})
-            await self._exhibit.changed.wait_for(STATUS_SECONDS)
+            if style is not self._hub.controls.style:
+                style = self._hub.controls.style
+                await self._send({"panel": await self._hub.panel(style)})
+            shown_ms = 1000 * median_high(self._latencies)
+            await self._send({"status": self._hub.status() | {"shown_ms": shown_ms}})
+            try:
+                async with asyncio.timeout(STATUS_SECONDS), self._hub.changed:
+                    await self._hub.changed.wait()
+            except TimeoutError:
+                pass
 
-    async def _hear(self, text: str | bytes) -> None:
-        self._count_message()
+    async def _handle(self, text: str | bytes) -> None:
+        self._limit_rate()
         message = read_message(text)
         if message["do"] == "shown":
             if message["number"] != self._sent:
@@ -98,21 +103,58 @@ class Viewer:
             self._shown.set()
             return
         if message["do"] == "bypass":
-            self._exhibit.bypasser = self if message["on"] else None
+            self._hub.bypasser = self if message["on"] else None
         try:
-            await asyncio.to_thread(carry_out, message, self._exhibit.controls)
+            await asyncio.to_thread(dispatch, message, self._hub.controls)
             answer = {"done": message["do"]}
         except VidstyleError as error:
             answer = {"done": message["do"], "error": str(error)}
-        self._exhibit.changed.tell()
-        await self._tell(answer)
+        async with self._hub.changed:
+            self._hub.changed.notify_all()
+        await self._send(answer)
 
-    def _count_message(self) -> None:
+    def _limit_rate(self) -> None:
         second = int(time.monotonic())
-        self._messages = self._messages + 1 if second == self._seconds else 1
-        self._seconds = second
+        self._messages = self._messages + 1 if second == self._second else 1
+        self._second = second
         if self._messages > MAX_MESSAGES:
-            raise MessageError("more messages than anyone can mean")
+            raise MessageError(f"more than {MAX_MESSAGES} messages in a second")
 
-    async def _tell(self, thing: dict[str, Any]) -> None:
-        await self._socket.send(json.dumps(thing))
+    async def _send(self, message: dict[str, Any]) -> None:
+        await self._socket.send_str(json.dumps(message))
+
+
+class JpegQuality:
+    """Adapts the quality of JPEG pictures to the time that a browser takes to show them.
+
+    Attributes:
+        value: the quality of the next picture, 0 to 100.
+
+    >>> quality = JpegQuality()
+    >>> for _ in range(30):
+    ...     quality.shown(0.2)
+    >>> quality.value
+    60
+    """
+
+    LEVELS = (92, 85, 75, 60)
+    SLOW, FAST = 0.060, 0.030
+    """Seconds until a picture is shown: above the first the quality falls, below the second it rises."""
+    FEW, MANY = 8, 90
+    """Pictures in a row before it falls, and before it rises."""
+
+    def __init__(self) -> None:
+        self._level = self._slow = self._fast = 0
+
+    @property
+    def value(self) -> int:
+        return self.LEVELS[self._level]
+
+    def shown(self, seconds: float) -> None:
+        """Record the time that a picture took."""
+        self._slow = self._slow + 1 if seconds > self.SLOW else 0
+        self._fast = self._fast + 1 if seconds < self.FAST else 0
+        if self._slow >= self.FEW or self._fast >= self.MANY:
+            level = self._level + (1 if self._slow else -1)
+            self._level = min(max(level, 0), len(self.LEVELS) - 1)
+            self._slow = self._fast = 0

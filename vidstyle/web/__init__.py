@@ -1,0 +1,10 @@
+"""A web server for the program's own pages, reachable from this machine only."""
+
+try:
+    import aiohttp  # noqa: F401
+except ImportError as error:
+    raise ImportError("it needs aiohttp: pip install 'vidstyle[web]'") from error
+
+from vidstyle.web.server import CLOSE_SECONDS, Handler, WebServer
+
+__all__ = ["CLOSE_SECONDS", "Handler", "WebServer"]
