@@ -6,7 +6,7 @@ PYTHON ?= $(shell for python in python3 python3.14 python3.13 python3.12 python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
-.PHONY: demo test check clean
+.PHONY: demo test check docs clean
 
 demo: .venv/program.stamp  ## make a short film and restyle it
 	$(BIN)/vidstyle demo
@@ -18,6 +18,9 @@ check: .venv/dev.stamp  ## look over the code: layout, lint, types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+docs: .venv/dev.stamp  ## build the API reference, build/api/index.html
+	$(BIN)/python -m tools.api_reference
 
 clean:  ## remove all that was made here
 	rm -rf .venv dist build demo .pytest_cache .mypy_cache .ruff_cache

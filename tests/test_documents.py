@@ -10,6 +10,9 @@ from pathlib import Path
 import click
 import pytest
 
+import vidstyle
+from tools import api_reference
+from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
 from vidstyle.cli.reporting import Reporting
 from vidstyle.style import load_style
@@ -56,3 +59,12 @@ def test_rules_that_docstrings_cite_exist() -> None:
     texts = [path.read_text(encoding="utf-8") for path in (ROOT / "vidstyle").rglob("*.py")]
     cited = {name.lower() for text in texts for name in re.findall(r"docs/rules\.md, ([A-Za-z ]+)", text)}
     assert cited and cited <= headings
+
+
+def test_the_api_reference_is_built(tmp_path: Path) -> None:
+    api_reference.make(tmp_path)
+    page = (tmp_path / "vidstyle.html").read_text(encoding="utf-8")
+    assert all(f'id="{name}"' in page for name in vidstyle.__all__)
+    assert 'id="Renderer.__call__"' in page
+    blocks = (tmp_path / "blocks.html").read_text(encoding="utf-8")
+    assert all(f'id="{name}"' in blocks for name in all_blocks())
