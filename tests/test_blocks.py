@@ -66,12 +66,12 @@ def test_any_setting_on_any_picture_gives_numbers(block: Block, size: tuple[int,
 
 def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndarray) -> np.ndarray:
     """The block's function itself, on a whole page."""
-    complete = block.complete(values)
+    complete = block.arguments_for(values)
     luma = array if array.ndim == 2 else array.mean(axis=2)
     given: dict[object, Any] = {
         PageRegion: PageRegion(0, *luma.shape),
         LumaWeights: Encoding().weights,
-        Measured: np.percentile(luma, block.percentages(complete)),
+        Measured: np.percentile(luma, block.percentiles_for(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.injected.items()}
     for name, parameter in block.parameters.items():

@@ -58,7 +58,7 @@ def test_no_parameter_is_named_like_a_key_of_a_step(block: Block) -> None:
 
 @every_block
 def test_defaults_complete_themselves(block: Block) -> None:
-    complete = block.complete({})
+    complete = block.arguments_for({})
     assert list(complete) == list(block.parameters)
     for name, parameter in block.parameters.items():
         if isinstance(parameter.control, Color):
@@ -78,7 +78,7 @@ def test_help_is_short_and_has_no_full_stop(block: Block, parameter: Parameter) 
 def test_the_default_is_allowed_and_has_its_own_type(block: Block, parameter: Parameter) -> None:
     checked = parameter.check(parameter.default)
     assert checked == parameter.default
-    assert isinstance(checked, int) or not parameter.whole
+    assert isinstance(checked, int) or not parameter.is_integer
 
 
 @every_parameter

@@ -117,7 +117,7 @@ class Chance:
             return parameter.default
         high = min(ends[1], MAX_FACTOR) if block.kind == "resize" else ends[1]
         value = float(self._random.uniform(ends[0], high))
-        return round(value) if parameter.whole else value
+        return round(value) if parameter.is_integer else value
 
 
 def pages_of(chosen: Style, seed: int, *sessions: Sessions) -> Iterator[tuple[str, list[Picture]]]:

@@ -170,7 +170,7 @@ def test_every_block_has_a_shader_that_asks_for_what_the_block_has(block: Block)
 def glsl_type(parameter: Parameter, block: Block) -> str:
     control = parameter.control
     if isinstance(control, Slider):
-        return "int" if parameter.whole else "float"
+        return "int" if parameter.is_integer else "float"
     if isinstance(control, Asset):
         return "sampler2DArray"
     if isinstance(control, SavedRef):

@@ -20,6 +20,7 @@ from vidstyle.style import (
     expand,
     load_style,
     override,
+    set_values,
     style_names,
     style_schema,
     table_from_style,
@@ -192,3 +193,16 @@ def test_a_style_is_described_with_all_values() -> None:
     assert blend["parameters"]["opacity"]["default"] == all_blocks()["blend"].parameters["opacity"].default
     assert set(blend["parameters"]) == set(all_blocks()["blend"].parameters)
     assert described["base"][1] == {"block": "", "help": "", "from": "", "save": "kept", "parameters": {}}
+
+
+def test_typed_values_need_no_text() -> None:
+    style = Style("s", background=(Step("etf"), Step("posterize")))
+    changed = set_values(style, {"etf.reselect": True, "posterize.levels": 5, "ink": "#FF0000"})
+    assert changed == override(style, ["etf.reselect=true", "posterize.levels=5", "ink=#ff0000"])
+
+
+def test_a_typed_value_is_not_parsed() -> None:
+    with pytest.raises(UsageError) as caught:
+        set_values(Style("s", background=(Step("posterize"),)), {"posterize.levels": "5", "inks": 1})
+    assert "'inks' is not a field of a style" in caught.value.reason
+    assert "levels: '5' is not a whole number" in caught.value.reason

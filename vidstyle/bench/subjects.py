@@ -14,7 +14,7 @@ from vidstyle.core.resample import resample
 from vidstyle.demo.film import film_picture
 from vidstyle.errors import UsageError
 from vidstyle.style import Step, Style, load_style, style_names
-from vidstyle.style.values import nearest
+from vidstyle.style.values import suggest
 
 FILM_TIME = 1.3
 """Seconds into our own film: its faces, letters and hills are in sight."""
@@ -56,7 +56,7 @@ def film_picture_at(width: int, height: int) -> Picture:
 def _blocks(names: Iterable[str]) -> list[Subject]:
     for name in names:
         if name not in all_blocks():
-            raise UsageError(name, "is not a block", nearest(name, all_blocks()))
+            raise UsageError(name, "is not a block", suggest(name, all_blocks()))
     blocks = (all_blocks()[name] for name in names)
     return [Subject("block", block.name, _style_of(block), _works_on(block)) for block in blocks]
 

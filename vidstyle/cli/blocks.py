@@ -33,10 +33,10 @@ def blocks(name: str | None, as_json: bool) -> None:
 
 def _find(name: str) -> Block:
     from vidstyle.blocks import all_blocks
-    from vidstyle.style.values import nearest
+    from vidstyle.style.values import suggest
 
     if name not in all_blocks():
-        raise click.UsageError(f"{name!r} is not a block; {nearest(name, all_blocks())}")
+        raise click.UsageError(f"{name!r} is not a block; {suggest(name, all_blocks())}")
     return all_blocks()[name]
 
 

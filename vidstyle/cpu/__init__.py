@@ -159,7 +159,7 @@ class _FrameRun:
             work = work.finished(self._pool)
         numbers = None
         if memory is not None:
-            measure = np.percentile(small_luma(work.whole.main), block.percentages(step.values))
+            measure = np.percentile(small_luma(work.whole.main), block.percentiles_for(step.values))
             numbers = memory.follow(measure, self._time, step.values.get("settle", 0))
         pictures = {name: self._saved_at(saved, work.shape) for name, saved in step.pictures.items()}
         return work.then(Call(step, numbers, pictures, work.shape))

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from vidstyle.errors import UsageError
-from vidstyle.style import Style, describe, load_style, override, style_names
+from vidstyle.style import Style, describe, load_style, override, set_values, style_names
 from vidstyle.style.change import apply_variant
-from vidstyle.style.values import nearest
+from vidstyle.style.values import suggest
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Controls:
         """
         listed = self._listed(name)
         if listed not in self.names:
-            raise UsageError(name, "is not a style to choose", nearest(name, self.names))
+            raise UsageError(name, "is not a style to choose", suggest(name, self.names))
         style = self._first if listed == self._first.name else load_style(listed)
         if listed != name:
             style = apply_variant(style, name.removeprefix(f"{listed}:"))
@@ -130,7 +130,8 @@ class Controls:
 
     def steady(self, value: float) -> None:
         """Hold what flickers: 0 lets it boil, 1 keeps it still; values beyond are brought there."""
-        self.set([f"steady={min(max(value, 0.0), 1.0):.2f}"])
+        with self._lock:
+            self._style = set_values(self._style, {"steady": round(min(max(value, 0.0), 1.0), 2)})
 
     def bypass(self, on: bool | None = None) -> None:
         """Let frames through untouched; None turns over what is."""

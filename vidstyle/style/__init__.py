@@ -8,12 +8,12 @@ from pathlib import Path
 
 from vidstyle.assets import asset_folder
 from vidstyle.errors import StyleError
-from vidstyle.style.change import apply_variant, expand, override
+from vidstyle.style.change import apply_variant, expand, override, set_values
 from vidstyle.style.check import style_from_table
 from vidstyle.style.files import read_style_file, save_style
 from vidstyle.style.model import LAYERS, SOURCE, Step, Style, table_from_style
 from vidstyle.style.schema import describe, style_schema
-from vidstyle.style.values import asset_path, nearest
+from vidstyle.style.values import asset_path, suggest
 
 __all__ = [
     "LAYERS",
@@ -27,6 +27,7 @@ __all__ = [
     "load_style",
     "override",
     "save_style",
+    "set_values",
     "style_from_table",
     "style_names",
     "style_schema",
@@ -70,7 +71,7 @@ def _load_shipped(name: str) -> Style:
     if name == PLAIN:
         return Style(name=PLAIN)
     if name not in style_names():
-        raise StyleError(name, [f"is not a style; {nearest(name, style_names())}"])
+        raise StyleError(name, [f"is not a style; {suggest(name, style_names())}"])
     return read_style_file(asset_folder("styles") / f"{name}.toml")
 
 

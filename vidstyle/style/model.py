@@ -1,4 +1,4 @@
-"""A style as plain data: layers of steps."""
+"""The style as plain data: layers of steps."""
 
 from __future__ import annotations
 
@@ -7,21 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vidstyle.block import Color, Control, On, Slider
+from vidstyle.block import Color, Control, On, Parameter, Slider
 
 LAYERS = ("base", "background", "lines")
-"""The layers in the order in which they run; a step sees what earlier ones have saved."""
+"""The layers in the order in which they run; a step may use the pictures that earlier ones saved."""
 
 SOURCE = "source"
-"""The name of the untouched picture; every step may start from it."""
-
-FIELDS: dict[str, Control] = {
-    "height": Slider(16, 65536, "the picture's height for which lengths are meant", unit="px"),
-    "ink": Color("what the lines are drawn in"),
-    "paper": Color("what the background lies on"),
-    "steady": Slider(0, 1, "how much of what flickers in a film is held: 0 lets it boil, 1 keeps it still"),
-}
-"""The fields of a style that are values, declared as the parameters of blocks are."""
+"""The name of the input picture; every step may start from it."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +21,11 @@ class Step:
     """One step of a layer.
 
     Attributes:
-        block: the name of a block, or empty for a step that only saves or starts anew.
+        block: the name of a block, or empty for a step that only saves or selects a picture.
         values: parameters that differ from the block's defaults; colours and paths as text.
-        save: the name under which the result is kept, or empty.
-        source: where it starts, `from` in the file: a saved name or "source"; empty is the step before.
-        on: what the block works on instead of what it declares; only recipes set it.
+        save: the name under which the result is saved, or empty.
+        source: the input, `from` in the file: a saved name or "source"; empty for the previous step.
+        on: overrides what the block works on; only recipes set it.
     """
 
     block: str
@@ -45,16 +37,16 @@ class Step:
 
 @dataclass(frozen=True)
 class Style:
-    """A named look.
+    """A named graph of filter blocks.
 
-    `base` runs first and feeds the two others; `background` is the colour layer; `lines` is laid over
-    it: lines * background + (1 - lines) * ink. `paper` multiplies the background.
+    `base` runs first and feeds the two others; `background` is the colour layer, multiplied by `paper`;
+    `lines` is the coverage of the ink over it: lines * background + (1 - lines) * ink.
 
     Attributes:
-        height: the height of picture that lengths ("px") are meant for; None takes them as they are.
-        steady: how much of what flickers in a film is held, 0 to 1.
-        folder: where the paths in the style start, or None when it may hold no paths.
-        variants: values to be set on the style, by their paths, under the name of each variant.
+        height: the picture height for which lengths ("px") are given; None takes them as they are.
+        steady: temporal smoothing, 0 to 1.
+        folder: the folder to which paths in the style are relative; None where paths are not allowed.
+        variants: for each variant's name the values that it sets, by their paths.
     """
 
     name: str
@@ -71,13 +63,23 @@ class Style:
 
     @property
     def is_plain(self) -> bool:
-        """Whether it leaves every picture as it is."""
+        """Whether it changes no picture."""
         return not self.steps and self.paper == Style.paper and self.steady == 0
 
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of all layers, in the order in which they run."""
         return self.base + self.background + self.lines
+
+
+_CONTROLS: dict[str, Control] = {
+    "height": Slider(16, 65536, "picture height for which lengths are given", unit="px"),
+    "ink": Color("colour of the lines"),
+    "paper": Color("colour that the background is multiplied by"),
+    "steady": Slider(0, 1, "temporal smoothing, from 0 (off) to 1 (strongest)"),
+}
+FIELDS = {name: Parameter(name, control, getattr(Style, name)) for name, control in _CONTROLS.items()}
+"""The fields of a style that are values, declared like the parameters of blocks."""
 
 
 def table_from_style(style: Style) -> dict[str, Any]:
@@ -99,5 +101,5 @@ def table_from_style(style: Style) -> dict[str, Any]:
 
 
 def _table_from_step(step: Step) -> dict[str, Any]:
-    words = {"block": step.block, "from": step.source, "save": step.save}
-    return {key: word for key, word in words.items() if word} | step.values
+    names = {"block": step.block, "from": step.source, "save": step.save}
+    return {key: name for key, name in names.items() if name} | step.values

@@ -63,7 +63,7 @@ def _prepare_step(style: Style, step: Step, growth: float) -> ResolvedStep:
     if not step.block:
         return ResolvedStep(None, "channels", {}, {}, step.save, step.source)
     block = all_blocks()[step.block]
-    values = block.complete(step.values)
+    values = block.arguments_for(step.values)
     names = [name for name, parameter in block.parameters.items() if isinstance(parameter.control, SavedRef)]
     pictures = {name: values.pop(name) for name in names}
     for name in values:

@@ -1,4 +1,4 @@
-"""What a style file may hold, as JSON Schema for editors, and what one holds, for listings."""
+"""JSON Schema of style files, and the description of a style as plain data."""
 
 from __future__ import annotations
 
@@ -15,19 +15,23 @@ from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 def style_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a style file, derived from the declarations of the blocks.
 
-    What lies between steps, such as that a picture was saved before it is used, is beyond a schema.
+    Relations between steps, such as that a picture is saved before it is used, are not in the schema.
     """
     steps = {name: _block_schema(block) for name, block in all_blocks().items()}
+    layer = {"type": "array", "maxItems": MAX_STEPS, "items": {"$ref": "#/$defs/step"}}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "vidstyle style",
         "type": "object",
         "required": ["format"],
         "additionalProperties": False,
-        "properties": _text_schemas()
-        | _field_schemas()
-        | {layer: _layer_schema() for layer in LAYERS}
-        | {"variants": _variants_schema()},
+        "properties": {
+            "format": {"const": FORMAT},
+            **{key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()},
+            **_field_schemas(),
+            **dict.fromkeys(LAYERS, layer),
+            "variants": _variants_schema(),
+        },
         "$defs": {
             "step": {"oneOf": [{"$ref": f"#/$defs/{name}"} for name in ("no_block", *steps)]},
             "no_block": _blockless_schema(),
@@ -37,7 +41,7 @@ def style_schema() -> dict[str, Any]:
 
 
 def describe(style: Style) -> dict[str, Any]:
-    """The style as data for people and programs, with every value and what it may be."""
+    """The style as plain data, with every value, its range and its help."""
     fields = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
     fields["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return fields | {layer: [_describe_step(step) for step in getattr(style, layer)] for layer in LAYERS}
@@ -54,25 +58,18 @@ def _describe_step(step: Step) -> dict[str, Any]:
         }
         for name, parameter in (block.parameters.items() if block else ())
     }
-    help_text = block.help if block else ""
     return {
         "block": step.block,
-        "help": help_text,
+        "help": block.help if block else "",
         "from": step.source,
         "save": step.save,
         "parameters": values,
     }
 
 
-def _text_schemas() -> dict[str, Any]:
-    texts = {key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()}
-    return {"format": {"const": FORMAT}} | texts
-
-
 def _field_schemas() -> dict[str, Any]:
-    return {
-        key: control.schema(whole=False) | {"description": control.help} for key, control in FIELDS.items()
-    }
+    controls = {key: parameter.control for key, parameter in FIELDS.items()}
+    return {key: control.schema(False) | {"description": control.help} for key, control in controls.items()}
 
 
 def _variants_schema() -> dict[str, Any]:
@@ -91,10 +88,6 @@ def _variants_schema() -> dict[str, Any]:
     }
 
 
-def _layer_schema() -> dict[str, Any]:
-    return {"type": "array", "maxItems": MAX_STEPS, "items": {"$ref": "#/$defs/step"}}
-
-
 def _block_schema(block: Block) -> dict[str, Any]:
     parameters = {name: parameter.schema() for name, parameter in block.parameters.items()}
     return {
@@ -109,7 +102,7 @@ def _block_schema(block: Block) -> dict[str, Any]:
 def _blockless_schema() -> dict[str, Any]:
     return {
         "type": "object",
-        "description": "Only starts from a picture, or keeps the present one.",
+        "description": "Selects a saved picture as input, or saves the current one.",
         "minProperties": 1,
         "additionalProperties": False,
         "properties": _name_schemas(),
@@ -119,6 +112,6 @@ def _blockless_schema() -> dict[str, Any]:
 def _name_schemas() -> dict[str, Any]:
     name = {"type": "string", "pattern": f"^{NAME_PATTERN}$"}
     return {
-        "from": name | {"description": "the saved picture that this step starts from, or source"},
-        "save": name | {"description": "the name under which the result is kept"},
+        "from": name | {"description": "input of the step: a saved picture, or source"},
+        "save": name | {"description": "name under which the result is saved"},
     }

@@ -1,4 +1,4 @@
-"""The steps of a style file: checking them against the declarations of the blocks."""
+"""Checks the steps of a style file against the declarations of the blocks."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.style.model import SOURCE, Step
-from vidstyle.style.values import asset_path, nearest, read_values, shown
+from vidstyle.style.values import asset_path, read_values, suggest, to_text
 
 MAX_STEPS = 256
-STEP_WORDS = ("block", "from", "save")
+STEP_KEYS = ("block", "from", "save")
 """The keys of a step that are not parameters of its block."""
 
 
 class StepReader:
-    """Reads steps in the order in which they run, and knows what has been saved so far."""
+    """Reads steps in the order in which they run and keeps track of the saved pictures."""
 
     def __init__(self, folder: Path | None, mistakes: list[str]) -> None:
         self.folder = folder
@@ -28,7 +28,7 @@ class StepReader:
         self.count = 0
 
     def read_layer(self, layer: str, tables: object) -> tuple[Step, ...]:
-        """The steps of a layer, or none where it is no list of them."""
+        """The steps of a layer; none if it is not a list of steps."""
         if not isinstance(tables, list | tuple) or not all(isinstance(table, Mapping) for table in tables):
             self.mistakes.append(f"{layer} is not a list of steps; write [[{layer}]] above each")
             return ()
@@ -40,7 +40,7 @@ class StepReader:
         return tuple(self.read_step(layer, number, table) for number, table in enumerate(tables, 1))
 
     def read_step(self, layer: str, number: int, table: Mapping[str, object]) -> Step:
-        """One step, as far as it has no mistakes."""
+        """One step; invalid parts of it are left out."""
         block, where = self.read_block(f"{layer} step {number}", table)
         source = self.read_name("from", table, where)
         if source:
@@ -48,30 +48,32 @@ class StepReader:
         values = self.read_parameters(block, table, where) if block else {}
         save = self.read_name("save", table, where)
         if save:
-            self.keep(save, where)
+            self.add_saved(save, where)
         return Step(block.name if block else "", values, save, source)
 
     def read_block(self, step: str, table: Mapping[str, object]) -> tuple[Block | None, str]:
-        """The block that a step names, and what mistakes in the step begin with."""
+        """The block that a step names, and the prefix of messages about the step."""
         name = table.get("block")
         if isinstance(name, str) and name in all_blocks():
             return all_blocks()[name], f"{step} ({name}): "
         if name is not None:
-            hint = nearest(str(shown(name)), all_blocks())
-            self.mistakes.append(f"{step}: {shown(name)} is not a block; {hint}")
+            hint = suggest(to_text(name), all_blocks())
+            self.mistakes.append(f"{step}: {to_text(name)} is not a block; {hint}")
         elif not {"from", "save"} & set(table):
-            self.mistakes.append(f"{step}: block is missing; {nearest('', all_blocks())}")
+            self.mistakes.append(f"{step}: block is missing; {suggest('', all_blocks())}")
         else:
-            strange = [key for key in table if key not in STEP_WORDS]
-            self.mistakes += [f"{step}: {shown(key)} needs a block, and the step has none" for key in strange]
+            unknown = [key for key in table if key not in STEP_KEYS]
+            self.mistakes += [
+                f"{step}: {to_text(key)} needs a block, and the step has none" for key in unknown
+            ]
         return None, f"{step}: "
 
     def read_parameters(self, block: Block, table: Mapping[str, object], where: str) -> dict[str, Any]:
-        """The values given for a block, and a check of what those not given refer to."""
+        """The values for a block; the references of defaults are checked too."""
         for key in table:
-            if key not in block.parameters and key not in STEP_WORDS:
-                hint = nearest(str(key), block.parameters)
-                self.mistakes.append(f"{where}{shown(key)} is not a parameter; {hint}")
+            if key not in block.parameters and key not in STEP_KEYS:
+                hint = suggest(str(key), block.parameters)
+                self.mistakes.append(f"{where}{to_text(key)} is not a parameter; {hint}")
         given = {name: parameter for name, parameter in block.parameters.items() if name in table}
         values = read_values(given, table, where, self.mistakes)
         for name, parameter in block.parameters.items():
@@ -82,7 +84,7 @@ class StepReader:
         return values
 
     def check_reference(self, parameter: Parameter, value: str, where: str) -> None:
-        """Saved pictures and files must be there."""
+        """Check that a saved picture or file exists."""
         if isinstance(parameter.control, SavedRef) and value:
             self.check_saved(parameter.name, value, where)
         elif isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
@@ -92,21 +94,21 @@ class StepReader:
                 self.mistakes.append(f"{where}{parameter.name}: {error}")
 
     def check_saved(self, key: str, name: str, where: str) -> None:
-        """The name must be that of a picture saved before."""
+        """Check that an earlier step saves a picture of this name."""
         names = [*self.saved, *self.implied.difference(self.saved)]
         if name not in names:
-            self.mistakes.append(f"{where}{key}: no step before it saves {name!r}; {nearest(name, names)}")
+            self.mistakes.append(f"{where}{key}: no step before it saves {name!r}; {suggest(name, names)}")
 
     def read_name(self, key: str, table: Mapping[str, object], where: str) -> str:
-        """What `from` or `save` says, or nothing."""
+        """The name under `from` or `save`, or an empty one."""
         name = table.get(key, "")
         if key in table and not (isinstance(name, str) and re.fullmatch(NAME_PATTERN, name)):
-            self.mistakes.append(f"{where}{key}: {shown(name)} is not a name of letters and digits")
+            self.mistakes.append(f"{where}{key}: {to_text(name)} is not a name of letters and digits")
             return ""
         return str(name)
 
-    def keep(self, name: str, where: str) -> None:
-        """Let later steps use the name."""
+    def add_saved(self, name: str, where: str) -> None:
+        """Make the name available to later steps."""
         if name == SOURCE:
             self.mistakes.append(f"{where}save: {SOURCE!r} is the untouched picture; choose another name")
         elif name in self.saved:

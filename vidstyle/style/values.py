@@ -1,4 +1,4 @@
-"""Single values of a style file: checking them, showing them in errors, hinting at what was meant."""
+"""Single values of a style file: checks, and their text in messages."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from typing import Any
 from vidstyle.block import Parameter
 
 MAX_TEXT = 200
+"""The longest text of a value, in characters."""
 MAX_MISTAKES = 50
-"""How many are named."""
+"""The most mistakes that one message names."""
 MAX_NAMES = 40
-"""In a list for people."""
-MAX_WHOLE = 2**53
+"""The most names in a list in a message."""
+MAX_INTEGER = 2**53
+"""The largest integer; floats hold all integers up to it."""
 
 
 def read_values(
     parameters: Mapping[str, Parameter], table: Mapping[str, object], where: str, mistakes: list[str]
 ) -> dict[str, Any]:
-    """The table's values for the parameters, all of which it holds; those with mistakes are left out."""
+    """The values of these parameters, all of which the table holds; invalid ones are left out."""
     values = {}
     for name, parameter in parameters.items():
         try:
@@ -33,11 +35,11 @@ def read_values(
 def _read_value(parameter: Parameter, value: object) -> Any:
     right = parameter.control.range_text
     if not isinstance(value, str | int | float):
-        raise ValueError(f"{shown(value)} is not a text, a number or a truth value ({right})")
+        raise ValueError(f"{to_text(value)} is not a text, a number or a truth value ({right})")
     if isinstance(value, str) and len(value) > MAX_TEXT:
-        raise ValueError(f"{shown(value)} is too long ({right})")
-    if isinstance(value, int) and abs(value) > MAX_WHOLE:
-        raise ValueError(f"{shown(value)} is outside {right}")
+        raise ValueError(f"{to_text(value)} is too long ({right})")
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
+        raise ValueError(f"{to_text(value)} is outside {right}")
     try:
         return parameter.check(value)
     except ValueError as error:
@@ -45,10 +47,10 @@ def _read_value(parameter: Parameter, value: object) -> Any:
 
 
 def asset_path(folder: Path | None, text: str) -> Path:
-    """The file or folder that a path in a style means.
+    """The file or folder that a path in a style names.
 
     Raises:
-        ValueError: it is not there, or leads out of the style's folder, through a link included.
+        ValueError: it does not exist, or leads out of the style's folder, also through a link.
     """
     if folder is None:
         raise ValueError(f"{text!r} cannot be found: this style has no folder")
@@ -65,38 +67,38 @@ def asset_path(folder: Path | None, text: str) -> Path:
     return path
 
 
-def nearest(word: str, names: Iterable[str]) -> str:
-    """A hint at the right name: the one most like the word, or else all of them.
+def suggest(word: str, names: Iterable[str]) -> str:
+    """A suggestion for an unknown name: the most similar one, or else all of them.
 
-    >>> nearest("levls", ["levels", "smooth"])
+    >>> suggest("levls", ["levels", "smooth"])
     'did you mean levels?'
-    >>> nearest("colour", ["levels", "smooth"])
+    >>> suggest("colour", ["levels", "smooth"])
     'there are levels, smooth'
     """
     names = list(names)
-    like = get_close_matches(word.lower()[:MAX_TEXT], names, n=1)
-    if like:
-        return f"did you mean {like[0]}?"
-    return f"there are {listed(names)}" if names else "there are none"
+    similar = get_close_matches(word.lower()[:MAX_TEXT], names, n=1)
+    if similar:
+        return f"did you mean {similar[0]}?"
+    return f"there are {join_names(names)}" if names else "there are none"
 
 
-def listed(names: Sequence[str], between: str = ", ") -> str:
-    """The names for people, as many as anybody reads.
+def join_names(names: Sequence[str], separator: str = ", ") -> str:
+    """The names as a list in a message, shortened where there are many.
 
-    >>> listed(["a", "b"], " or ")
+    >>> join_names(["a", "b"], " or ")
     'a or b'
     """
     rest = len(names) - MAX_NAMES
-    return between.join(names[:MAX_NAMES]) + (f" and {rest} more" if rest > 0 else "")
+    return separator.join(names[:MAX_NAMES]) + (f" and {rest} more" if rest > 0 else "")
 
 
-def shown(value: object) -> str:
-    """The value for people: short, whatever it is."""
+def to_text(value: object) -> str:
+    """The value as a short text for messages, whatever it is."""
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, list | tuple):
         return "a list"
-    if isinstance(value, int) and abs(value) > MAX_WHOLE:
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
         return "a huge number"
     text = repr(value) if isinstance(value, str | int | float) else str(value)
     return text if len(text) <= 60 else f"{text[:56]}...{text[-1]}"

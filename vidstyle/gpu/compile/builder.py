@@ -232,7 +232,7 @@ class GraphBuilder(ImageBuilder):
             return self._run_learned(block, block.function(**step.values), look)
         measure = None
         if block.kind == "measured":
-            percentages = block.percentages(step.values)
+            percentages = block.percentiles_for(step.values)
             measure = Measure(self.luma(look), percentages, step.values.get("settle", 0.0), number)
             self.measures.append(measure)
         pictures = {

@@ -9,9 +9,9 @@ from typing import Any
 
 from vidstyle.block import Asset, Block, Choice, Color, Control, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
-from vidstyle.style import SOURCE, Style, override, table_from_style
+from vidstyle.style import SOURCE, Style, set_values, table_from_style
 from vidstyle.style.model import FIELDS, LAYERS
-from vidstyle.style.paths import find_place, step_paths
+from vidstyle.style.paths import find_value, step_paths
 
 WORDS = re.compile(r"`([^`]+)`")
 """What a note names as worth changing."""
@@ -42,12 +42,12 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
 def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
     """One for each value: its path, what it may be, what it is and was at the start."""
     table, before = table_from_style(style), table_from_style(start)
-    for path, control in FIELDS.items():
+    for path, parameter in FIELDS.items():
         if getattr(style, path) is not None:
             # Lengths are meant for one height, which is no matter of taste.
             place = {"path": path, "name": path, "layer": "", "step": "", "main": path != "height"}
             held = {"value": _held(table, path), "start": _held(before, path)}
-            yield place | held | _described(control, False, [])
+            yield place | held | _described(parameter.control, False, [])
     named = _named(style, table)
     for step, (layer, block, saved) in zip(step_paths(table), _blocks(style), strict=True):
         for parameter in block.parameters.values():
@@ -55,7 +55,7 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
             place = {"path": path, "name": parameter.name, "layer": layer, "step": step}
             held = {"value": _held(table, path), "start": _held(before, path)}
             about = {"about": block.help, "main": path in named}
-            yield place | held | about | _described(parameter.control, parameter.whole, saved)
+            yield place | held | about | _described(parameter.control, parameter.is_integer, saved)
 
 
 def _blocks(style: Style) -> Iterator[tuple[str, Block, list[str]]]:
@@ -94,7 +94,7 @@ def _named(style: Style, table: dict[str, Any]) -> set[str]:
     steps = {id(_step(table, path)): path for path in step_paths(table)}
     for word in WORDS.findall(style.note):
         try:
-            place = find_place(table, word)
+            place = find_value(table, word)
         except ValueError:  # a word that names no single value, such as that of a block
             continue
         found.add(f"{steps.get(id(place.table), '')}.{place.parameter.name}")
@@ -104,14 +104,12 @@ def _named(style: Style, table: dict[str, Any]) -> set[str]:
 def _step(table: dict[str, Any], path: str) -> dict[str, Any]:
     block = path.rpartition(".")[2].partition("#")[0]
     parameters = all_blocks()[block].parameters
-    return find_place(table, f"{path}.{next(iter(parameters))}").table if parameters else {}
+    return find_value(table, f"{path}.{next(iter(parameters))}").table if parameters else {}
 
 
 def _held(table: dict[str, Any], path: str) -> Any:
     """The value in the table of a style that a path means."""
-    place = find_place(table, path)
-    default = place.parameter.default if "." in path else getattr(Style, path)
-    return place.table.get(place.parameter.name, default)
+    return find_value(table, path).get()
 
 
 def _variant(style: Style, start: Style) -> str:
@@ -128,7 +126,7 @@ def _variant(style: Style, start: Style) -> str:
 
 def _varied(start: Style, variant: str) -> Style:
     values = start.variants.get(variant, {})
-    return override(start, [f"{path}={value}" for path, value in values.items()])
+    return set_values(start, values)
 
 
 def _swatch(start: Style, variant: str) -> dict[str, str]:
