@@ -50,7 +50,7 @@ class Kept:
         self.numbers.append(frame.number)
         self.captured.append(frame.captured)
         self.arrived.append(time.monotonic())
-        self.newest = frame.picture
+        self.newest = frame.video
 
     def close(self) -> None:
         self.closed += 1

@@ -17,6 +17,7 @@ from websockets.sync.client import ClientConnection, connect
 from vidstyle.live.control import Controls
 from vidstyle.live.page import PageTarget
 from vidstyle.live.target import LiveFrame
+from vidstyle.media.frame import picture_from_frame
 from vidstyle.style import load_style
 
 LONG = 20.0
@@ -28,7 +29,7 @@ def live_frame(number: int = 0, size: tuple[int, int] = (64, 48)) -> LiveFrame:
     width, height = size
     ramp = np.linspace(0, 150, width)[None, :, None] * np.ones((height, 1, 3)) + number % 100
     picture = av.VideoFrame.from_ndarray(ramp.astype(np.uint8), format="rgb24").reformat(format="yuv420p")
-    return LiveFrame(picture, time.monotonic(), number)
+    return LiveFrame(picture_from_frame(picture), time.monotonic(), number)
 
 
 class Visitor:

@@ -37,7 +37,7 @@ def test_a_picture_arrives_as_it_was_offered() -> None:
             window.say(do="shown", number=number)
             number, data = window.picture()
     shown = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    assert np.abs(shown.astype(float) - frame.picture.to_ndarray(format="bgr24")).mean() < 2
+    assert np.abs(shown.astype(float) - frame.video.to_ndarray(format="bgr24")).mean() < 2
 
 
 def test_one_picture_is_under_way_and_then_the_newest_follows() -> None:
@@ -205,7 +205,7 @@ def test_a_kept_picture_is_the_frame_without_loss() -> None:
         page.offer(frame)
         assert eventually(lambda: "-3.png" in visitor.ask("/picture.png")[1]["content-disposition"])
         kept = cv2.imdecode(np.frombuffer(visitor.ask("/picture.png")[2], np.uint8), cv2.IMREAD_COLOR)
-    assert np.array_equal(kept, frame.picture.to_ndarray(format="bgr24"))
+    assert np.array_equal(kept, frame.video.to_ndarray(format="bgr24"))
 
 
 def test_pictures_are_no_larger_than_windows() -> None:

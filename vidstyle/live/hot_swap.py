@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 from vidstyle.block import Asset, Color, Slider
 from vidstyle.blocks import all_blocks
+from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import VidstyleError
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.resize import resized
 from vidstyle.renderer import Backend, open_renderer
-from vidstyle.style import LAYERS, PLAIN, Step, Style
+from vidstyle.style import LAYERS, Step, Style
 
 MIN_SIDE = 16
 """Pixels that a working size keeps at least."""
@@ -39,7 +40,6 @@ class HotSwapRenderer:
         self.scale = 1.0
         self._device, self._tell = device, tell
         self._renderer: Backend | None = None
-        self._plain = open_renderer(PLAIN, "cpu")
         self._ready: tuple[Style, Backend] | None = None
         self._awaited: Style | None = None
         self._lock = threading.Lock()
@@ -62,7 +62,7 @@ class HotSwapRenderer:
             VidstyleError: there is no such device, or the first style cannot be used.
         """
         if style is None:
-            return self._plain.run(picture, time, target), False
+            return convert(picture, target), False
         height, width = picture.shape
         small = picture if self.scale == 1 else resized(picture, *self._working_size(width, height))
         if style is not self._asked:
@@ -85,7 +85,6 @@ class HotSwapRenderer:
             self._take_over()
             if self._renderer is not None:
                 self._renderer.close()
-            self._plain.close()
 
     def _working_size(self, width: int, height: int) -> tuple[int, int]:
         across, down = (max(MIN_SIDE, round(side * self.scale / 2) * 2) for side in (width, height))

@@ -7,9 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from statistics import median
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.live.capture import Capture
@@ -17,13 +14,9 @@ from vidstyle.live.control import Controls
 from vidstyle.live.hot_swap import HotSwapRenderer
 from vidstyle.live.options import LiveOptions
 from vidstyle.media.capture.input import CapturedFrame
-from vidstyle.media.color_tags import HD_LINES, usual_tags
-from vidstyle.media.frame import frame_from_picture
+from vidstyle.media.color_tags import HD_LINES
 from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.resize import letterboxed, resized, wanted_size
-
-if TYPE_CHECKING:
-    import av
 
 
 class FrameProcessor:
@@ -56,7 +49,7 @@ class FrameProcessor:
         width, height = self._styler.working_size(*self.size)
         return f"works at {width}x{height}"
 
-    def frame(self, captured: CapturedFrame, capture: Capture, name: str) -> av.VideoFrame:
+    def frame(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """The frame restyled; `name` is that of the source."""
         picture = self._pictures.picture(captured, capture, name)
         style = None if self._controls.bypassed else self._controls.style
@@ -66,7 +59,7 @@ class FrameProcessor:
             self._tell(f"style {self.style}")
         if changed and self._budget is not None:
             self._budget.restart()
-        return self._pictures.frame(result)
+        return result
 
     def hold(self, rate: Fraction) -> None:
         """From now on frames have to be done at this rate, if the options say so."""
@@ -113,10 +106,6 @@ class FrameNormalizer:
         picture = replace(self._maker.make(captured.native)[0], alpha=None)
         return self._fitted(picture)
 
-    def frame(self, picture: Picture) -> av.VideoFrame:
-        """A picture in `encoding` as a frame that is tagged so."""
-        return frame_from_picture(with_chroma(picture), tags=usual_tags(self.encoding, picture.shape[0]))
-
     def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> None:
         aspect = capture.sample_aspect
         maker = FrameConverter(first.native, capture.codec, name, sample_aspect=aspect)
@@ -138,14 +127,6 @@ def outgoing(picture: Picture) -> Encoding:
     if matrix not in ("bt601", "bt709"):
         matrix = "bt709" if picture.shape[0] >= HD_LINES else "bt601"
     return Encoding(matrix, full_range=False, depth=8, step=(2, 2), siting=SITINGS["left"])
-
-
-def with_chroma(picture: Picture) -> Picture:
-    """The picture with neutral chroma where a style has left none."""
-    if picture.chroma is not None or picture.color is not None:
-        return picture
-    neutral = np.full(picture.encoding.chroma_shape(*picture.shape), 128, np.uint8)
-    return replace(picture, chroma=(neutral, neutral))
 
 
 SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)

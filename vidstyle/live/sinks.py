@@ -8,18 +8,17 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vidstyle.core.convert import convert
 from vidstyle.core.picture import Picture
 from vidstyle.live.meter import Meter
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.target_thread import Sink, TargetThread
 from vidstyle.media.audio import AudioChunk
-from vidstyle.media.color_tags import ColorTags
-from vidstyle.media.frame import Frame, picture_from_frame
+from vidstyle.media.color_tags import usual_tags
+from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo
 from vidstyle.media.write.film import FilmWriter
 from vidstyle.media.write.writer import WriteOptions, open_writer
-from vidstyle.renderer import open_renderer
-from vidstyle.style import PLAIN
 
 if TYPE_CHECKING:
     from vidstyle.media.write.stream import Stream
@@ -85,7 +84,7 @@ class StreamSink:
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink."""
-        self._shift = self._stream.write(frame.picture, number) - frame.captured
+        self._shift = self._stream.write(frame.video, number) - frame.captured
 
     def hear(self, heard: AudioChunk) -> None:
         """See Sink; sound goes beside the picture that was taken with it."""
@@ -133,30 +132,20 @@ class FileSink:
         still: bool = False,
     ) -> None:
         """Raises VidstyleError: the file exists, or cannot be written."""
-        picture = picture_from_frame(first.picture)
-        height, width = picture.shape
-        info = VideoInfo(
-            width,
-            height,
-            picture.encoding,
-            ColorTags.of(first.picture),
-            TIME_BASE,
-            rate,
-            sample_aspect=aspect,
-            still=still,
-        )
+        height, width = first.picture.shape
+        encoding = first.picture.encoding
+        tags = usual_tags(encoding, height)
+        info = VideoInfo(width, height, encoding, tags, TIME_BASE, rate, sample_aspect=aspect, still=still)
         self._writer = open_writer(target, info, options)
-        self._plain = open_renderer(PLAIN, "cpu")
         self._zero: float | None = None
         self._step = round(1 / (rate * TIME_BASE))
-        self._encoded(picture)  # what is done only once is done before pictures wait for it
+        self._converted(first)  # what is done only once is done before pictures wait for it
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink; the number is left aside for the frame's own time."""
         self._zero = frame.captured if self._zero is None else self._zero
-        time_passed = frame.captured - self._zero
-        picture = self._encoded(picture_from_frame(frame.picture))
-        self._writer.write(Frame(picture, round(time_passed / TIME_BASE), TIME_BASE, self._step))
+        pts = round((frame.captured - self._zero) / TIME_BASE)
+        self._writer.write(Frame(self._converted(frame), pts, TIME_BASE, self._step))
 
     def hear(self, heard: AudioChunk) -> None:
         """See Sink; what was heard before the first picture is left out."""
@@ -165,13 +154,10 @@ class FileSink:
 
     def close(self) -> None:
         """See Sink."""
-        try:
-            self._writer.finish()
-        finally:
-            self._plain.close()
+        self._writer.finish()
 
-    def _encoded(self, picture: Picture) -> Picture:
-        return self._plain.run(picture, None, self._writer.encoding, self._writer.wants_rgb)
+    def _converted(self, frame: LiveFrame) -> Picture:
+        return convert(frame.picture, self._writer.encoding, self._writer.wants_rgb)
 
 
 class NullTarget:

@@ -1,9 +1,13 @@
-"""Where restyled pictures go, as a running session sees it."""
+"""Frames and targets of a live session."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
+
+from vidstyle.core.picture import Picture
+from vidstyle.media.frame import frame_from_picture
 
 if TYPE_CHECKING:
     import av
@@ -11,35 +15,40 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LiveFrame:
-    """A restyled picture on its way out; several targets share it, so it is only read.
+    """A restyled picture on its way to the targets, which share it and only read it.
 
     Attributes:
-        picture: upright, 8 bit, yuv420p, tagged; always of the size that the session began with.
-        captured: when it was taken, in seconds of `time.monotonic`.
-        number: of the frame, from 0; each frame that a target is offered has a higher one.
+        picture: upright, 8 bit, 4:2:0, limited range; always of the size that the session began with.
+        captured: capture time in seconds of `time.monotonic`.
+        number: from 0; strictly increasing from frame to frame.
     """
 
-    picture: av.VideoFrame
+    picture: Picture
     captured: float
     number: int
 
+    @cached_property
+    def video(self) -> av.VideoFrame:
+        """The picture as a tagged frame in yuv420p, made once for all targets that need one."""
+        return frame_from_picture(self.picture)
+
 
 class Target(Protocol):
-    """One place to deliver to.
+    """A place that frames are delivered to.
 
     Attributes:
-        name: for people, such as "/dev/video9" or "page".
-        state: one word or a short line, such as "running" or "reconnecting".
+        name: as shown to the user, such as "/dev/video9" or "page".
+        state: a word or a short phrase, such as "running" or "reconnecting".
     """
 
     name: str
 
     @property
     def state(self) -> str:
-        """How it is."""
+        """See the class."""
 
     def offer(self, frame: LiveFrame) -> None:
-        """Take a frame, or leave it for a newer one; returns at once, whatever the reader does."""
+        """Queue a frame, dropping an older one if need be; never blocks."""
 
     def close(self) -> None:
-        """Let go of everything; called once, after the last frame."""
+        """Release everything; called once, after the last frame."""

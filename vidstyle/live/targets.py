@@ -86,7 +86,7 @@ def _stream_maker(
 ) -> Callable[[TargetContext], Target]:
     def make(setting: TargetContext) -> Target:
         def open_sink(first: LiveFrame) -> StreamSink:
-            return StreamSink(open_stream(options.stream(setting.rate, setting.sound), first.picture))
+            return StreamSink(open_stream(options.stream(setting.rate, setting.sound), first.video))
 
         outlet = ConstantRateTarget(name, open_sink, setting.meter, setting.rate, lasting)
         outlet.start(setting.first)

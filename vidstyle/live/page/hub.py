@@ -111,7 +111,7 @@ MAX_SIZE = (1920, 1080)
 
 def jpeg(frame: LiveFrame, quality: int) -> bytes:
     """Encode the frame as JPEG, reduced to fit MAX_SIZE; `quality`: 0 to 100."""
-    picture = frame.picture
+    picture = frame.video
     scale = min(1.0, MAX_SIZE[0] / picture.width, MAX_SIZE[1] / picture.height)
     width, height = (max(1, round(side * scale)) for side in (picture.width, picture.height))
     pixels = picture.reformat(width=width, height=height, format="bgr24").to_ndarray()
@@ -120,7 +120,7 @@ def jpeg(frame: LiveFrame, quality: int) -> bytes:
 
 def png(frame: LiveFrame) -> bytes:
     """Encode the frame as PNG, at its full size."""
-    return _encoded(".png", frame.picture.to_ndarray(format="bgr24"), [])
+    return _encoded(".png", frame.video.to_ndarray(format="bgr24"), [])
 
 
 def _encoded(extension: str, pixels: np.ndarray, options: list[int]) -> bytes:
