@@ -15,10 +15,11 @@ from vidstyle.media.read.reader import open_reader
 
 def stamps(clock: FrameClock, given: list[int | None]) -> list[int]:
     """What the clock makes of the stamps; frames must come out in the order they went in."""
-    shown = [pair for number, pts in enumerate(given) for pair in clock.stamp(number, pts)]
+    natives = [av.VideoFrame(16, 16, "gray") for _ in given]
+    shown = [frame for native, pts in zip(natives, given, strict=True) for frame in clock.stamp(native, pts)]
     shown += clock.flush()
-    assert [number for number, _ in shown] == list(range(len(given)))
-    return [stamp for _, stamp in shown]
+    assert all(frame.native is native for frame, native in zip(shown, natives, strict=True))
+    return [frame.pts for frame in shown]
 
 
 def test_good_stamps_stay(caplog):

@@ -39,8 +39,8 @@ def spoiled(path: Path, numbers: set[int], keep: int = 0) -> Path:
 def test_a_bad_packet_costs_one_frame(tmp_path, codec):
     path = media.make_clip(tmp_path / "clip.mp4", frames=60, codec=codec)
     frames, damage = read(spoiled(path, {20}))
-    assert len(frames) == 60 and damage.is_notable
-    assert damage.held + damage.concealed >= 1 and damage.held <= 1
+    assert len(frames) == 60 and damage.is_significant
+    assert damage.repeated + damage.concealed >= 1 and damage.repeated <= 1
     assert [frame.time for frame in frames] == [Fraction(number, 30) for number in range(60)]
 
 
@@ -49,7 +49,7 @@ def test_a_lost_frame_is_held_in_its_own_slot(tmp_path):
     with open_reader(path) as reader:
         reader._source._decoder._context = Stumbling(reader._source._decoder._context, {5, 6})
         frames = [item for item in reader if isinstance(item, Frame)]
-        assert (reader.damage.decoded, reader.damage.held, reader.damage.lost) == (10, 2, 0)
+        assert (reader.damage.decoded, reader.damage.repeated, reader.damage.lost) == (10, 2, 0)
     assert [frame.pts for frame in frames] == [frame.pts for frame in read(path)[0]]
     assert (frames[5].picture.luma == frames[4].picture.luma).all()
     assert (frames[6].picture.luma == frames[4].picture.luma).all()
@@ -86,17 +86,17 @@ def test_a_truncated_mp4_knows_what_is_missing(tmp_path):
     front = _index_first(path)
     front.write_bytes(front.read_bytes()[: front.stat().st_size * 3 // 5])
     frames, damage = read(front)
-    assert 30 < len(frames) < 70 and damage.missing_frames == 90 - len(frames) and damage.is_notable
+    assert 30 < len(frames) < 70 and damage.missing_frames == 90 - len(frames) and damage.is_significant
     assert damage.report() == f"the input is damaged: {90 - len(frames)} frames missing of 90"
 
 
 def test_a_truncated_matroska_knows_its_length(tmp_path):
     path = media.make_clip(tmp_path / "clip.mkv", frames=150, size=(160, 90))
     whole, damage = read(path)
-    assert len(whole) == 150 and not damage.is_notable and damage.report() == ""
+    assert len(whole) == 150 and not damage.is_significant and damage.report() == ""
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     frames, damage = read(path)
-    assert 40 < len(frames) < 120 and damage.is_notable
+    assert 40 < len(frames) < 120 and damage.is_significant
     assert float(damage.missing_seconds) == pytest.approx(5 - len(frames) / 30, abs=0.1)
     assert "before the 5.0 s that its header says" in damage.report()
 
@@ -129,15 +129,15 @@ def test_flipped_bytes_never_crash(tmp_path, container):
 
 
 def test_the_report_counts_in_plain_words():
-    damage = DecodeReport(decoded=97, held=1, lost=2, concealed=5)
+    damage = DecodeReport(decoded=97, repeated=1, lost=2, concealed=5)
     assert damage.report() == (
         "the input is damaged: 1 frame damaged, the last good one held, 2 frames damaged and left out, "
         "5 frames patched by the decoder"
     )
-    assert damage.is_notable
+    assert damage.is_significant
     assert (
-        not DecodeReport(decoded=1000, concealed=10).is_notable
-        and DecodeReport(decoded=1000, concealed=11).is_notable
+        not DecodeReport(decoded=1000, concealed=10).is_significant
+        and DecodeReport(decoded=1000, concealed=11).is_significant
     )
 
 

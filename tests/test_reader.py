@@ -14,7 +14,7 @@ import pytest
 
 from vidstyle.core.picture import Encoding
 from vidstyle.errors import InputError, UsageError
-from vidstyle.media.frame import Frame, frame_from_picture
+from vidstyle.media.frame import Frame, frame_from_picture, picture_from_frame
 from vidstyle.media.raw_video import RawVideo
 from vidstyle.media.read.reader import ReadOptions, open_reader
 
@@ -351,3 +351,17 @@ class _Pipe(io.BytesIO):
 
     def seek(self, *_: int) -> int:
         raise OSError("a pipe")
+
+
+def test_the_first_frame_is_converted_once(tmp_path, monkeypatch):
+    converted = []
+
+    def count(frame, *given, **named):
+        converted.append(frame)
+        return picture_from_frame(frame, *given, **named)
+
+    monkeypatch.setattr("vidstyle.media.read.convert.picture_from_frame", count)
+    path = media.make_clip(tmp_path / "clip.mp4", frames=5)
+    with open_reader(path) as reader:
+        frames = [item for item in reader if isinstance(item, Frame)]
+    assert len(converted) == len(frames) == 5

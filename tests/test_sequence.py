@@ -88,7 +88,7 @@ def test_a_damaged_picture_among_them_is_held(tmp_path):
     (tmp_path / "3.png").write_bytes(b"nothing")
     with open_reader(tmp_path / "%d.png") as reader:
         assert len(list(reader)) == 5
-        assert reader.damage.held == 1 and reader.damage.is_notable
+        assert reader.damage.repeated == 1 and reader.damage.is_significant
 
 
 def test_numbers_are_sorted_as_numbers(tmp_path):

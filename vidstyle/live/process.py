@@ -103,7 +103,7 @@ class FrameNormalizer:
         if self._maker is None:
             self._begin(captured, capture, name)
         assert self._maker is not None
-        picture = replace(self._maker.make(captured.native)[0], alpha=None)
+        picture = replace(self._maker.convert(captured.native)[0], alpha=None)
         return self._fitted(picture)
 
     def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> None:
@@ -112,7 +112,7 @@ class FrameNormalizer:
         # Neither a camera nor a page can say that its pixels are not square.
         self._square = max(1, round(maker.width * (maker.sample_aspect or 1))), maker.height
         self.size = wanted_size(self._wanted, *self._square) if self._wanted else self._square
-        self.encoding = outgoing(maker.make(first.native)[0])
+        self.encoding = outgoing(maker.convert(first.native)[0])
         self._maker = maker
 
     def _fitted(self, picture: Picture) -> Picture:

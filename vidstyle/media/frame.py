@@ -19,6 +19,24 @@ from vidstyle.media.pixel_formats import PlaneLayout, format_name, layout_of
 
 
 @dataclass(frozen=True)
+class DecodedFrame:
+    """A frame as the source stores it, with a repaired timestamp.
+
+    Attributes:
+        native: as decoded.
+        pts, duration: in the time base of the source; `duration` is None where it is unknown.
+        key: whether the source can be entered here.
+        repeated: whether it replaces a frame that could not be decoded.
+    """
+
+    native: av.VideoFrame
+    pts: int
+    duration: int | None = None
+    key: bool = False
+    repeated: bool = False
+
+
+@dataclass(frozen=True)
 class Frame:
     """One picture of a film and when it is shown.
 

@@ -150,7 +150,7 @@ def _summary(
         duration=stages.end - stages.start,
         elapsed=elapsed,
         damage=damage.report(),
-        exit_code=DAMAGED_EXIT_CODE if damage.is_notable else 0,
+        exit_code=DAMAGED_EXIT_CODE if damage.is_significant else 0,
         stopped=not stages.finished,
         partial=stages.partial,
     )

@@ -7,13 +7,12 @@ import logging
 from collections import deque
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import Any, Generic, TypeVar
 
 import av
 
-log = logging.getLogger("vidstyle")
+from vidstyle.media.frame import DecodedFrame
 
-Shown = TypeVar("Shown")
+log = logging.getLogger("vidstyle")
 
 FINE = 1000
 """Ticks a second below which a time base is divided, so that a nudge by one tick is not seen."""
@@ -81,16 +80,22 @@ class PacketClock:
         self.jumps += 1
 
 
-class FrameClock(Generic[Shown]):
-    """Gives decoded frames strictly growing stamps, in a time base fine enough for repairs.
+class FrameClock:
+    """Gives decoded frames strictly increasing timestamps, in a time base fine enough for repairs.
 
     Attributes:
-        time_base: of the stamps that come out.
-        nudged, invented: how many stamps were moved, and made up from the frame rate.
+        time_base: of the timestamps that it gives.
+        nudged, invented: how many timestamps were moved, and made up from the frame rate.
     """
 
     def __init__(self, time_base: Fraction, rate: Fraction, window: int = 0) -> None:
-        """`window`: over how many frames stamps are sorted first; for formats that store no display order."""
+        """Begin a clock.
+
+        Args:
+            time_base: of the timestamps that it is given.
+            rate: frames a second, for frames without timestamps.
+            window: over how many frames timestamps are sorted; for formats that store no display times.
+        """
         self.time_base = fine_time_base(time_base)
         self.nudged = 0
         self.invented = 0
@@ -98,12 +103,12 @@ class FrameClock(Generic[Shown]):
         self._step = max(1, round(1 / (rate * self.time_base)))
         self._last: int | None = None
         self._window = window
-        self._waiting: deque[Shown] = deque()
+        self._waiting: deque[tuple[av.VideoFrame, bool]] = deque()
         self._stamps: list[int] = []
         self._newest = 0
 
-    def stamp(self, frame: Shown, pts: int | None) -> Iterator[tuple[Shown, int]]:
-        """The frames that can be shown now with their stamps; `pts` is in the source's time base."""
+    def stamp(self, native: av.VideoFrame, pts: int | None, repeated: bool = False) -> Iterator[DecodedFrame]:
+        """The frames that can be shown now; `pts` is in the time base of the source, None if unknown."""
         if pts is None:
             self._warn_once(self.invented, "the stream has no timestamps: taken from its frame rate")
             self.invented += 1
@@ -111,15 +116,15 @@ class FrameClock(Generic[Shown]):
         else:
             stamp = pts * self._scale
         self._newest = stamp
-        self._waiting.append(frame)
+        self._waiting.append((native, repeated))
         heapq.heappush(self._stamps, stamp)
         yield from self._release(self._window)
 
-    def flush(self) -> Iterator[tuple[Shown, int]]:
-        """The frames that still wait."""
+    def flush(self) -> Iterator[DecodedFrame]:
+        """The frames that still wait for their turn."""
         yield from self._release(0)
 
-    def _release(self, keep: int) -> Iterator[tuple[Shown, int]]:
+    def _release(self, keep: int) -> Iterator[DecodedFrame]:
         while len(self._waiting) > keep:
             stamp = heapq.heappop(self._stamps)
             if self._last is not None and stamp <= self._last:
@@ -127,14 +132,11 @@ class FrameClock(Generic[Shown]):
                 self.nudged += 1
                 stamp = self._last + 1
             self._last = stamp
-            yield self._waiting.popleft(), stamp
+            native, repeated = self._waiting.popleft()
+            duration = (native.duration or 0) * self._scale or None
+            yield DecodedFrame(native, stamp, duration, bool(native.key_frame), repeated)
 
     @staticmethod
     def _warn_once(already: int, message: str) -> None:
         if not already:
             log.warning(message)
-
-
-def display_stamp(frame: Any) -> int | None:
-    """When the decoder says that its frame is shown; formats without display times give the decoding time."""
-    return frame.pts if frame.pts is not None else frame.dts  # type: ignore[no-any-return]

@@ -49,11 +49,20 @@ class FrameConverter:
         self._tone_map = self._make_tone_map(first)
         self._warned: set[str] = set()
         self._format = self._choose_format(first)
-        picture, _ = self.make(first)
+        self._latest: tuple[av.VideoFrame, tuple[Picture, av.VideoFrame | None]] | None = None
+        picture, _ = self.convert(first)
         self.color_tags = self._tags(first, picture)
 
-    def make(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
-        """The picture, and the frame whose planes it is, if it is one frame's planes unchanged."""
+    def convert(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
+        """The picture, and the frame whose planes it is, if it is one frame's planes unchanged.
+
+        The latest is remembered: the first frame, and one that is repeated, are asked for several times.
+        """
+        if self._latest is None or self._latest[0] is not native:
+            self._latest = native, self._converted(native)
+        return self._latest[1]
+
+    def _converted(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
         frame = self._formatted(native)
         decoded = picture = picture_from_frame(frame, self._codec, subject=self._name)
         if self._tone_map is not None:

@@ -1,4 +1,4 @@
-"""Decoding that survives: a bad packet costs one frame, not the film."""
+"""Decoding that survives errors: a damaged packet costs one frame, not the film."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 
 import av
 
-from vidstyle.media.read.clock import display_stamp
+from vidstyle.media.frame import DecodedFrame
+from vidstyle.media.read.clock import FrameClock
 
 log = logging.getLogger("vidstyle")
 
@@ -20,25 +21,18 @@ ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 """FFmpeg's own decoders of these leave the alpha channel out."""
 
 
-@dataclass(frozen=True)
-class Decoded:
-    """A decoded frame, or the last good one in the place of a lost one.
-
-    Attributes:
-        pts: in the stream's time base, if known.
-        held: whether it stands for another.
-    """
-
-    frame: av.VideoFrame
-    pts: int | None
-    held: bool = False
-
-
 class Decoder:
     """Decodes one video stream packet by packet and keeps the books on what fails."""
 
-    def __init__(self, stream: av.video.stream.VideoStream, damage: DecodeReport, max_pixels: int) -> None:
+    def __init__(
+        self,
+        stream: av.video.stream.VideoStream,
+        clock: FrameClock,
+        damage: DecodeReport,
+        max_pixels: int,
+    ) -> None:
         self.damage = damage
+        self._clock = clock
         self._context: Any = _context(stream, max_pixels)
         self._awaited: list[int] = []
         self._failures = 0
@@ -50,8 +44,8 @@ class Decoder:
         """What it decodes with, as FFmpeg calls it."""
         return str(self._context.name)
 
-    def decode(self, packet: av.Packet) -> Iterator[Decoded]:
-        """The frames that the packet brings to light, held ones before them."""
+    def decode(self, packet: av.Packet) -> Iterator[DecodedFrame]:
+        """The frames that come out when the packet goes in, after those repeated for failed packets."""
         if self._in_a_row >= PATIENCE and not packet.is_keyframe:
             self.damage.lost += 1
             return
@@ -59,13 +53,14 @@ class Decoder:
             self._awaited.append(packet.pts)
         yield from self._deliver(packet)
 
-    def flush(self) -> Iterator[Decoded]:
+    def flush(self) -> Iterator[DecodedFrame]:
         """The frames that the decoder still holds; what failed at the very end is lost."""
         yield from self._deliver(None)
         self.damage.lost += self._failures
         self._failures = 0
+        yield from self._clock.flush()
 
-    def _deliver(self, packet: av.Packet | None) -> Iterator[Decoded]:
+    def _deliver(self, packet: av.Packet | None) -> Iterator[DecodedFrame]:
         try:
             frames = self._context.decode(packet)
         except av.FFmpegError as error:
@@ -81,17 +76,18 @@ class Decoder:
         self._failures += 1
         self._in_a_row += 1
 
-    def _count(self, frame: av.VideoFrame) -> Iterator[Decoded]:
-        pts = display_stamp(frame)
+    def _count(self, frame: av.VideoFrame) -> Iterator[DecodedFrame]:
+        # Formats without display times give the decoding time.
+        pts: int | None = frame.pts if frame.pts is not None else frame.dts
         yield from self._fill(pts)
         self._in_a_row = 0
         self._last = frame
         self.damage.decoded += 1
         self.damage.concealed += bool(frame.is_corrupt)
-        yield Decoded(frame, pts)
+        yield from self._clock.stamp(frame, pts)
 
-    def _fill(self, pts: int | None) -> Iterator[Decoded]:
-        """Hold the last good frame in the slots that packets announced before this one, if any have failed.
+    def _fill(self, pts: int | None) -> Iterator[DecodedFrame]:
+        """Repeat the last good frame in the slots that packets announced before this one, if any have failed.
 
         Without a failure an empty slot is none: some codecs have packets that show nothing. A failure may
         come before its slot, since decoders work ahead on several threads.
@@ -103,8 +99,8 @@ class Decoder:
             self.damage.lost += len(empty)
             return
         for slot in empty:
-            self.damage.held += 1
-            yield Decoded(self._last, slot, held=True)
+            self.damage.repeated += 1
+            yield from self._clock.stamp(self._last, slot, repeated=True)
 
 
 def _context(stream: av.video.stream.VideoStream, max_pixels: int) -> Any:
@@ -133,7 +129,7 @@ class DecodeReport:
 
     Attributes:
         decoded: frames delivered from packets of their own.
-        held: frames that could not be decoded, in whose place the last good one was shown again.
+        repeated: frames that could not be decoded and were replaced by the last good one.
         lost: frames that could not be decoded and left nothing.
         concealed: frames that the decoder delivered, but flagged as patched.
         missing_frames: frames that the header announces and the file does not hold.
@@ -143,7 +139,7 @@ class DecodeReport:
     """
 
     decoded: int = 0
-    held: int = 0
+    repeated: int = 0
     lost: int = 0
     concealed: int = 0
     missing_frames: int = 0
@@ -152,21 +148,21 @@ class DecodeReport:
     broken_reads: int = 0
 
     @property
-    def is_notable(self) -> bool:
+    def is_significant(self) -> bool:
         """Whether a program should end with another code than success."""
-        undone = self.held + self.lost + self.missing_frames
+        undone = self.repeated + self.lost + self.missing_frames
         return bool(undone or self.missing_seconds) or self.concealed > CONCEALED_SHARE * self.decoded
 
     def report(self) -> str:
         """One line for people, or "" when nothing was found.
 
-        >>> Damage(decoded=72, missing_frames=78).report()
+        >>> DecodeReport(decoded=72, missing_frames=78).report()
         'the input is damaged: 78 frames missing of 150'
         """
-        total = self.decoded + self.held + self.lost + self.missing_frames
+        total = self.decoded + self.repeated + self.lost + self.missing_frames
         found = [
             (self.missing_frames, f"{_frames(self.missing_frames)} missing of {total}"),
-            (self.held, f"{_frames(self.held)} damaged, the last good one held"),
+            (self.repeated, f"{_frames(self.repeated)} damaged, the last good one held"),
             (self.lost, f"{_frames(self.lost)} damaged and left out"),
             (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
             (self.missing_seconds, self._seconds_text()),

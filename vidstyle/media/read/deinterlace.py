@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 
 import av
 import av.filter
 
-from vidstyle.media.read.source import Stamped
+from vidstyle.media.frame import DecodedFrame
 
 log = logging.getLogger("vidstyle")
 
@@ -26,9 +26,18 @@ class Deinterlacer:
         self._time_base = time_base
         self._graph: av.filter.Graph | None = None
         self._kind: tuple[int, int, str] = (0, 0, "")
-        self._inside: deque[Stamped] = deque()
+        self._inside: deque[DecodedFrame] = deque()
 
-    def push(self, frame: Stamped) -> Iterator[Stamped]:
+    def apply(self, items: Iterable[DecodedFrame | av.Packet]) -> Iterator[DecodedFrame | av.Packet]:
+        """The items with progressive frames; packets pass through."""
+        for item in items:
+            if isinstance(item, DecodedFrame):
+                yield from self.push(item)
+            else:
+                yield item
+        yield from self.flush()
+
+    def push(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
         """The frames that are ready."""
         native = frame.native
         if self._graph is None and not native.interlaced_frame:
@@ -46,7 +55,7 @@ class Deinterlacer:
         self._graph.push(native)
         yield from self._pull()
 
-    def flush(self) -> Iterator[Stamped]:
+    def flush(self) -> Iterator[DecodedFrame]:
         """The frame that the filter still holds."""
         if self._graph is not None:
             self._graph.push(None)
@@ -64,7 +73,7 @@ class Deinterlacer:
         graph.configure()
         return graph
 
-    def _pull(self) -> Iterator[Stamped]:
+    def _pull(self) -> Iterator[DecodedFrame]:
         assert self._graph is not None
         while True:
             try:

@@ -10,12 +10,12 @@ from pathlib import Path
 import av
 from av.stream import Discard
 
+from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
-from vidstyle.media.read.decoder import PATIENCE, TAIL, Decoded, Decoder, DecodeReport
+from vidstyle.media.read.decoder import PATIENCE, TAIL, Decoder, DecodeReport
 from vidstyle.media.read.picture_header import HEAD, exif_orientation, is_jpeg
 from vidstyle.media.read.source import (
-    Stamped,
     announced_seconds,
     choose_stream,
     frame_rate,
@@ -55,16 +55,15 @@ class FilmSource:
             if (stream.type != "video" or is_attached_picture(stream))
             and not is_chapter_track(stream, chapters)
         ]
-        self._decoder = Decoder(self.stream, self.damage, max_pixels)
-        self.codec = self._decoder.codec
         self.rate = frame_rate(self.stream)
         formats = set(container.format.name.split(","))
         base = Fraction(self.stream.time_base or 1 / DEFAULT_RATE)
         window = SORTING_WINDOW if formats & UNSORTED else 0
-        self._clock: FrameClock[Decoded] = FrameClock(base, self.rate or DEFAULT_RATE, window)
-        self._scale = int(base / self._clock.time_base)
+        clock = FrameClock(base, self.rate or DEFAULT_RATE, window)
+        self._decoder = Decoder(self.stream, clock, self.damage, max_pixels)
+        self.codec = self._decoder.codec
         self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
-        self.time_base = self._clock.time_base
+        self.time_base = clock.time_base
         self.sample_aspect = Fraction(self.stream.sample_aspect_ratio or 0) or None
         self.duration = announced_seconds(container, self.stream)
         self.frames = self.stream.frames or (
@@ -102,7 +101,7 @@ class FilmSource:
                 break
         self._rewind()
 
-    def items(self) -> Iterator[Stamped | av.Packet]:
+    def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """Frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets():
             self._packet_clock.restamp(packet)
@@ -112,12 +111,8 @@ class FilmSource:
                 continue
             self._seen_packets += 1
             self._hidden_packets += packet.is_discard
-            for decoded in self._decoder.decode(packet):
-                yield from self._stamped(decoded)
-        for decoded in self._decoder.flush():
-            yield from self._stamped(decoded)
-        for waiting, stamp in self._clock.flush():
-            yield self._finished(waiting, stamp)
+            yield from self._decoder.decode(packet)
+        yield from self._decoder.flush()
         if self._from_start:
             self._compare_with_header()
 
@@ -146,14 +141,6 @@ class FilmSource:
                     log.warning("the connection was lost: %s", error.strerror)
                     return
 
-    def _stamped(self, decoded: Decoded) -> Iterator[Stamped]:
-        for waiting, stamp in self._clock.stamp(decoded, decoded.pts):
-            yield self._finished(waiting, stamp)
-
-    def _finished(self, decoded: Decoded, stamp: int) -> Stamped:
-        duration = (decoded.frame.duration or 0) * self._scale
-        return Stamped(decoded.frame, stamp, duration or None, bool(decoded.frame.key_frame), decoded.held)
-
     def _note_end(self, packet: av.Packet) -> None:
         if packet.pts is not None and packet.time_base is not None:
             self._seen_end = max(self._seen_end, (packet.pts + (packet.duration or 0)) * packet.time_base)
@@ -166,7 +153,7 @@ class FilmSource:
             if self._seen_packets < self.stream.frames:
                 # Every one that is not delivered is missing, that of a packet cut in two included.
                 damage.missing_frames = (
-                    self.stream.frames - self._hidden_packets - damage.decoded - damage.held
+                    self.stream.frames - self._hidden_packets - damage.decoded - damage.repeated
                 )
                 damage.lost = 0
         elif self._formats & TIMED and self.container.duration:

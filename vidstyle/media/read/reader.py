@@ -13,7 +13,7 @@ from typing import Self
 import av
 
 from vidstyle.errors import InputError
-from vidstyle.media.frame import Frame
+from vidstyle.media.frame import DecodedFrame, Frame
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.raw_video import RAW
@@ -24,7 +24,7 @@ from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film import DEFAULT_RATE, FilmSource
 from vidstyle.media.read.open import open_media
 from vidstyle.media.read.sequence import SequenceSource, is_animated_webp, is_pattern
-from vidstyle.media.read.source import Stamped, VideoSource
+from vidstyle.media.read.source import VideoSource
 from vidstyle.media.read.trim import Trim
 
 __all__ = ["ReadOptions", "Reader", "VideoInfo", "open_reader"]
@@ -63,10 +63,10 @@ class Reader:
         self._rate = ConstantRate(options.fps) if options.fps else None
         if options.start:
             source.seek(options.start)
-        self._stamped = self._cut()
-        self._waiting: list[Stamped | av.Packet] = []
+        self._items = self._trimmed()
+        self._waiting: list[DecodedFrame | av.Packet] = []
         first = self._first_frame()
-        self._maker = FrameConverter(
+        self._converter = FrameConverter(
             first.native,
             source.codec,
             source.name,
@@ -97,11 +97,13 @@ class Reader:
         return self._source.damage
 
     def __iter__(self) -> Iterator[Frame | av.Packet]:
-        for item in itertools.chain(self._waiting, self._stamped):
-            if isinstance(item, Stamped):
-                yield from self._timed(self._frame(item))
-            else:
+        for item in itertools.chain(self._waiting, self._items):
+            if not isinstance(item, DecodedFrame):
                 yield item
+            elif self._rate is None:
+                yield self._frame(item)
+            else:
+                yield from self._rate.push(self._frame(item))
         if self._rate is not None:
             yield from self._rate.flush()
 
@@ -117,16 +119,16 @@ class Reader:
     ) -> None:
         self.close()
 
-    def _cut(self) -> Iterator[Stamped | av.Packet]:
+    def _trimmed(self) -> Iterator[DecodedFrame | av.Packet]:
         options = self._options
         sounds = [stream.index for stream in self.copied_streams if stream.type == "audio"]
-        cut = Trim(self._source.time_base, options.start, options.end, sounds)
-        return cut.apply(_progressive(self._source))
+        trim = Trim(self._source.time_base, options.start, options.end, sounds)
+        return trim.apply(Deinterlacer(self._source.time_base).apply(self._source.items()))
 
-    def _first_frame(self) -> Stamped:
-        for item in self._stamped:
+    def _first_frame(self) -> DecodedFrame:
+        for item in self._items:
             self._waiting.append(item)
-            if isinstance(item, Stamped):
+            if isinstance(item, DecodedFrame):
                 return item
         if self.damage.decoded:
             raise InputError(self._source.name, "has no frame between the given start and end")
@@ -134,54 +136,37 @@ class Reader:
 
     def _is_alone(self) -> bool:
         """Whether the first frame is the only one; reads on to the second."""
-        for item in self._stamped:
+        for item in self._items:
             self._waiting.append(item)
-            if isinstance(item, Stamped):
+            if isinstance(item, DecodedFrame):
                 return False
         return True
 
-    def _frame(self, stamped: Stamped) -> Frame:
-        picture, native = self._maker.make(stamped.native)
-        return Frame(picture, stamped.pts, self._source.time_base, stamped.duration, native, stamped.key)
+    def _frame(self, decoded: DecodedFrame) -> Frame:
+        picture, native = self._converter.convert(decoded.native)
+        return Frame(picture, decoded.pts, self._source.time_base, decoded.duration, native, decoded.key)
 
-    def _timed(self, frame: Frame) -> Iterator[Frame]:
-        if self._rate is None:
-            yield frame
-        else:
-            yield from self._rate.push(frame)
-
-    def _describe(self, first: Stamped, still: bool) -> VideoInfo:
-        picture, _ = self._maker.make(first.native)
-        source, maker = self._source, self._maker
+    def _describe(self, first: DecodedFrame, still: bool) -> VideoInfo:
+        picture, _ = self._converter.convert(first.native)
+        source, converter = self._source, self._converter
         rate = self._options.fps or source.rate
         duration = _span(source.duration, self._options)
         whole = self._options == ReadOptions(rate=self._options.rate)
         frames = source.frames if whole else round(duration * rate) if duration and rate else None
         return VideoInfo(
-            width=maker.width,
-            height=maker.height,
+            width=converter.width,
+            height=converter.height,
             encoding=picture.encoding,
-            color_tags=maker.color_tags,
+            color_tags=converter.color_tags,
             time_base=self._rate.time_base if self._rate else source.time_base,
             rate=rate,
-            sample_aspect=maker.sample_aspect,
+            sample_aspect=converter.sample_aspect,
             duration=None if still else duration,
             frames=1 if still else frames,
             alpha=picture.alpha is not None,
             is_rgb=picture.color is not None,
             still=still,
         )
-
-
-def _progressive(source: VideoSource) -> Iterator[Stamped | av.Packet]:
-    """The source's items, interlaced frames deinterlaced."""
-    deinterlacer = Deinterlacer(source.time_base)
-    for item in source.items():
-        if isinstance(item, Stamped):
-            yield from deinterlacer.push(item)
-        else:
-            yield item
-    yield from deinterlacer.flush()
 
 
 def _span(duration: Fraction | None, options: ReadOptions) -> Fraction | None:

@@ -14,6 +14,7 @@ from av.stream import Discard
 
 from vidstyle.core.picture import Picture
 from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.orientation import orientation_of
 from vidstyle.media.read.convert import FrameConverter
@@ -21,7 +22,7 @@ from vidstyle.media.read.decoder import PATIENCE
 from vidstyle.media.read.film import FilmSource
 from vidstyle.media.read.open import open_media
 from vidstyle.media.read.reader import open_source
-from vidstyle.media.read.source import Stamped, VideoSource
+from vidstyle.media.read.source import VideoSource
 
 
 @dataclass(frozen=True)
@@ -134,11 +135,11 @@ def _only_pictures(source: VideoSource) -> VideoSource:
     return source
 
 
-def _stamped(source: VideoSource) -> Iterator[Stamped]:
-    return (item for item in source.items() if isinstance(item, Stamped))
+def _stamped(source: VideoSource) -> Iterator[DecodedFrame]:
+    return (item for item in source.items() if isinstance(item, DecodedFrame))
 
 
-def _steps(source: VideoSource, gap: Fraction) -> Iterator[Stamped]:
+def _steps(source: VideoSource, gap: Fraction) -> Iterator[DecodedFrame]:
     time, end = Fraction(0), source.duration or Fraction(0)
     while time < end:
         source.seek(time)
@@ -151,10 +152,10 @@ def _steps(source: VideoSource, gap: Fraction) -> Iterator[Stamped]:
 
 
 def _between(
-    frames: Iterator[Stamped], time_base: Fraction, start: Fraction, end: Fraction | None
-) -> Iterator[Stamped]:
+    frames: Iterator[DecodedFrame], time_base: Fraction, start: Fraction, end: Fraction | None
+) -> Iterator[DecodedFrame]:
     """At least one frame, if there are any: the nearest to the span."""
-    before: Stamped | None = None
+    before: DecodedFrame | None = None
     begun = False
     for frame in frames:
         time = frame.pts * time_base
@@ -172,7 +173,7 @@ def _between(
         yield before
 
 
-def _samples(source: VideoSource, frames: Iterator[Stamped]) -> Iterator[SampledFrame]:
+def _samples(source: VideoSource, frames: Iterator[DecodedFrame]) -> Iterator[SampledFrame]:
     small: SmallCopies | None = None
     for frame in frames:
         if small is None or not small.fits(frame.native):
@@ -213,7 +214,7 @@ class SmallCopies:
         width, height = self._orientation.size(*self._square)
         self.shape = height, width
         self._reformatter = av.video.reformatter.VideoReformatter()
-        self._makers: dict[tuple[int, int], FrameConverter] = {}
+        self._converters: dict[tuple[int, int], FrameConverter] = {}
 
     def fits(self, native: av.VideoFrame) -> bool:
         """Whether the frame is of that size."""
@@ -224,11 +225,11 @@ class SmallCopies:
         factor = min(Fraction(1), Fraction(side, max(self._square)))
         width, height = (max(1, round(length * factor)) for length in self._square)
         small = self._reduced(native, width, height)
-        if (width, height) not in self._makers:
-            self._makers[width, height] = FrameConverter(
+        if (width, height) not in self._converters:
+            self._converters[width, height] = FrameConverter(
                 small, self._source.codec, self._source.name, orientation=self._orientation
             )
-        return self._makers[width, height].make(small)[0]
+        return self._converters[width, height].convert(small)[0]
 
     def _reduced(self, native: av.VideoFrame, width: int, height: int) -> av.VideoFrame:
         if (width, height) == self._stored:

@@ -15,13 +15,13 @@ import numpy as np
 
 from vidstyle.core.picture import Picture
 from vidstyle.errors import InputError
-from vidstyle.media.frame import frame_from_picture
+from vidstyle.media.frame import DecodedFrame, frame_from_picture
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.read.clock import fine_time_base
+from vidstyle.media.read.clock import FrameClock, fine_time_base
 from vidstyle.media.read.decoder import Decoder, DecodeReport
 from vidstyle.media.read.open import open_media
 from vidstyle.media.read.picture_header import picture_size
-from vidstyle.media.read.source import Stamped, choose_stream
+from vidstyle.media.read.source import choose_stream
 
 log = logging.getLogger("vidstyle")
 
@@ -121,17 +121,17 @@ class SequenceSource:
         wanted = time / self.time_base
         self._first = max((number for number, stamp in enumerate(self._stamps) if stamp <= wanted), default=0)
 
-    def items(self) -> Iterator[Stamped | av.Packet]:
+    def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """The frames from here on; the last good one stands for those that cannot be read."""
         last: av.VideoFrame | None = None
         for number in range(self._first, len(self._stamps) - 1):
             frame = self._load(number, self.damage)
             stamp, duration = self._stamps[number], self._stamps[number + 1] - self._stamps[number]
             if frame is not None:
-                yield Stamped(frame, stamp, duration, key=True)
+                yield DecodedFrame(frame, stamp, duration, key=True)
             elif last is not None:
-                self.damage.held += 1
-                yield Stamped(last, stamp, duration, held=True)
+                self.damage.repeated += 1
+                yield DecodedFrame(last, stamp, duration, repeated=True)
             else:
                 self.damage.lost += 1
             last = frame or last
@@ -175,11 +175,12 @@ def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av
             return None, ""
         raise
     with container:
-        decoder = Decoder(choose_stream(container, str(path)), DecodeReport(), max_pixels)
+        clock = FrameClock(Fraction(1, 25), Fraction(25))
+        decoder = Decoder(choose_stream(container, str(path)), clock, DecodeReport(), max_pixels)
         for packet in container.demux(video=0):
             for decoded in decoder.flush() if not packet.size else decoder.decode(packet):
                 damage.decoded += 1
-                return decoded.frame, decoder.codec
+                return decoded.native, decoder.codec
     return None, ""
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
 
@@ -12,24 +11,9 @@ import av
 from av.stream import Disposition
 
 from vidstyle.errors import InputError
+from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.decoder import DecodeReport
-
-
-@dataclass(frozen=True)
-class Stamped:
-    """A decoded frame, as stored, and when it is shown.
-
-    Attributes:
-        pts, duration: in the source's time base.
-        held: whether it stands for one that could not be decoded.
-    """
-
-    native: av.VideoFrame
-    pts: int
-    duration: int | None = None
-    key: bool = False
-    held: bool = False
 
 
 class VideoSource(Protocol):
@@ -51,7 +35,7 @@ class VideoSource(Protocol):
     def seek(self, time: Fraction) -> None:
         """Continue from a key frame at or before a time in seconds, where that can be done."""
 
-    def items(self) -> Iterator[Stamped | av.Packet]:
+    def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """Everything from here to the end."""
 
     def close(self) -> None:

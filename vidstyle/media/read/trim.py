@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import av
 
-from vidstyle.media.read.source import Stamped
+from vidstyle.media.frame import DecodedFrame
 
 ROUNDING = Fraction(2, 1000)
 """Seconds by which a frame may come after the start and still count as there: containers round stamps."""
@@ -28,14 +28,14 @@ class Trim:
         self._end = end
         self._offset = round(self._start / time_base)
         self._waiting_for = set(sounds)
-        self._before: Stamped | None = None
+        self._before: DecodedFrame | None = None
         self._begun = start is None
         self._over = False
 
-    def apply(self, items: Iterable[Stamped | av.Packet]) -> Iterator[Stamped | av.Packet]:
+    def apply(self, items: Iterable[DecodedFrame | av.Packet]) -> Iterator[DecodedFrame | av.Packet]:
         """What is left of the items."""
         for item in items:
-            if isinstance(item, Stamped):
+            if isinstance(item, DecodedFrame):
                 yield from self._frame(item)
             elif self._packet_remains(item):
                 yield item
@@ -44,7 +44,7 @@ class Trim:
         if self._before is not None and not self._begun and self._shows(self._before):
             yield replace(self._before, pts=0)
 
-    def _frame(self, frame: Stamped) -> Iterator[Stamped]:
+    def _frame(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
         time = frame.pts * self._time_base
         if not self._begun and time < self._start:
             self._before = frame
@@ -57,13 +57,13 @@ class Trim:
         self._begun = True
         yield replace(frame, pts=frame.pts - self._offset)
 
-    def _entry(self, frame: Stamped) -> Iterator[Stamped]:
+    def _entry(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
         """The frame that is on the screen at `start`, unless the next one is as good as there."""
         wait = frame.pts - self._offset
         if self._before is not None and wait * self._time_base > ROUNDING:
             yield replace(self._before, pts=0, duration=wait)
 
-    def _shows(self, frame: Stamped) -> bool:
+    def _shows(self, frame: DecodedFrame) -> bool:
         return frame.duration is not None and frame.pts + frame.duration > self._offset
 
     def _packet_remains(self, packet: av.Packet) -> bool:

@@ -164,7 +164,7 @@ class FilmWriter(Writer):
 
     def _cut(self) -> Fraction | None:
         """Where sound is to end: with the pictures if the source was cut off, else where it ends itself."""
-        damaged = self._source is not None and self._source.damage.is_notable
+        damaged = self._source is not None and self._source.damage.is_significant
         return self._video.end if damaged and self.frames else None
 
     def _close(self) -> None:
