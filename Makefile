@@ -6,13 +6,20 @@ PYTHON ?= $(shell for python in python3 python3.14 python3.13 python3.12 python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
-.PHONY: demo test check docs clean
+# Processes that share the tests.
+JOBS ?= 2
+PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
+
+.PHONY: demo test thorough check docs clean
 
 demo: .venv/program.stamp  ## make a short film and restyle it
 	$(BIN)/vidstyle demo
 
 test: .venv/dev.stamp  ## run all tests
-	$(BIN)/python -m pytest
+	$(PYTEST)
+
+thorough: .venv/dev.stamp  ## run every combination of what `test` tries a part of
+	$(PYTEST) -m thorough
 
 check: .venv/dev.stamp  ## look over the code: layout, lint, types
 	$(BIN)/ruff format --check .

@@ -1,16 +1,34 @@
-"""Fixtures for all tests."""
+"""Fixtures for all tests, and what holds for a run as a whole: its seed, and its threads."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
-import moderngl
-import pytest
-from faults import Program
+if "PYTEST_XDIST_WORKER" in os.environ:
+    # Each of several processes keeps to one core, as do the programs that it starts.
+    os.environ |= {"LP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+SEED = os.environ.setdefault("VIDSTYLE_TEST_SEED", f"{datetime.now(UTC):%Y%m%d}")
+"""What random tests draw their cases from: the date, unless the variable says otherwise."""
+
+import cv2  # noqa: E402
+import moderngl  # noqa: E402
+import pytest  # noqa: E402
+from faults import Program  # noqa: E402
+
+if "PYTEST_XDIST_WORKER" in os.environ:
+    cv2.setNumThreads(1)
 
 collect_ignore = ["gstreamer_pipeline.py"]
 """A program for the Python of GStreamer, which has modules that ours need not have."""
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say how a failed run can be repeated: another day's has other random cases."""
+    if terminalreporter.stats.get("failed"):
+        terminalreporter.write_line(f"To repeat these cases, set VIDSTYLE_TEST_SEED={SEED}.")
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,9 @@ SHAPES = {
     "8192x16": (16, 8192),
 }
 """Height and width by a name of width x height."""
+ODD = (181, 243)
+SMALL = (61, 97)
+"""Heights and widths of most pictures: whole multiples of no group of a shader."""
 
 AGREEMENT = 0.999
 """The share of the samples of each plane that must not differ by more than one level of 255."""

@@ -20,8 +20,8 @@ every_block = pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.n
 every_size = pytest.mark.parametrize("size", SIZES, ids=str)
 
 
-def settings(block: Block) -> list[dict[str, Any]]:
-    """No values; every parameter at each end or option; and all at their low, and all at their high ends."""
+def ends_of(block: Block) -> dict[str, list[Any]]:
+    """By parameter both ends of its range, or its options."""
     ends: dict[str, list[Any]] = {}
     for name, parameter in block.parameters.items():
         control = parameter.control
@@ -31,6 +31,12 @@ def settings(block: Block) -> list[dict[str, Any]]:
             ends[name] = list(control.options)
         elif isinstance(control, Switch):
             ends[name] = [False, True]
+    return ends
+
+
+def settings(block: Block) -> list[dict[str, Any]]:
+    """No values; every parameter at each end or option; and all at their low, and all at their high ends."""
+    ends = ends_of(block)
     single = [{name: value} for name, values in ends.items() for value in values]
     corners = [{name: values[corner] for name, values in ends.items()} for corner in (0, -1)] if ends else []
     return [{}, *single, *corners]

@@ -1,22 +1,28 @@
-"""The GPU gives what the CPU gives: every block at every setting, every style, in both forms of passes."""
+"""The GPU gives what the CPU gives: every block at every setting, every style, in both forms of passes.
+
+Settings are combined in pairs, at one size; `-m thorough` tries each of them at all sizes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from gpu import SHAPES, Sessions, faults, film_picture, gray_picture
+from covering import covering_rows
+from gpu import ODD, SHAPES, SMALL, Sessions, faults, film_picture, gray_picture
 from pictures import step, style
-from test_blocks import settings
+from test_blocks import ends_of, settings
 
 from vidstyle.block import Asset, Block, SavedRef, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Step, Style, load_style, style_names
+
+MakePicture = Callable[[int, int], Picture]
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +54,31 @@ def all_settings(block: Block, folder: Path) -> list[dict[str, Any]]:
     return found
 
 
+def paired_settings(block: Block, folder: Path) -> list[tuple[dict[str, Any], MakePicture]]:
+    """Values and a picture to try: defaults, ends, options, saved pictures and assets meet in pairs."""
+    factors = {name: [None, *values] for name, values in ends_of(block).items()}
+    for name, parameter in block.parameters.items():
+        if isinstance(parameter.control, SavedRef):
+            factors[name] = [None, "soft", "flat"]
+        elif isinstance(parameter.control, Asset) and (folder / name).exists():
+            factors[name] = [None, name]
+    rows = covering_rows(factors | {"picture": makers_for(block)})
+    return [
+        ({name: value for name, value in row.items() if value is not None and name != "picture"}, make)
+        for row in rows
+        for make in [row["picture"]]
+    ]
+
+
 def shapes_for(block: Block, values: dict[str, Any]) -> dict[str, tuple[int, int]]:
     """All sizes; but learned filters, which read much and run often, are tried on small pictures."""
     small = block.kind == "learned" and values
-    return {"1x1": (1, 1), "243x181": (181, 243)} if small else SHAPES
+    return {"1x1": (1, 1), "243x181": ODD} if small else SHAPES
+
+
+def makers_for(block: Block) -> list[MakePicture]:
+    """A film's picture; and a gray one for blocks that work on whatever channels there are."""
+    return [film_picture, gray_picture] if block.on == "channels" else [film_picture]
 
 
 def style_of(block: Block, values: dict[str, Any], folder: Path) -> Style:
@@ -60,16 +87,54 @@ def style_of(block: Block, values: dict[str, Any], folder: Path) -> Style:
     return Style("test", base=saved, background=(step(block.name, source="source", **values),), folder=folder)
 
 
-@pytest.mark.parametrize("block", all_blocks().values(), ids=lambda block: block.name)
+BLOCKS = all_blocks().values()
+KINDS = {block.kind: block for block in BLOCKS}
+"""One block of each kind."""
+
+every_block = pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
+
+
+def block_faults(
+    sessions: Sessions,
+    block: Block,
+    values: dict[str, Any],
+    folder: Path,
+    *shapes: tuple[int, int],
+    makers: Sequence[MakePicture] = (film_picture,),
+) -> list[str]:
+    chosen = style_of(block, values, folder)
+    return [
+        line
+        for make in makers
+        for shape in shapes
+        for line in faults(sessions, chosen, make(*shape), f"{block.name} {values}, {make.__name__} {shape}")
+    ]
+
+
+@every_block
 def test_every_block_gives_what_it_gives_on_the_cpu(block: Block, sessions: Sessions, folder: Path) -> None:
-    makers = [film_picture, gray_picture] if block.on == "channels" else [film_picture]
+    found = block_faults(sessions, block, {}, folder, (1, 1), (1, 50), (50, 1))
+    for values, make in paired_settings(block, folder):
+        shape = SMALL if block.kind == "learned" and values else ODD
+        found += block_faults(sessions, block, values, folder, shape, makers=[make])
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_longest_pages_agree(kind: str, sessions: Sessions, folder: Path) -> None:
+    long, high = SHAPES["8192x16"], SHAPES["16x8192"]
+    block = KINDS[kind]
+    assert block_faults(sessions, block, {}, folder, long, high, makers=makers_for(block)) == []
+
+
+@pytest.mark.thorough
+@every_block
+def test_every_block_at_every_setting_and_size(block: Block, sessions: Sessions, folder: Path) -> None:
     found = [
         line
         for values in all_settings(block, folder)
-        for chosen in [style_of(block, values, folder)]
-        for make in makers
-        for size, shape in shapes_for(block, values).items()
-        for line in faults(sessions, chosen, make(*shape), f"{block.name} {values}, {make.__name__} {size}")
+        for shapes in [shapes_for(block, values).values()]
+        for line in block_faults(sessions, block, values, folder, *shapes, makers=makers_for(block))
     ]
     assert not found, "\n".join(found)
 
@@ -103,15 +168,26 @@ def test_a_code_upon_the_border_of_two_tones_gets_the_same_one(
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("name", style_names())
-def test_every_style_gives_what_it_gives_on_the_cpu(name: str, sessions: Sessions) -> None:
+def style_faults(name: str, sessions: Sessions, **shapes: Sequence[tuple[int, int]]) -> list[str]:
+    """Where a style disagrees on a film's picture and on a gray one, each of some sizes."""
     chosen = load_style(name)
     # The plain style hands a gray picture on as it is, which no session is asked for.
-    makers = [film_picture] if chosen.is_plain else [film_picture, gray_picture]
-    found = [
+    makers = {"film": film_picture} if chosen.is_plain else {"film": film_picture, "gray": gray_picture}
+    return [
         line
-        for make in makers
-        for size, shape in SHAPES.items()
-        for line in faults(sessions, chosen, make(*shape), f"{name}, {make.__name__} {size}")
+        for kind, make in makers.items()
+        for shape in shapes[kind]
+        for line in faults(sessions, chosen, make(*shape), f"{name}, {kind} {shape}")
     ]
-    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("name", style_names())
+def test_every_style_gives_what_it_gives_on_the_cpu(name: str, sessions: Sessions) -> None:
+    assert style_faults(name, sessions, film=[ODD], gray=[SMALL]) == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", style_names())
+def test_every_style_at_every_size(name: str, sessions: Sessions) -> None:
+    every = list(SHAPES.values())
+    assert style_faults(name, sessions, film=every, gray=every) == []

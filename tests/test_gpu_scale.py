@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
+from itertools import product
 
 import pytest
-from gpu import SHAPES, Sessions, faults, film_picture, gray_picture, packed_picture
+from covering import covering_rows
+from gpu import ODD, SHAPES, Sessions, faults, film_picture, gray_picture, packed_picture
 from pictures import VIDEO, step, style
 
 from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.core.resample import METHODS
 from vidstyle.style import Style
 
-SHAPE = (181, 243)
+SHAPE = ODD
 FACTORS = (0.05, 0.31, 0.5, 0.77, 1.3)
 LONGEST = ("16x8192", "8192x16")
 
@@ -23,26 +26,53 @@ def sessions() -> Iterator[Sessions]:
         yield opened
 
 
+def scaled(factor: float, method: str, back: str) -> Style:
+    return style(step("scale", factor=factor, method=method, back=back))
+
+
+ROWS = covering_rows(
+    {
+        "method": list(METHODS),
+        "back": list(METHODS),
+        "factor": FACTORS,
+        "make": (film_picture, packed_picture),
+    }
+)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_leads_there_and_back(method: str, sessions: Sessions) -> None:
     found = []
-    for factor in FACTORS:
-        for back in METHODS:
-            chosen = style(step("scale", factor=factor, method=method, back=back))
-            for make in (film_picture, packed_picture):
-                label = f"{method} {factor}, back by {back}, {make.__name__}"
-                found += faults(sessions, chosen, make(*SHAPE), label)
+    for row in (row for row in ROWS if row["method"] == method):
+        chosen = scaled(row["factor"], method, row["back"])
+        found += faults(sessions, chosen, row["make"](*SHAPE), str(row))
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_leads_there_and_back_by_any_other(method: str, sessions: Sessions) -> None:
+    found = []
+    for factor, back, make in product(FACTORS, METHODS, (film_picture, packed_picture)):
+        label = f"{method} {factor}, back by {back}, {make.__name__}"
+        found += faults(sessions, scaled(factor, method, back), make(*SHAPE), label)
     assert not found, "\n".join(found)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_longest_pages_are_resampled(method: str, sessions: Sessions) -> None:
-    found = []
-    for factor in (0.37, 1.7):
-        chosen = style(step("scale", factor=factor, method=method, back=method))
-        for size in LONGEST:
-            found += faults(sessions, chosen, film_picture(*SHAPES[size]), f"{method} {factor}, {size}")
-    assert not found, "\n".join(found)
+    """Made smaller along, and larger across."""
+    for factor, size in zip((0.37, 1.7), LONGEST, strict=True):
+        chosen = scaled(factor, method, method)
+        assert faults(sessions, chosen, film_picture(*SHAPES[size]), f"{factor}, {size}") == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("factor", [0.37, 1.7])
+def test_all_the_longest_pages_are_resampled(method: str, factor: float, sessions: Sessions) -> None:
+    for size in LONGEST:
+        assert faults(sessions, scaled(factor, method, method), film_picture(*SHAPES[size]), size) == []
 
 
 CHAINS = {
@@ -110,13 +140,35 @@ LAYERS = {
 EVERY = CHAINS | LAYERS
 
 
+ENCODINGS = (VIDEO, Encoding(step=(4, 1)), Encoding(step=(1, 1)), Encoding(siting=SITINGS["bottom"]))
+MAKERS = {
+    **{f"{each.step} at {each.siting}": partial(film_picture, encoding=each) for each in ENCODINGS},
+    "gray": gray_picture,
+    "packed": packed_picture,
+}
+"""Kinds of pictures."""
+THIN = ((1, 1), (1, 50), (50, 1))
+
+
 @pytest.mark.parametrize("name", EVERY)
 def test_sizes_change_between_blocks(name: str, sessions: Sessions) -> None:
+    """Every chain on usual video, and on some of the other kinds: each kind goes through some chains."""
+    number = list(EVERY).index(name)
+    kinds = list(MAKERS.items())
+    others = [kinds[1 + (number + offset) % (len(kinds) - 1)] for offset in (0, 2)]
     found = []
-    for encoding in (VIDEO, Encoding(step=(4, 1)), Encoding(step=(1, 1)), Encoding(siting=SITINGS["bottom"])):
-        label = f"{encoding.step} at {encoding.siting}"
-        found += faults(sessions, EVERY[name], film_picture(*SHAPE, encoding), label)
-    for make in (gray_picture, packed_picture):
-        for shape in [SHAPE, (1, 1), (1, 50), (50, 1)]:
-            found += faults(sessions, EVERY[name], make(*shape), f"{make.__name__} {shape}")
+    for kind, make in (kinds[0], *others):
+        found += faults(sessions, EVERY[name], make(*SHAPE), kind)
+    thin, make = THIN[number % len(THIN)], (gray_picture, packed_picture)[number % 2]
+    found += faults(sessions, EVERY[name], make(*thin), f"{make.__name__} {thin}")
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", EVERY)
+def test_sizes_change_between_blocks_in_pictures_of_every_kind(name: str, sessions: Sessions) -> None:
+    found = []
+    for kind, make in MAKERS.items():
+        for shape in [SHAPE, *THIN] if kind in ("gray", "packed") else [SHAPE]:
+            found += faults(sessions, EVERY[name], make(*shape), f"{kind} {shape}")
     assert not found, "\n".join(found)
