@@ -249,7 +249,7 @@ def test_closed_contexts_leave_nothing_behind() -> None:
 
 def test_the_doctor_describes_each_device() -> None:
     lines = (
-        "from vidstyle.doctor import examine; facts = examine(); print(facts['gpu'], facts['device auto'])"
+        "from vidstyle.doctor import diagnose; facts = diagnose(); print(facts['gpu'], facts['device auto'])"
     )
     first = list_devices()[0]
     there = answer(NO_CARD, lines)

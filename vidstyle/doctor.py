@@ -1,4 +1,4 @@
-"""Finds out what this machine has that matters to us, for bug reports."""
+"""Diagnosis of this machine and installation, for bug reports."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from vidstyle.media.probe import cameras, decoder_devices, encoders, ffmpeg_vers
 LIBRARIES = ("av", "numpy", "opencv-contrib-python-headless", "numba", "moderngl", "click", "rich", "tomlkit")
 
 
-def examine() -> dict[str, Any]:
-    """Facts by name; encoders are tried, not only looked up. Takes a second or two."""
+def diagnose() -> dict[str, Any]:
+    """The facts by name. Encoders are opened, not only listed, which takes a second or two."""
     return {
         "vidstyle": vidstyle.__version__,
         "python": f"{platform.python_version()} ({sys.executable})",
@@ -45,15 +45,15 @@ def _version(name: str) -> str:
 
 
 def _gpus() -> list[str] | str:
-    """A line for each device of OpenGL, or why there is none."""
+    """A line for each OpenGL device, or the reason why there is none."""
     try:
         choose("gpu")
     except DeviceError as error:
         return f"none ({error.reason}; {error.remedy})"
-    return [_described(device) for device in list_devices()]
+    return [_describe(device) for device in list_devices()]
 
 
-def _described(device: Device) -> str:
+def _describe(device: Device) -> str:
     version = f"OpenGL {device.version // 100}.{device.version // 10 % 10}"
     software = " (software: not a GPU)" if device.software else ""
     size = device.limits.texture_size

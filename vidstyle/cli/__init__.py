@@ -1,4 +1,4 @@
-"""The program `vidstyle`: each command is a file here, found by its name and imported when it is called."""
+"""The program `vidstyle`: each command is a module of this package, imported when it is called."""
 
 from __future__ import annotations
 
@@ -12,16 +12,14 @@ import vidstyle
 from vidstyle.cli.reporting import Reporting
 
 
-class Commands(click.Group):
-    """A file in this folder that declares a command of its own name is a command."""
+class CommandGroup(click.Group):
+    """Finds commands as modules of this package that declare a command of their own name."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """All names, in order."""
         names = sorted(module.name for module in pkgutil.iter_modules(__path__))
         return [name for name in names if self.get_command(ctx, name) is not None]
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
-        """The command, or None."""
         if not any(module.name == name for module in pkgutil.iter_modules(__path__)):
             return None
         command = getattr(import_module(f"{__name__}.{name}"), name, None)
@@ -29,12 +27,12 @@ class Commands(click.Group):
 
 
 @click.command(
-    cls=Commands, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
+    cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
 )
 @click.version_option(vidstyle.__version__, prog_name="vidstyle")
 @click.pass_context
 def commands(context: click.Context) -> None:
-    """Restyle moving pictures as fast as they play."""
+    """Restyle video in real time."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 

@@ -1,4 +1,4 @@
-"""vidstyle bench: how fast blocks and styles are here."""
+"""vidstyle bench: speed of blocks and styles on this machine."""
 
 from __future__ import annotations
 
@@ -9,42 +9,42 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.options import Size
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.cli.values import Size
 from vidstyle.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
     from vidstyle.bench import Timed
 
 FORMS = ("compute", "fragment")
-"""How passes run on a GPU."""
+"""The kinds of shaders that run a pass."""
 
 
 def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
-    """Refuses sizes of which only one side is given: there is no picture to take the other from."""
+    """Reject sizes with only one side given: there is no picture to take the other from."""
     for size in [value] if isinstance(value, tuple) and isinstance(value[0], int) else value:
         if min(size) < 1:
             raise click.BadParameter("give both sides, such as 1280x720", param=parameter)
     return value
 
 
-@click.command(short_help="Measure the speed of blocks and styles here.")
+@click.command(short_help="Measure the speed of blocks and styles.")
 @click.option("--size", "sizes", type=Size(), multiple=True, default=["1920x1080"], show_default=True,
-              callback=both_sides, help="Size of the pictures; may be given several times.")  # fmt: skip
-@click.option("--style", "style_names", metavar="NAME", multiple=True, help="Only these styles.")
-@click.option("--block", "block_names", metavar="NAME", multiple=True, help="Only these blocks.")
+              callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
+@click.option("--style", "style_names", metavar="NAME", multiple=True, help="Measure only these styles.")
+@click.option("--block", "block_names", metavar="NAME", multiple=True, help="Measure only these blocks.")
 @click.option("--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True,
-              help="Which GPU to measure beside the CPU.")  # fmt: skip
+              help="GPU to measure beside the CPU.")  # fmt: skip
 @click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best", show_default=True,
-              help="How passes run on the GPU.")  # fmt: skip
+              help="Kind of shaders on the GPU.")  # fmt: skip
 @click.option("--seconds", type=click.FloatRange(0, 3600), default=1.0, show_default=True,
-              help="About how long each measurement takes.")  # fmt: skip
+              help="Approximate time of each measurement.")  # fmt: skip
 @click.option("--bandwidth", type=click.FloatRange(0, min_open=True), metavar="GB/S",
-              help="Of the GPU's memory: then the share of it that is reached is shown.")  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="As JSON, with the time of every pass.")
+              help="Memory bandwidth of the GPU; adds the fraction of it that is reached.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, with the time of each pass.")
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
-              help="Write the tables, or the JSON, there.")  # fmt: skip
-@click.option("-y", "--overwrite", is_flag=True, help="Replace FILE if it exists.")
+              help="Write the tables or the JSON to FILE.")  # fmt: skip
+@click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
 @reporting_options
 def bench(
     sizes: tuple[tuple[int, int], ...],
@@ -54,25 +54,19 @@ def bench(
     overwrite: bool,
     **options: Any,
 ) -> None:
-    """Measure how fast every block and every style is on this machine, beside the paper's figures."""
+    """Measure the speed of every block and style on this machine, beside the paper's figures."""
     from vidstyle.bench import set_up
     from vidstyle.bench.results import as_dict
     from vidstyle.bench.table import markdown
 
     if output is not None and not overwrite and os.path.lexists(output):
         raise UsageError(output, "exists already", "add -y to overwrite it, or choose another name")
-    prepared = set_up(
-        sizes,
-        options["style_names"],
-        options["block_names"],
-        options["device"],
-        options["form"],
-        options["seconds"],
-    )
+    names = ("style_names", "block_names", "device", "form", "seconds")
+    prepared = set_up(sizes, *(options[name] for name in names))
     timed = []
     for each in prepared.run():
         timed.append(each)
-        _tell(each)
+        _report(each)
     data = as_dict(prepared, timed, bandwidth)
     text = json.dumps(data, indent=2) + "\n" if as_json else markdown(data)
     if output is None:
@@ -81,8 +75,7 @@ def bench(
         _write(output, text)
 
 
-def _tell(timed: Timed) -> None:
-    """What has just been measured, for those who wait."""
+def _report(timed: Timed) -> None:
     gpu = "".join(
         f", {times.plan.form} passes {sum(times.passes) * 1e3:.3g} ms" for times in timed.gpu if times.passes
     )

@@ -1,4 +1,4 @@
-"""vidstyle blocks: which filter blocks there are, and what can be set on each."""
+"""vidstyle blocks: list the filter blocks, or describe one."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from vidstyle.block import Block
 
 
-@click.command(short_help="List the filter blocks; with a name, what can be set on it.")
+@click.command(short_help="List the filter blocks, or describe one.")
 @click.argument("name", required=False)
-@click.option("--json", "as_json", is_flag=True, help="As JSON, with a JSON Schema of every parameter.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, with the JSON Schema of each parameter.")
 @reporting_options
 def blocks(name: str | None, as_json: bool) -> None:
-    """List the filter blocks that styles are made of; with a NAME, what can be set on that one."""
+    """List the filter blocks of which styles are made, or describe the parameters of NAME."""
     from vidstyle.blocks import all_blocks
 
     if name is not None:

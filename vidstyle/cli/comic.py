@@ -10,8 +10,8 @@ from typing import Any
 
 import click
 
+from vidstyle.cli.options import Seconds
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.cli.values import Seconds
 from vidstyle.comic.layout.paper import DPI
 from vidstyle.errors import printable
 

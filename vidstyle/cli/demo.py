@@ -1,4 +1,4 @@
-"""vidstyle demo: a film made here, in three styles and as a comic page."""
+"""vidstyle demo: a generated film in three styles and as a comic page."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import click
 from vidstyle.cli.reporting import reporting_options
 
 
-@click.command(short_help="Make a short film with sound and restyle it.")
+@click.command(short_help="Generate a short film and restyle it.")
 @click.option("--output", "folder", type=click.Path(path_type=Path), default=Path("demo"), show_default=True,
-              metavar="FOLDER", help="Where to put the films.")  # fmt: skip
+              metavar="FOLDER", help="Output folder.")  # fmt: skip
 @reporting_options
 def demo(folder: Path) -> None:
-    """Make a short film with sound, restyle it, make a comic page of it, and say where they are."""
+    """Generate a short film with sound, restyle it, make a comic page, and print the files' names."""
     from vidstyle.demo.make import make_demo
 
     for path in make_demo(folder):

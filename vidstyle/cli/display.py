@@ -1,4 +1,4 @@
-"""Progress on standard error: a bar for people, lines for logs, JSON for programs."""
+"""Progress on standard error: a bar, plain lines or JSON."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from vidstyle.pipeline.progress import Progress
 
 KINDS = ("auto", "bar", "plain", "json", "none")
 LINE_SECONDS = 3.0
-"""How often a plain line is printed."""
+"""The interval between plain lines."""
 JSON_SECONDS = 0.5
-"""How often a line of JSON is printed."""
+"""The interval between lines of JSON."""
 
 Show = Callable[[Progress], None]
 
 
 @contextmanager
 def display(kind: str) -> Iterator[Show]:
-    """What shows progress within the block; `auto` is a bar on a terminal and lines elsewhere."""
+    """The function that shows progress; `auto` is a bar on a terminal and plain lines elsewhere."""
     if kind == "auto":
         kind = "bar" if sys.stderr.isatty() else "plain"
     if kind == "bar":
         with _bar() as show:
             yield show
     elif kind == "plain":
-        yield _Sometimes(LINE_SECONDS, _say)
+        yield _Throttled(LINE_SECONDS, _print_line)
     elif kind == "json":
-        show_json = _Sometimes(JSON_SECONDS, _print_json)
+        show_json = _Throttled(JSON_SECONDS, _print_json)
         yield show_json
         show_json.show_last()
     else:
@@ -40,13 +40,13 @@ def display(kind: str) -> Iterator[Show]:
 
 
 def position_text(progress: Progress) -> str:
-    """How fast it goes: "12 fps, 0.5 x, 0:10 left"."""
+    """Rate, speed and remaining time: "12 fps, 0.5 x, 0:10 left"."""
     left = "" if progress.remaining is None else f", {clock(progress.remaining)} left"
     return f"{progress.rate:.3g} fps, {progress.speed:.2f} x{left}"
 
 
 def clock(seconds: float) -> str:
-    """A time for people.
+    """A duration as [hours:]minutes:seconds.
 
     >>> clock(3725)
     '1:02:05'
@@ -56,8 +56,8 @@ def clock(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"
 
 
-class _Sometimes:
-    """Shows a progress only every so many seconds."""
+class _Throttled:
+    """Calls a function with the progress at most once in an interval."""
 
     def __init__(self, seconds: float, show: Show) -> None:
         self._seconds = seconds
@@ -72,12 +72,11 @@ class _Sometimes:
             self._show(progress)
 
     def show_last(self) -> None:
-        """Show how it ended."""
         if self._last is not None:
             self._show(self._last)
 
 
-def _say(progress: Progress) -> None:
+def _print_line(progress: Progress) -> None:
     done = "" if progress.fraction is None else f"{progress.fraction:.0%}, "
     say(f"{done}frame {progress.frames}, {position_text(progress)}")
 
@@ -93,7 +92,7 @@ def _bar() -> Iterator[Show]:
     from rich.progress import Progress as Bar
 
     columns = (BarColumn(), TaskProgressColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
-    # Notices printed meanwhile appear above the bar; standard output is not ours to touch.
+    # Messages appear above the bar; standard output may carry the film.
     with Bar(*columns, console=Console(stderr=True), redirect_stdout=False, transient=True) as bar:
         task = bar.add_task("", total=None, pace="")
 

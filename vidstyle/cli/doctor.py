@@ -1,4 +1,4 @@
-"""vidstyle doctor: what this machine has."""
+"""vidstyle doctor: versions and devices, for bug reports."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import click
 from vidstyle.cli.reporting import reporting_options
 
 LINE = f"\n{'':21}"
-"""Between the lines of a fact that has several."""
+"""Separator between the lines of an entry."""
 
 
-@click.command(short_help="Say what this machine has: for bug reports.")
-@click.option("--json", "as_json", is_flag=True, help="As JSON.")
+@click.command(short_help="Print versions and devices, for bug reports.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @reporting_options
 def doctor(as_json: bool) -> None:
-    """Say which versions, encoders, devices and cameras are here: put it into a bug report."""
-    from vidstyle.doctor import examine
+    """Print versions, encoders, devices and cameras. Include this in bug reports."""
+    from vidstyle.doctor import diagnose
 
-    facts = examine()
+    facts = diagnose()
     if as_json:
         click.echo(json.dumps(facts, indent=2))
     else:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.raw_video import raw_video, raw_video_options
+from vidstyle.cli.options import Rate, Seconds, Size, raw_video, raw_video_options
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.cli.values import Rate, Seconds, Size
 from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""vidstyle styles: which looks there are, and what is in each."""
+"""vidstyle styles: list styles, describe, preview or draw one."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli.bench import FORMS, both_sides
+from vidstyle.cli.options import Seconds, Size
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.cli.values import Seconds, Size
 from vidstyle.errors import UsageError, printable
 
 if TYPE_CHECKING:
@@ -22,32 +22,32 @@ if TYPE_CHECKING:
     from vidstyle.style import Style
 
 
-@click.command(short_help="List the styles; with a name, what is in it.")
+@click.command(short_help="List the styles, or describe one.")
 @click.argument("name", required=False)
-@click.option("--json", "as_json", is_flag=True, help="As JSON.")
-@click.option("--schema", is_flag=True, help="Print the JSON Schema of style files, for editors.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.option("--schema", is_flag=True, help="Print the JSON Schema of style files.")
 @click.option("--preview", metavar="INPUT",
-              help="Show a picture, or one of a film, in every style, or in NAME: needs -o.")  # fmt: skip
-@click.option("--at", type=Seconds(), help="Where in the film, for --preview; without it, in the middle.")
-@click.option("--allow-url", is_flag=True, help="Let INPUT be an address on the network.")
+              help="Render a picture, or a frame of a film, in every style or NAME; needs -o.")  # fmt: skip
+@click.option("--at", type=Seconds(), help="Time of the frame for --preview.  [default: the middle]")
+@click.option("--allow-url", is_flag=True, help="Allow INPUT to be a URL.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-              help="For --preview: a page (.html) or a sheet (.png, .jpg). For --svg: FILE.svg.")  # fmt: skip
-@click.option("-y", "--overwrite", is_flag=True, help="Replace FILE if it exists.")
-@click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as a picture.")
-@click.option("--plan", is_flag=True, help="Print the passes that a GPU runs for the style, and their bytes.")
+              help="Output of --preview (.html, .png or .jpg) or --svg (.svg).")  # fmt: skip
+@click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
+@click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as SVG.")
+@click.option("--plan", is_flag=True, help="Print the GPU passes of the style and the bytes that they move.")
 @click.option("--size", type=Size(), default="1920x1080", show_default=True, callback=both_sides,
-              help="Size of the pictures, for --plan.")  # fmt: skip
+              help="Picture size for --plan.")  # fmt: skip
 @click.option("--form", type=click.Choice(FORMS), default=FORMS[0], show_default=True,
-              help="How the passes run, for --plan.")  # fmt: skip
+              help="Kind of shaders for --plan.")  # fmt: skip
 @reporting_options
 def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> None:
-    """List the styles; with a NAME or a style file, its steps and what can be set on them.
+    """List the styles, or describe the steps and parameters of one: a NAME or a style file.
 
     NAME:VARIANT is a variant of a style.
     """
     from vidstyle.style import describe, load_style, style_names, style_schema
 
-    _refuse_idle_options(options)
+    _reject_unused_options(options)
     if schema:
         click.echo(json.dumps(style_schema(), indent=2))
     elif options["preview"] is not None:
@@ -68,8 +68,8 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
             click.echo(f"{each:16} {style.note}{_variants(each, style)}".rstrip())
 
 
-def _refuse_idle_options(options: dict[str, Any]) -> None:
-    """An option that would do nothing shows that something else was meant."""
+def _reject_unused_options(options: dict[str, Any]) -> None:
+    """Reject options that would have no effect."""
     preview, output = options["preview"] is not None, options["output"] is not None
     if options["at"] is not None and not preview:
         raise click.UsageError("--at belongs to --preview INPUT")
