@@ -52,8 +52,7 @@ class Sessions:
     """
 
     def __init__(self, **options: Any) -> None:
-        self._sessions = {form: GpuSession(style(), device(), form, **options) for form in FORMS}
-        self._styles: dict[Form, Style] = {}
+        self._sessions = {form: GpuSession(device(), form, **options) for form in FORMS}
 
     def __enter__(self) -> Sessions:
         return self
@@ -62,11 +61,7 @@ class Sessions:
         for session in self._sessions.values():
             session.close()
 
-    def use(self, form: Form, chosen: Style) -> GpuSession:
-        """The session of a form with a style."""
-        if self._styles.get(form) is not chosen:
-            self._styles[form] = chosen
-            self._sessions[form].change_style(chosen)
+    def __getitem__(self, form: Form) -> GpuSession:
         return self._sessions[form]
 
     def start(
@@ -79,9 +74,9 @@ class Sessions:
         time: float | None = None,
     ) -> Callable[[], Picture]:
         """Begin to restyle a picture on the GPU while other work goes on; call what this gives for it."""
-        session = self.use(form, chosen)
-        drawn = session.start(FrameRequest(picture, time, target or picture.encoding, rgb))
-        return lambda: session.fetch(drawn.result()).result()
+        session = self[form]
+        started = session.start(FrameRequest(chosen, picture, time, target or picture.encoding, rgb))
+        return lambda: session.fetch(started.result()).result()
 
     def run(self, form: Form, chosen: Style, picture: Picture, **options: Any) -> Picture:
         """A picture in a style, on the GPU."""

@@ -73,18 +73,18 @@ def test_the_picture_is_video_of_the_size_that_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize("clock", ["timer queries", "wall clock"])
-@pytest.mark.parametrize("largest", [8192, 128])
-def test_every_pass_of_every_tile_takes_time(clock: Clock, largest: int) -> None:
+@pytest.mark.parametrize("max_side", [8192, 128])
+def test_every_pass_of_every_tile_takes_time(clock: Clock, max_side: int) -> None:
     picture = film_picture_at(320, 180)
     plan = plan_for(load_style("comic"), picture, "fragment")
     context = open_context()
     try:
-        equipment = GpuResources(context)
-        runner = TimedRunner(equipment, plan, largest, clock)
+        resources = GpuResources(context)
+        runner = TimedRunner(resources, plan, max_side, clock)
         runner.run(picture, 1)
         times = runner.run(picture, 3)
         runner.release()
-        equipment.release()
+        resources.release()
         assert context.error == "GL_NO_ERROR"
     finally:
         close_context(context)

@@ -32,9 +32,9 @@ def form(request: pytest.FixtureRequest) -> Iterator[Form]:
 def drawn(look: Style, form: Form, shape: tuple[int, int]) -> GpuSession:
     device = devices.choose("gpu").device
     assert device is not None
-    session = GpuSession(look, device, form)
+    session = GpuSession(device, form)
     picture = film_picture(*shape)
-    session.fetch(session.start(FrameRequest(picture, None, picture.encoding, False)).result()).result()
+    session.fetch(session.start(FrameRequest(look, picture, None, picture.encoding, False)).result()).result()
     return session
 
 
@@ -51,7 +51,7 @@ def numbers_in(session: GpuSession) -> np.ndarray:
         coding = working_format(node)
         return np.rint((codes / 65535 * coding.span + coding.low) * 1024)
 
-    numbers = session._owner.submit(read).result()
+    numbers = session._thread.submit(read).result()
     if name_of(node) == "chosen_filter":
         return numbers[..., 0]
     height, width = session._runner.plan.source.shape

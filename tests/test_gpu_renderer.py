@@ -44,7 +44,7 @@ def device() -> devices.Device:
 
 @pytest.fixture
 def renderer(device: devices.Device) -> Iterator[GpuRenderer]:
-    made = GpuRenderer(LOOK, device, lambda: CpuRenderer(LOOK))
+    made = GpuRenderer(LOOK, device, CpuRenderer)
     yield made
     made.close()
 
@@ -70,7 +70,7 @@ def fail_once(renderer: GpuRenderer) -> None:
     """Make the driver report an error, by asking it for what does not exist."""
     assert renderer._session is not None
     enable = ctypes.CDLL("libGL.so.1").glEnable
-    renderer._session._owner.submit(enable, 0xFFFF).result()
+    renderer._session._thread.submit(enable, 0xFFFF).result()
 
 
 def test_results_come_in_order_and_are_the_cpus(renderer: GpuRenderer) -> None:
@@ -183,7 +183,7 @@ def test_a_gpu_that_hangs_is_left(
     renderer._device = replace(renderer._device, software=False)
     assert renderer._session is not None
     awake = threading.Event()
-    renderer._session._owner.submit(awake.wait, 20)
+    renderer._session._thread.submit(awake.wait, 20)
     began, source = time.monotonic(), codes(VIDEO, 24, 36)
     assert differ(renderer.run(source), by_cpu(source)) == 0
     assert time.monotonic() - began < 10
@@ -194,7 +194,7 @@ def test_a_gpu_that_hangs_is_left(
 def test_without_gpu_and_memory_it_is_said_and_the_exit_code_is_6(
     device: devices.Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def no_memory() -> Any:
+    def no_memory(style: Style) -> Any:
         raise MemoryError
 
     renderer = GpuRenderer(LOOK, device, no_memory)
@@ -223,7 +223,7 @@ def test_a_shader_that_does_not_compile_is_named_by_file_and_line(
 
 def test_a_mistake_in_the_style_is_no_fault_of_the_gpu(device: devices.Device, tmp_path: Path) -> None:
     hatched = style(step("pattern", tiles="none"), folder=tmp_path)
-    made = GpuRenderer(hatched, device, lambda: CpuRenderer(hatched))
+    made = GpuRenderer(hatched, device, CpuRenderer)
     with pytest.raises(StyleError, match="is not in the style"):
         made.run(codes(VIDEO, 6, 8))
     made.close()
@@ -249,15 +249,14 @@ def test_the_device_is_said_in_a_line(program: Program, clip: Path) -> None:
 @pytest.mark.parametrize("form", ["compute", "fragment"])
 def test_styles_and_sizes_that_change_leave_nothing_behind(device: devices.Device, form: Form) -> None:
     looks = [vidstyle.load_style(name) for name in ("comic", "sketch", "poster")]
-    made = GpuSession(looks[0], device, form)
+    made = GpuSession(device, form)
     counts = []
     for number in range(24):
-        made.change_style(looks[number % 3])
         shape = (30, 40) if number % 2 else (36, 28)
         for _ in range(3):
-            drawn = made.start(FrameRequest(codes(VIDEO, *shape), None, VIDEO, False)).result()
-            made.fetch(drawn).result()
-        counts.append(made._owner.submit(living, made._context).result())
+            request = FrameRequest(looks[number % 3], codes(VIDEO, *shape), None, VIDEO, False)
+            made.fetch(made.start(request).result()).result()
+        counts.append(made._thread.submit(living, made._context).result())
     made.close()
     assert counts[6:12] == counts[12:18] == counts[18:24]
 

@@ -129,16 +129,16 @@ def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) ->
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("largest", [64, 8192])
+@pytest.mark.parametrize("max_side", [64, 8192])
 @pytest.mark.parametrize("name", LOOKS)
 def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
-    name: str, largest: int, sessions: Sessions, monkeypatch: pytest.MonkeyPatch
+    name: str, max_side: int, sessions: Sessions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     picture = film_picture(129, 199)
     right = {form: sessions.run(form, LOOKS[name], picture) for form in FORMS}
     monkeypatch.setattr(shared, "MAX_BYTES", 0)
     assert not any(rooms_in(shader) for shader in shaders_of(LOOKS[name]))
-    with Sessions(largest=largest) as without_room:
+    with Sessions(max_side=max_side) as without_room:
         for form in FORMS:
             assert disagreements(right[form], without_room.run(form, LOOKS[name], picture)) == []
 

@@ -31,7 +31,7 @@ def sessions() -> Iterator[Sessions]:
 
 @pytest.fixture(scope="module")
 def tiled() -> Iterator[Sessions]:
-    with Sessions(largest=128) as opened:
+    with Sessions(max_side=128) as opened:
         yield opened
 
 

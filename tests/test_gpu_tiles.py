@@ -15,7 +15,7 @@ from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style, load_style, style_names
 
 SHAPE = (361, 641)
-LARGEST = 128
+MAX_SIDE = 128
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,7 @@ def whole() -> Iterator[Sessions]:
 
 @pytest.fixture(scope="module")
 def tiled() -> Iterator[Sessions]:
-    with Sessions(largest=LARGEST) as opened:
+    with Sessions(max_side=MAX_SIDE) as opened:
         yield opened
 
 
@@ -76,11 +76,11 @@ def test_tiles_are_what_is_tested(whole: Sessions, tiled: Sessions) -> None:
     source = film_picture(*SHAPE)
     for form in FORMS:
         drawn = [
-            each.use(form, STYLES["gaussian"]).start(FrameRequest(source, None, VIDEO, False)).result()
+            each[form].start(FrameRequest(STYLES["gaussian"], source, None, VIDEO, False)).result()
             for each in (whole, tiled)
         ]
-        assert len(drawn[0].fetches) == 1
-        assert len(drawn[1].fetches) == 6 * 11
+        assert len(drawn[0].readbacks) == 1
+        assert len(drawn[1].readbacks) == 6 * 11
 
 
 @pytest.mark.parametrize("name", STYLES)

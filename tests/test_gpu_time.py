@@ -78,7 +78,7 @@ def test_measured_blocks_follow_a_film_as_on_the_cpu(name: str, sessions: Sessio
     right = on_the_cpu(MEASURED, film)
     for form in FORMS:
         # Another style between, so that each film begins afresh.
-        sessions.use(form, style())
+        sessions.run(form, style(), film[0][0])
         for number, made in enumerate(on_the_gpu(sessions, form, MEASURED, film)):
             assert disagreements(right[number], made) == [], (form, number)
 
@@ -112,14 +112,14 @@ TOGETHER: dict[str, list[Picture]] = {
 }
 
 
-@pytest.mark.parametrize("largest", [8192, 128], ids=["whole", "tiled"])
+@pytest.mark.parametrize("max_side", [8192, 128], ids=["whole", "tiled"])
 @pytest.mark.parametrize("name", TOGETHER)
-def test_pictures_started_together_come_back_in_order(name: str, largest: int) -> None:
+def test_pictures_started_together_come_back_in_order(name: str, max_side: int) -> None:
     """Each as if it had been alone; those asked for first stay as they are while others come."""
     chosen = style(step("gaussian", sigma=2), step("saturation"), step("equalize"))
     pictures = TOGETHER[name]
     right = [run(chosen, picture) for picture in pictures]
-    with Sessions(largest=largest) as sessions:
+    with Sessions(max_side=max_side) as sessions:
         for form in FORMS:
             started: list[Callable[[], Picture]] = []
             made: list[Picture] = []
@@ -138,10 +138,10 @@ def test_a_planes_memory_may_be_used_again_once_its_picture_is_started(sessions:
         expected = sessions.run(form, MEASURED, first)
         luma, (blue, red) = first.luma.copy(), (plane.copy() for plane in first.chroma)  # type: ignore[union-attr]
         drawn = (
-            sessions.use(form, MEASURED)
-            .start(FrameRequest(Picture(VIDEO, luma, (blue, red)), None, VIDEO, False))
+            sessions[form]
+            .start(FrameRequest(MEASURED, Picture(VIDEO, luma, (blue, red)), None, VIDEO, False))
             .result()
         )
         luma[:] = second.luma
         blue[:], red[:] = second.chroma  # type: ignore[misc]
-        assert same_bits(sessions.use(form, MEASURED).fetch(drawn).result(), expected)
+        assert same_bits(sessions[form].fetch(drawn).result(), expected)

@@ -13,7 +13,6 @@ from itertools import cycle
 import numpy as np
 from soak import MAX_MEGABYTES, growth, pictures, resident_bytes
 
-from vidstyle.core.picture import Picture
 from vidstyle.gpu.device.choose import choose
 from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
 from vidstyle.style import load_style, style_names
@@ -49,28 +48,27 @@ def soak(frames: int, device: str, form: str | None) -> np.ndarray:
     chosen = choose(device).device
     if chosen is None:
         sys.exit(f"{device}: is no GPU; use --device gpu")
-    session = GpuSession(next(styles), chosen, form)  # type: ignore[arg-type]
-    samples: list[tuple[int, int, int]] = []
+    session = GpuSession(chosen, form)  # type: ignore[arg-type]
+    style, samples = next(styles), list[tuple[int, int, int]]()
     done = 0
     for size in cycle(SIZES):
         waiting: InFlightFrame | None = None
         for picture in pictures(max(frames // 10, 1), *size):
-            waiting = advance(session, picture, done, waiting)
+            request = FrameRequest(style, picture, done / 25, picture.encoding, False)
+            waiting = advance(session, request, waiting)
             done += 1
             if done % STYLE_FRAMES == 0:
                 samples.append((done, resident_bytes(), living_objects(session)))
-                session.change_style(next(styles))
+                style = next(styles)
         if done >= frames:
             session.close()
             return np.array(samples)
     raise AssertionError("cycles do not end")
 
 
-def advance(
-    session: GpuSession, picture: Picture, number: int, waiting: InFlightFrame | None
-) -> InFlightFrame:
+def advance(session: GpuSession, request: FrameRequest, waiting: InFlightFrame | None) -> InFlightFrame:
     """Start a frame, and fetch the one before, as a film does."""
-    drawn = session.start(FrameRequest(picture, number / 25, picture.encoding, False))
+    drawn = session.start(request)
     if waiting is not None:
         session.fetch(waiting).result()
     return drawn.result()

@@ -33,35 +33,56 @@ class PendingPicture(Protocol):
 
 
 class Backend(Protocol):
-    """What restyles pictures, on the CPU or a GPU; `CpuRenderer` says what the methods do.
+    """Restyles one picture after another, on the CPU (`CpuRenderer`) or a GPU (`GpuRenderer`).
+
+    It remembers earlier pictures where a style follows a film over time; a scene cut, a jump in time and
+    another size reset that.
 
     Attributes:
-        frames_in_flight: how many pictures may be under way before a result is asked for.
+        frames_in_flight: how many pictures may be started before the result of the first is asked for.
     """
 
     frames_in_flight: int
 
+    def change_style(self, style: Style) -> None:
+        """Use another style from the next `start` on; pictures in flight keep theirs.
+
+        Device, threads and compiled programs are kept. Where only numbers and colours differ, memory of
+        earlier pictures is kept too. A style that cannot be used raises with the next result.
+        """
+
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> PendingPicture:
-        """Begin with a picture."""
+        """Start to restyle a picture; the arguments are those of `run`."""
 
     def run(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Picture:
-        """Restyle a picture and wait for it."""
+        """The restyled picture, at its own size; waits for it.
+
+        Args:
+            picture: any picture; its planes are only read.
+            time: presentation time in seconds, or None for a picture that stands alone.
+            target: encoding of the result's planes; None: as the picture's own.
+            rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
+
+        Raises:
+            DeviceError: neither the GPU nor the CPU can make it.
+            StyleError: the style cannot be used.
+        """
 
     def close(self) -> None:
-        """Let the device go."""
+        """Release the device and its threads."""
 
 
 def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True) -> Backend:
-    """What restyles pictures on a device; says in a notice which one that is and why.
+    """Open what restyles pictures on a device.
 
     Args:
         style: the style; one that leaves pictures as they are needs no device.
         device: "auto" (a real GPU if there is one, else the CPU), "cpu", "gpu" or "gpu:N".
-        announce: whether to give the notice.
+        announce: whether to log which device is used, and why.
 
     Raises:
         UsageError: another word.
@@ -70,10 +91,9 @@ def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True)
     """
     style = load_style(style)
     choice = choose("cpu" if style.is_plain and device in DEVICES else device)
-    if choice.device is None:
-        renderer: Backend = CpuRenderer(style)
-    else:
-        renderer = GpuRenderer(style, choice.device, lambda: CpuRenderer(style))
+    renderer: Backend = (
+        GpuRenderer(style, choice.device, CpuRenderer) if choice.device else CpuRenderer(style)
+    )
     if choice.notice and announce:
         log.info(choice.notice)
     return renderer

@@ -18,7 +18,7 @@ from vidstyle.cpu.output import Page, at_size, finish
 from vidstyle.cpu.work import Call, Work, run_bank
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import SOURCE, Style
-from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve
+from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve, structure
 
 
 class CpuRenderer:
@@ -37,6 +37,7 @@ class CpuRenderer:
         self.style = style
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
         self._shape: tuple[int, int] | None = None
+        self._prepared: Style | None = None
         self._layers: dict[str, tuple[ResolvedStep, ...]] = {}
         self._memories: dict[tuple[str, int], ExponentialSmoother] = {}
         self._cuts = SceneCutDetector()
@@ -51,6 +52,10 @@ class CpuRenderer:
     def close(self) -> None:
         """Let the threads go."""
         self._pool.shutdown()
+
+    def change_style(self, style: Style) -> None:
+        """Use another style from the next picture on."""
+        self.style = style
 
     def run(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
@@ -88,19 +93,25 @@ class CpuRenderer:
         return finish(self._pool, self._page(picture, time), picture, target, rgb)
 
     def _prepare(self, picture: Picture) -> None:
-        """Look everything up anew for a new size."""
-        if picture.shape == self._shape:
+        """Resolve the style anew for another style or size; memory goes on where only values differ."""
+        if picture.shape == self._shape and self.style is self._prepared:
             return
-        self._layers = resolve(self.style, *picture.shape)
-        self._memories = {
-            (layer, number): ExponentialSmoother()
-            for layer, steps in self._layers.items()
-            for number, step in enumerate(steps)
-            if step.block is not None and step.block.kind == "measured"
-        }
-        if self.style.steady:
-            self._steady = Stabilizer(self.style.steady, has_fixed_marks(self._layers), self._pool)
-        self._shape = picture.shape
+        layers = resolve(self.style, *picture.shape)
+        if picture.shape != self._shape or structure(layers) != structure(self._layers):
+            self._steady = None
+            self._memories = {
+                (layer, number): ExponentialSmoother()
+                for layer, steps in layers.items()
+                for number, step in enumerate(steps)
+                if step.block is not None and step.block.kind == "measured"
+            }
+        if not self.style.steady:
+            self._steady = None
+        elif self._steady is None:
+            self._steady = Stabilizer(self.style.steady, has_fixed_marks(layers), self._pool)
+        else:
+            self._steady.change_strength(self.style.steady, has_fixed_marks(layers))
+        self._layers, self._shape, self._prepared = layers, picture.shape, self.style
 
     def _page(self, picture: Picture, time: float | None) -> Page:
         """base, then background and lines from where it ended."""

@@ -1,11 +1,11 @@
-"""Restyles pictures on a GPU, one late, and goes on without it when it is lost."""
+"""Restyles pictures on a GPU, and on the CPU when the GPU is lost."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
 from concurrent.futures import Future
-from concurrent.futures import TimeoutError as TooLate
+from concurrent.futures import TimeoutError as FutureTimeout
 from typing import Protocol
 
 from vidstyle.core.picture import Encoding, Picture
@@ -18,27 +18,27 @@ from vidstyle.style import Style
 log = logging.getLogger("vidstyle")
 
 HANG_SECONDS = 10.0
-"""A GPU that gives no picture for so long is taken for lost; software, which may be slow, never is."""
+"""Seconds without a picture after which a GPU counts as lost. Software renderers may be slow and never do."""
 
 
 class Fallback(Protocol):
-    """What restyles pictures when the GPU no longer does."""
+    """What restyles pictures when the GPU no longer does; the methods are those of `Backend`."""
 
-    def run(self, picture: Picture, time: float | None, target: Encoding | None, rgb: bool) -> Picture:
-        """As `CpuRenderer.run`."""
+    def change_style(self, style: Style) -> None: ...
 
-    def close(self) -> None:
-        """Let go."""
+    def run(self, picture: Picture, time: float | None, target: Encoding | None, rgb: bool) -> Picture: ...
+
+    def close(self) -> None: ...
 
 
 class PendingFrame:
-    """A picture on its way; `result` waits for it."""
+    """A picture that is being restyled; `result` waits for it."""
 
     def __init__(self, renderer: GpuRenderer, request: FrameRequest, session: GpuSession | None) -> None:
         self._renderer = renderer
         self.request = request
         self.session = session
-        self.drawn: Future[InFlightFrame] | None = session.start(request) if session else None
+        self.started: Future[InFlightFrame] | None = session.start(request) if session else None
 
     def result(self) -> Picture:
         """The restyled picture.
@@ -51,90 +51,88 @@ class PendingFrame:
 
 
 class GpuRenderer:
-    """Restyles one picture after another with one style on a GPU.
+    """Restyles one picture after another on a GPU; implements `Backend`.
 
-    Start a picture before you ask for the result of the one before: then the GPU works on one while the
-    other travels. When the context is lost or its memory runs out, it is opened once more; when that fails
-    too, the substitute takes over.
+    Start a picture before asking for the result of the one before: the GPU then works on one while the
+    other is transferred. When the context is lost or its memory runs out, it is opened once more; when that
+    fails too, the fallback takes over.
 
-    Attributes:
-        frames_in_flight: how many pictures may be under way before a result is asked for.
+    Args:
+        fallback: makes what takes over, for a style.
+        form: how passes run; None: as the device does best.
     """
 
     frames_in_flight = 1
 
     def __init__(
-        self, style: Style, device: Device, substitute: Callable[[], Fallback], form: Form | None = None
+        self, style: Style, device: Device, fallback: Callable[[Style], Fallback], form: Form | None = None
     ) -> None:
-        self.style = style
+        self._style = style
         self._device, self._form = device, form
-        self._make_substitute = substitute
-        self._substitute: Fallback | None = None
-        self._session: GpuSession | None = GpuSession(style, device, form)
-        self._rebuilt = False
+        self._make_fallback = fallback
+        self._fallback: Fallback | None = None
+        self._session: GpuSession | None = GpuSession(device, form)
+        self._reopened = False
+
+    def change_style(self, style: Style) -> None:
+        """Use another style from the next picture on."""
+        self._style = style
 
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> PendingFrame:
-        """Send a picture and start its passes; the arguments are those of `run`."""
-        return PendingFrame(self, FrameRequest(picture, time, target or picture.encoding, rgb), self._session)
+        """Upload a picture and start its passes."""
+        request = FrameRequest(self._style, picture, time, target or picture.encoding, rgb)
+        return PendingFrame(self, request, self._session)
 
     def run(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Picture:
-        """The picture in the style, at its own size; waits for it.
-
-        Args:
-            picture: any picture; its planes are only read.
-            time: presentation time in seconds, or None for a picture that stands alone.
-            target: how the planes of the result are to be encoded; None: as the picture's own.
-            rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
-        """
+        """Restyle a picture and wait for it."""
         return self.start(picture, time, target, rgb).result()
 
     def finish(self, pending: PendingFrame) -> Picture:
-        """The result of a started picture, on whatever works by now."""
+        """The result of a started picture, made anew if the context was lost since."""
         while (session := self._session) is not None:
             if pending.session is not session:
                 pending = PendingFrame(self, pending.request, session)
             try:
                 return self._wait(pending)
-            except (DeviceError, MemoryError, TooLate) as error:
-                self._give_up(session, error)
-        return self._run_substitute(pending.request)
+            except (DeviceError, MemoryError, FutureTimeout) as error:
+                self._reopen(session, error)
+        return self._run_fallback(pending.request)
 
     def close(self) -> None:
-        """Let the context go."""
-        if self._session is not None:
-            self._session.close()
-        if self._substitute is not None:
-            self._substitute.close()
+        """Close the context and the fallback."""
+        for each in (self._session, self._fallback):
+            if each is not None:
+                each.close()
 
     def _wait(self, pending: PendingFrame) -> Picture:
-        assert pending.drawn is not None and pending.session is not None
+        assert pending.started is not None and pending.session is not None
         seconds = None if self._device.software else HANG_SECONDS
-        drawn = pending.drawn.result(seconds)
-        return pending.session.fetch(drawn).result(seconds)
+        return pending.session.fetch(pending.started.result(seconds)).result(seconds)
 
-    def _give_up(self, session: GpuSession, error: Exception) -> None:
-        """Leave a context that has failed: open it once more, and no more than once."""
-        hangs = isinstance(error, TooLate)
+    def _reopen(self, session: GpuSession, error: Exception) -> None:
+        """Close a context that has failed and open it again, once."""
+        hangs = isinstance(error, FutureTimeout)
         reason = f"no picture for {HANG_SECONDS:g} s" if hangs else str(error).partition("\n")[0]
         session.close()
         self._session = None
-        if not (self._rebuilt or hangs):
-            self._rebuilt = True
+        if not (self._reopened or hangs):
+            self._reopened = True
             try:
-                self._session = GpuSession(self.style, self._device, self._form)
+                self._session = GpuSession(self._device, self._form)
                 log.warning("the GPU is lost (%s): opened again", reason)
                 return
             except DeviceError as again:
                 reason = again.reason
         log.warning("the GPU is lost (%s): the CPU goes on", reason)
 
-    def _run_substitute(self, request: FrameRequest) -> Picture:
+    def _run_fallback(self, request: FrameRequest) -> Picture:
         try:
-            self._substitute = self._substitute or self._make_substitute()
-            return self._substitute.run(request.picture, request.time, request.target, request.rgb)
+            self._fallback = self._fallback or self._make_fallback(request.style)
+            self._fallback.change_style(request.style)
+            return self._fallback.run(request.picture, request.time, request.target, request.rgb)
         except MemoryError:
             raise DeviceError("the GPU", "is lost, and there is no memory to go on without it") from None

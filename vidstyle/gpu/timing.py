@@ -21,7 +21,7 @@ from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Runner, _arrays_of
 from vidstyle.gpu.device.transfer import Download, Upload
-from vidstyle.gpu.session import END_SECONDS, LARGEST, FrameRequest, GpuSession, InFlightFrame, driver_errors
+from vidstyle.gpu.session import END_SECONDS, MAX_SIDE, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
 from vidstyle.style.resolve import resolve
 
@@ -96,10 +96,10 @@ def _time_parts(
 ) -> tuple[tuple[float, ...], float, float]:
     """Passes, upload and download, on a context of their own."""
     context = open_context(device.index)
-    largest = min(device.limits.texture_size, LARGEST)
+    max_side = min(device.limits.texture_size, MAX_SIDE)
     try:
         with driver_errors():
-            passes = _time_passes(context, plan, picture, largest, clock, seconds)
+            passes = _time_passes(context, plan, picture, max_side, clock, seconds)
             upload = _time_upload(context, plan, picture, seconds / 4)
             return passes, upload, _time_download(context, plan, seconds / 4)
     finally:
@@ -107,10 +107,10 @@ def _time_parts(
 
 
 def _time_passes(
-    context: moderngl.Context, plan: Plan, picture: Picture, largest: int, clock: Clock, seconds: float
+    context: moderngl.Context, plan: Plan, picture: Picture, max_side: int, clock: Clock, seconds: float
 ) -> tuple[float, ...]:
-    equipment = GpuResources(context)
-    runner = TimedRunner(equipment, plan, largest, clock)
+    resources = GpuResources(context)
+    runner = TimedRunner(resources, plan, max_side, clock)
     try:
         runner.run(picture, 1)
         began = time.perf_counter()
@@ -119,7 +119,7 @@ def _time_passes(
         return runner.run(picture, round(min(max(seconds / once, MIN_RUNS), MAX_RUNS)))
     finally:
         runner.release()
-        equipment.release()
+        resources.release()
 
 
 def _time_upload(context: moderngl.Context, plan: Plan, picture: Picture, seconds: float) -> float:
@@ -156,10 +156,10 @@ def _time_download(context: moderngl.Context, plan: Plan, seconds: float) -> flo
 
 def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> float:
     """The mean time from picture to picture, one late."""
-    session = GpuSession(style, device, form)
+    session = GpuSession(device, form)
 
     def start(number: int) -> Future[InFlightFrame]:
-        return session.start(FrameRequest(picture, number / RATE, picture.encoding, False))
+        return session.start(FrameRequest(style, picture, number / RATE, picture.encoding, False))
 
     def fetch(started: Future[InFlightFrame]) -> None:
         session.fetch(started.result()).result()
@@ -190,25 +190,25 @@ Reading = Callable[[], float]
 class TimedRunner(Runner):
     """Runs passes again and again without transfers, and times them. Whoever calls it owns the context."""
 
-    def __init__(self, equipment: GpuResources, plan: Plan, largest: int, clock: Clock) -> None:
-        super().__init__(equipment, plan, largest)
+    def __init__(self, resources: GpuResources, plan: Plan, max_side: int, clock: Clock) -> None:
+        super().__init__(resources, plan, max_side)
         self._clock = clock
 
     def run(self, picture: Picture, runs: int) -> tuple[float, ...]:
         """The seconds that each pass takes for a picture: the median of the runs."""
-        blend_weights = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
+        weights = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
         total = dict.fromkeys(self.plan.passes, 0.0)
         for job in self._jobs:
-            times = self._run_often(job, picture, blend_weights, runs)
+            times = self._run_often(job, picture, weights, runs)
             for each in job.passes:
                 # Read only here, when all is under way, so that the GPU never waits for this program.
                 total[each] += median(read() for read in times[each])
         return tuple(total.values())
 
     def _run_often(
-        self, job: Job, picture: Picture, blend_weights: BlendWeights, runs: int
+        self, job: Job, picture: Picture, weights: BlendWeights, runs: int
     ) -> dict[Pass, list[Reading]]:
-        sent = self._equipment.upload.send(
+        sent = self._resources.upload.send(
             {
                 name: plane[window.top : window.bottom, window.left : window.right]
                 for node, window in job.planes.items()
@@ -220,13 +220,13 @@ class TimedRunner(Runner):
             with self._timed(times[each]):
                 self._run_pass(job, each, sent)
                 if each.sampled is not None and job.ends_measure:
-                    self._measure(each.sampled, blend_weights)
+                    self._measure(each.sampled, weights)
         return times
 
     @contextmanager
     def _timed(self, times: list[Reading]) -> Iterator[None]:
         """Append what tells how long the GPU takes for the block."""
-        context = self._equipment.context
+        context = self._resources.context
         if self._clock == "timer queries":
             query = context.query(time=True)
             with query:

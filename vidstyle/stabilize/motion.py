@@ -72,13 +72,17 @@ class Motion:
     """
 
     def __init__(self, steady: float, is_fixed: bool) -> None:
-        self._share = MAX_CARRIED * steady * (2 - steady)
-        self._share_of_result = self._share * (OF_FIXED_RESULT if is_fixed else OF_RESULT)
+        self.change_strength(steady, is_fixed)
         # Its stubs want a flow to begin with, which it does not.
         self._estimator: Any = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
         self._reduced: np.ndarray | None = None
         self._shape: tuple[int, int] | None = None
         self._time = 0.0
+
+    def change_strength(self, steady: float, is_fixed: bool) -> None:
+        """Use other values from the next picture on."""
+        self._share = MAX_CARRIED * steady * (2 - steady)
+        self._share_of_result = self._share * (OF_FIXED_RESULT if is_fixed else OF_RESULT)
 
     def follow(self, picture: Picture, time: float, begins: bool) -> Warp | None:
         """How the picture before is carried on into this one; None where a scene begins.

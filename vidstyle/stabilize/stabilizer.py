@@ -47,6 +47,10 @@ class Stabilizer:
         self._source: Picture | None = None
         self._result: dict[str, np.ndarray] = {}
 
+    def change_strength(self, steady: float, is_fixed: bool) -> None:
+        """Use other values from the next picture on."""
+        self._motion.change_strength(steady, is_fixed)
+
     def before(self, picture: Picture, time: float | None, begins: bool) -> Stabilized:
         """The picture that the style is to see: luma and chroma in `steady_encoding`.
 

@@ -42,6 +42,15 @@ def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
     return any(step.is_fixed for steps in layers.values() for step in steps)
 
 
+def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:
+    """All of resolved steps but their values: while it stays, what was measured of a film remains valid."""
+    return tuple(
+        (layer, step.block and step.block.name, step.on, step.save, step.source, step.pictures)
+        for layer, steps in layers.items()
+        for step in steps
+    )
+
+
 def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedStep, ...]]:
     """The steps of each layer for pictures of this size.
 

@@ -89,15 +89,15 @@ def result_targets(plan: Plan) -> list[RenderTarget]:
     return [target for target in targets if target.is_plane]
 
 
-def held_textures(plan: Plan, largest: int) -> list[HeldTexture]:
+def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
     """The textures that the passes write, each for several values in turn where that can be.
 
     Args:
-        largest: pixels that a texture's side may have.
+        max_side: pixels that a texture's side may have.
     """
     pool = _Rooms()
     shaders = {each: write_shader(plan, each) for each in plan.passes}
-    Slots(cast(TexturePool, pool), plan, jobs_of(plan, largest), shaders)
+    Slots(cast(TexturePool, pool), plan, jobs_of(plan, max_side), shaders)
     return pool.taken
 
 

@@ -20,7 +20,7 @@ from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.targets import RenderTarget
-from vidstyle.gpu.session import LARGEST
+from vidstyle.gpu.session import MAX_SIDE
 from vidstyle.style import Style
 from vidstyle.style.resolve import resolve
 
@@ -38,7 +38,7 @@ def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
 def explain(plan: Plan) -> dict[str, Any]:
     """What the plan does and moves: sizes are width and height, bytes those for each pixel of the source."""
     names = _names_of_values(plan)
-    rooms = held_textures(plan, LARGEST)
+    rooms = held_textures(plan, MAX_SIDE)
     return {
         "size": _size(plan.source.shape),
         "form": plan.form,

@@ -9,7 +9,7 @@ from typing import Literal
 from vidstyle.block import rgb_from_text
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.builder import GraphBuilder, ImageValue
-from vidstyle.gpu.compile.nodes import Function, Node, PictureLayout, Shape
+from vidstyle.gpu.compile.nodes import Function, Measure, Node, PictureLayout, Shape
 from vidstyle.gpu.compile.passes import Pass, Result, cut
 from vidstyle.style import Style
 from vidstyle.style.resolve import ResolvedStep
@@ -42,6 +42,15 @@ class Plan:
     passes: tuple[Pass, ...]
     luma: Literal["made", "untouched"]
     chroma: Literal["made", "untouched", "gray"]
+
+    def fits(self, source: PictureLayout, target: Encoding, rgb: bool) -> bool:
+        """Whether it is for such pictures and such results."""
+        return (self.source, self.target, self.rgb) == (source, target, rgb)
+
+    @property
+    def measures(self) -> list[Measure]:
+        """What has to be measured of each picture."""
+        return [each.sampled for each in self.passes if each.sampled]
 
     @property
     def planes(self) -> list[Node]:

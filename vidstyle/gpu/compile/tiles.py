@@ -216,26 +216,26 @@ class Job:
         return {node: each for each in self.plan.passes for node in each.stored}
 
 
-def jobs_of(plan: Plan, largest: int) -> list[Job]:
+def jobs_of(plan: Plan, max_side: int) -> list[Job]:
     """The jobs for one picture.
 
     Args:
-        largest: pixels that a texture's side may have; longer pages are done in tiles.
+        max_side: pixels that a texture's side may have; longer pages are done in tiles.
     """
     ends = {each: Window.whole(each.shape) for each in plan.passes if each.sampled or each.result}
     whole = Job(plan, windows_for(plan.passes, ends, plan.target))
-    if not plan.passes or _fits(whole, largest):
+    if not plan.passes or _fits(whole, max_side):
         return [whole] if plan.passes else []
-    return _tiled(plan, largest)
+    return _tiled(plan, max_side)
 
 
-def _tiled(plan: Plan, largest: int) -> list[Job]:
+def _tiled(plan: Plan, max_side: int) -> list[Job]:
     """Measures first, each over all tiles, then the tiles of the result."""
-    side = largest // TILE_STEP * TILE_STEP
+    side = max_side // TILE_STEP * TILE_STEP
     while True:
         jobs = [job for each in plan.passes if each.sampled for job in _over_tiles(plan, each, side)]
         jobs += _result_tiles(plan, side)
-        if side <= TILE_STEP or all(_fits(job, largest) for job in jobs):
+        if side <= TILE_STEP or all(_fits(job, max_side) for job in jobs):
             return jobs
         side = side // 2 // TILE_STEP * TILE_STEP
 
@@ -273,5 +273,5 @@ def _makes(each: Pass, name: str) -> bool:
     return any(node.kind == kind for node in each.result.nodes)
 
 
-def _fits(job: Job, largest: int) -> bool:
-    return all(max(window.shape) <= largest for window in job.windows.values())
+def _fits(job: Job, max_side: int) -> bool:
+    return all(max(window.shape) <= max_side for window in job.windows.values())

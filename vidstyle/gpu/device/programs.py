@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     import moderngl
 
 MAX_UNUSED = 64
-"""So many programs are kept for styles that may come back."""
+"""Programs kept for styles that may come back."""
 
 
 class Program:
@@ -81,16 +82,17 @@ class Programs:
         Raises:
             DeviceError: the driver does not compile it; names our file and line.
         """
-        if assembly.text not in self._programs:
-            self._programs[assembly.text] = Program(self._context, assembly)
-        return self._programs[assembly.text]
+        text = assembly.text
+        program = self._programs.pop(text) if text in self._programs else Program(self._context, assembly)
+        self._programs[text] = program  # at the end: the most recently used
+        return program
 
-    def keep_only(self, assemblies: list[Assembly]) -> None:
-        """Let go of all others, if there are many."""
-        wanted = {assembly.text for assembly in assemblies}
-        if len(self._programs) > len(wanted) + MAX_UNUSED:
-            for text in self._programs.keys() - wanted:
-                self._programs.pop(text).release()
+    def trim(self, used: Iterable[Assembly]) -> None:
+        """Release the least recently used programs, but for those in use and `MAX_UNUSED` more."""
+        texts = {assembly.text for assembly in used}
+        unused = [text for text in self._programs if text not in texts]
+        for text in unused[: max(len(unused) - MAX_UNUSED, 0)]:
+            self._programs.pop(text).release()
 
     def release(self) -> None:
         """Let all go."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +62,7 @@ class GpuResources:
         self.assets = AssetTextures(context)
         self.upload = Upload(context)
         self.download = Download(context)
-        self.numbers: dict[tuple[str, int], Percentiles] = {}
+        self._percentiles: dict[tuple[str, int], Percentiles] = {}
         self._nowhere = context.framebuffer([context.renderbuffer((1, 1))])
 
     def draw_nowhere(self) -> None:
@@ -72,21 +72,29 @@ class GpuResources:
         """
         self._nowhere.use()
 
-    def numbers_of(self, measure: Measure) -> Percentiles:
+    def percentiles_of(self, measure: Measure) -> Percentiles:
         """What remembers the numbers of a measured step."""
-        if measure.step not in self.numbers:
+        if measure.step not in self._percentiles:
             coding = WORKING["luma"]
-            self.numbers[measure.step] = Percentiles(self.context, coding.low, coding.span)
-        return self.numbers[measure.step]
+            self._percentiles[measure.step] = Percentiles(self.context, coding.low, coding.span)
+        return self._percentiles[measure.step]
 
-    def forget_numbers(self) -> None:
+    def forget_percentiles(self) -> None:
         """Let go of what measured steps remember: another style comes."""
-        while self.numbers:
-            self.numbers.popitem()[1].release()
+        while self._percentiles:
+            self._percentiles.popitem()[1].release()
+
+    def trim(self, shaders: Iterable[Shader]) -> None:
+        """Release textures and programs that have no use once these shaders run."""
+        shaders = list(shaders)
+        self.programs.trim(shader.assembly for shader in shaders)
+        samplers = (what for shader in shaders for what in shader.samplers.values())
+        self.assets.trim(what for what in samplers if isinstance(what, tuple))
+        self.textures.clear()
 
     def release(self) -> None:
         """Let go of everything."""
-        self.forget_numbers()
+        self.forget_percentiles()
         for each in (self.programs, self.upload, self.download, self.assets, self._nowhere):
             each.release()
         self.textures.clear()
@@ -95,15 +103,16 @@ class GpuResources:
 class Runner:
     """A plan with its programs and textures on the GPU. Whoever calls it owns the context."""
 
-    def __init__(self, equipment: GpuResources, plan: Plan, largest: int) -> None:
-        self._equipment = equipment
+    def __init__(self, resources: GpuResources, plan: Plan, max_side: int) -> None:
+        self._resources = resources
         self.plan = plan
         self._shaders = {each: write_shader(plan, each) for each in plan.passes}
-        self._jobs = jobs_of(plan, largest)
-        self._slots = Slots(equipment.textures, plan, self._jobs, self._shaders)
+        self._jobs = jobs_of(plan, max_side)
+        self._slots = Slots(resources.textures, plan, self._jobs, self._shaders)
         self._programs = {
-            each: equipment.programs.get(shader.assembly) for each, shader in self._shaders.items()
+            each: resources.programs.get(shader.assembly) for each, shader in self._shaders.items()
         }
+        resources.trim(self._shaders.values())
         self._framebuffers: dict[tuple[int, ...], Any] = {}
         self._numbers: dict[Measure, moderngl.Texture] = {}
 
@@ -112,43 +121,43 @@ class Runner:
         """Whether the page is done in parts."""
         return len(self._jobs) > 1
 
-    def draw(
-        self, picture: Picture, blend_weights: BlendWeights, steadying: StabilizerJob | None = None
+    def start(
+        self, picture: Picture, weights: BlendWeights, stabilizing: StabilizerJob | None = None
     ) -> list[Readback]:
         """Start all that is to be done for a picture; nothing here waits for the GPU.
 
         Args:
-            picture: of the plan's layout, or of planes that `steadying` brings to it.
-            blend_weights: for each measured step.
-            steadying: keeps the film steady; not for a page that is done in parts.
+            picture: of the plan's layout, or of planes that `stabilizing` brings to it.
+            weights: of the new percentiles of each measured step.
+            stabilizing: keeps the film steady; not for a page that is done in parts.
         """
-        found = (self._run_job(job, picture, blend_weights, steadying) for job in self._jobs)
+        found = (self._run_job(job, picture, weights, stabilizing) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
     def release(self) -> None:
         """Give textures back and let go of the rest."""
-        self._equipment.draw_nowhere()
+        self._resources.draw_nowhere()
         for framebuffer in self._framebuffers.values():
             framebuffer.release()
         self._framebuffers.clear()
         self._slots.release()
 
     def _run_job(
-        self, job: Job, picture: Picture, blend_weights: BlendWeights, steadying: StabilizerJob | None
+        self, job: Job, picture: Picture, weights: BlendWeights, stabilizing: StabilizerJob | None
     ) -> Readback | None:
         arrays = {
             name: plane[window.top : window.bottom, window.left : window.right]
             for node, window in job.planes.items()
             for name, plane in _arrays_of(node, picture).items()
         }
-        sent = self._equipment.upload.send(arrays)
-        if steadying is not None:
+        sent = self._resources.upload.send(arrays)
+        if stabilizing is not None:
             shapes = {name: (plane.shape[0], plane.shape[1]) for name, plane in arrays.items()}
-            sent = steadying.textures.before(sent, shapes, steadying.carry)
+            sent = stabilizing.textures.before(sent, shapes, stabilizing.carry)
         for each in job.passes:
             self._run_pass(job, each, sent)
             if each.sampled is not None and job.ends_measure:
-                self._measure(each.sampled, blend_weights)
+                self._measure(each.sampled, weights)
         results = [
             (target, self._slots.texture(each, number))
             for each in job.passes
@@ -159,9 +168,9 @@ class Runner:
             return None
         windows = {target.name: job.result_window(target.name) for target, _ in results}
         textures = [texture for _, texture in results]
-        if steadying is not None:
-            textures = steadying.textures.after(zip(windows, textures, strict=True), steadying.carry)
-        transfer = self._equipment.download.begin(
+        if stabilizing is not None:
+            textures = stabilizing.textures.after(zip(windows, textures, strict=True), stabilizing.carry)
+        transfer = self._resources.download.begin(
             [(texture, 3 if name == "color" else 1) for name, texture in zip(windows, textures, strict=True)],
             [window.shape for window in windows.values()],
         )
@@ -190,7 +199,7 @@ class Runner:
         if isinstance(what, Measure):
             return self._numbers[what]
         if not isinstance(what, ImageOf):
-            return self._equipment.assets.get(what)
+            return self._resources.assets.get(what)
         if what.node.is_plane:
             return sent[_names_of(what.node)[what.part]]
         return self._slots.texture_of_node(what.node)
@@ -203,14 +212,14 @@ class Runner:
             return
         key = tuple(texture.glo for texture in textures)
         if key not in self._framebuffers:
-            self._framebuffers[key] = self._equipment.context.framebuffer(textures)
+            self._framebuffers[key] = self._resources.context.framebuffer(textures)
         self._framebuffers[key].use()
 
-    def _measure(self, measure: Measure, blend_weights: BlendWeights) -> None:
+    def _measure(self, measure: Measure, weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape
         samples = self._slots.samples(measure)
-        self._numbers[measure] = self._equipment.numbers_of(measure).follow(
-            samples, (width, height), measure.percentages, blend_weights[measure.step]
+        self._numbers[measure] = self._resources.percentiles_of(measure).follow(
+            samples, (width, height), measure.percentages, weights[measure.step]
         )
 
 

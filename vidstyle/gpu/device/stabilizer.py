@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from vidstyle.core.bands import CORES
+from vidstyle.core.bands import shared_pool
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner, StabilizerJob
@@ -18,60 +17,59 @@ log = logging.getLogger("vidstyle")
 
 
 class GpuStabilizer:
-    """What one runner's films need to be steady. Whoever calls it owns the context.
+    """Keeps one film steady, on the GPU or, where a page is done in tiles, on the CPU.
+
+    Whoever calls it owns the context.
 
     Args:
         steady: 0 to 1, as in a style.
         is_fixed: whether the style makes marks that lie still on the page.
+        is_tiled: whether the page is done in tiles.
         source: how the planes are encoded that come in; for RGB, what `with_planes` makes of it.
         target: how those of the result are.
     """
 
     def __init__(
         self,
-        equipment: GpuResources,
-        runner: Runner,
+        resources: GpuResources,
         steady: float,
         is_fixed: bool,
+        is_tiled: bool,
         source: Encoding,
         target: Encoding,
     ) -> None:
-        self._runner = runner
         self._motion = Motion(steady, is_fixed)
-        self._textures: StabilizerTextures | None = None
-        self._pool: ThreadPoolExecutor | None = None
-        if runner.is_tiled:
+        self._stage = Stabilizer(steady, is_fixed, shared_pool()) if is_tiled else None
+        self._textures = StabilizerTextures(
+            resources.context, resources.programs, resources.textures, source, target
+        )
+        if is_tiled:
             log.info("pictures larger than one texture: the CPU keeps the film steady, which takes longer")
-            self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-steady")
-            self._stage = Stabilizer(steady, is_fixed, self._pool)
-        else:
-            self._textures = StabilizerTextures(
-                equipment.context, equipment.programs, equipment.textures, source, target
-            )
 
-    def draw(
-        self, picture: Picture, time: float, begins: bool, blend_weights: BlendWeights
+    def change_strength(self, steady: float, is_fixed: bool) -> None:
+        """Use other values from the next picture on."""
+        (self._stage or self._motion).change_strength(steady, is_fixed)
+
+    def start(
+        self, runner: Runner, picture: Picture, time: float, scene_cut: bool, weights: BlendWeights
     ) -> tuple[list[Readback], Stabilized | None]:
         """Start all that is to be done for a picture; what comes second is for `after`."""
-        if self._textures is None:
-            steadied = self._stage.before(picture, time, begins)
-            return self._runner.draw(steadied.picture, blend_weights), steadied
-        steadying = StabilizerJob(self._textures, self._motion.follow(picture, time, begins))
-        return self._runner.draw(with_planes(picture), blend_weights, steadying), None
+        if self._stage is not None:
+            stabilized = self._stage.before(picture, time, scene_cut)
+            return runner.start(stabilized.picture, weights), stabilized
+        job = StabilizerJob(self._textures, self._motion.follow(picture, time, scene_cut))
+        return runner.start(with_planes(picture), weights, job), None
 
-    def after(self, result: Picture, steadied: Stabilized | None) -> Picture:
+    def after(self, result: Picture, stabilized: Stabilized | None) -> Picture:
         """The picture to be shown."""
-        return result if steadied is None else self._stage.after(result, steadied)
+        return result if self._stage is None or stabilized is None else self._stage.after(result, stabilized)
 
     def release(self) -> None:
-        """Let everything go; framebuffers must be out of use."""
-        if self._pool is not None:
-            self._pool.shutdown()
-        if self._textures is not None:
-            self._textures.release()
+        """Release the textures; framebuffers must be out of use."""
+        self._textures.release()
 
 
-def plain_layout(picture: Picture) -> PictureLayout:
+def planes_layout(picture: Picture) -> PictureLayout:
     """What `with_planes` makes of such a picture."""
     layout = PictureLayout.of(picture)
     if layout.planes != "color":
@@ -79,7 +77,7 @@ def plain_layout(picture: Picture) -> PictureLayout:
     return PictureLayout(layout.encoding.as_float(), layout.shape, "chroma")
 
 
-def steady_layout(picture: Picture) -> PictureLayout:
+def stabilized_layout(picture: Picture) -> PictureLayout:
     """What a style sees of such a picture in a steady film."""
-    layout = plain_layout(picture)
+    layout = planes_layout(picture)
     return replace(layout, encoding=steady_encoding(layout.encoding))

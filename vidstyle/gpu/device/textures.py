@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,10 +79,14 @@ class AssetTextures:
             self._textures[key] = arrays, self._make(arrays or (np.zeros((1, 1), np.float32),))
         return self._textures[key][1]
 
+    def trim(self, used: Iterable[tuple[np.ndarray, ...]]) -> None:
+        """Release all others than these."""
+        for key in self._textures.keys() - {id(arrays) for arrays in used}:
+            self._textures.pop(key)[1].release()
+
     def release(self) -> None:
-        """Let all go."""
-        while self._textures:
-            self._textures.popitem()[1][1].release()
+        """Release all textures."""
+        self.trim(())
 
     def _make(self, arrays: tuple[np.ndarray, ...]) -> moderngl.TextureArray:
         height, width = (max(array.shape[axis] for array in arrays) for axis in (0, 1))
