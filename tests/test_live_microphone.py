@@ -38,7 +38,7 @@ class Whistle:
 
     loud: tuple[tuple[float, float], ...] = ()
     name: str = "whistle"
-    lasting: bool = True
+    reconnects: bool = True
     there: bool = True
     opened: int = 0
 
@@ -136,9 +136,9 @@ def test_there_is_silence_all_the_while():
 
 def test_the_sound_of_the_source_gives_way():
     heard, piece = [], AudioChunk(np.zeros((2, 10), np.float32), 0.0)
-    AudioRouter(LiveOptions(microphone=Microphone("test")), heard.append).heard(piece)
+    AudioRouter(LiveOptions(microphone=Microphone("test")), heard.append).push_audio(piece)
     assert heard == []
-    AudioRouter(LiveOptions(), heard.append).heard(piece)
+    AudioRouter(LiveOptions(), heard.append).push_audio(piece)
     assert heard == [piece]
 
 
@@ -147,16 +147,16 @@ def test_a_tone_is_on_our_clock():
     opened = Microphone("test").open(stopping)
     before = time.monotonic()
     pieces = []
-    for heard in opened:
-        assert heard.time + heard.samples.shape[1] / RATE <= time.monotonic() + 0.001, (
+    for chunk in opened:
+        assert chunk.time + chunk.samples.shape[1] / RATE <= time.monotonic() + 0.001, (
             "it was given too early"
         )
-        pieces.append(heard)
+        pieces.append(chunk)
         if len(pieces) == 30:
             stopping.set()
     opened.close()
-    begins = [heard.time for heard in pieces]
-    ends = [heard.time + heard.samples.shape[1] / RATE for heard in pieces]
+    begins = [chunk.time for chunk in pieces]
+    ends = [chunk.time + chunk.samples.shape[1] / RATE for chunk in pieces]
     assert begins[1:] == pytest.approx(ends[:-1], abs=1e-6), "it has gaps"
     assert abs(begins[0] - before) < 0.2 and time.monotonic() - before > 0.5
 
@@ -228,7 +228,7 @@ def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
 
 def test_one_that_says_nothing_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("vidstyle.live.audio.FIRST_SECONDS", 0.1)
-    listening = MicrophoneCapture(Whistle(), lambda heard: None)  # type: ignore[arg-type]  # never started: silent
+    listening = MicrophoneCapture(Whistle(), lambda chunk: None)  # type: ignore[arg-type]  # never started: silent
     with pytest.raises(DeviceError, match="gave no sound in 0.1 s"):
         listening.wait()
 
@@ -251,8 +251,8 @@ HEAR = """
 import sys, threading, time
 from vidstyle.media.capture.microphone import Microphone
 opened = Microphone(sys.argv[1]).open(threading.Event())
-heard = next(iter(opened))
-print(abs(time.monotonic() - heard.time) < 2.5, heard.samples.shape[0])
+chunk = next(iter(opened))
+print(abs(time.monotonic() - chunk.time) < 2.5, chunk.samples.shape[0])
 opened.close()
 """
 

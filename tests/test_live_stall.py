@@ -70,7 +70,7 @@ class Driver:
     """A camera that gives pictures while `gives` is set, and else holds its readers without an error."""
 
     name: str = "driver"
-    lasting: bool = True
+    reconnects: bool = True
     opened: int = 0
     gives: threading.Event = field(default_factory=threading.Event)
 

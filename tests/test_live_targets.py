@@ -204,14 +204,16 @@ def test_nothing_new_is_shown_again():
         def write(self, frame: LiveFrame, number: int) -> None:
             self.numbers.append(number)
 
-        def hear(self, heard: AudioChunk) -> None: ...
+        def push_audio(self, chunk: AudioChunk) -> None: ...
 
         def close(self) -> None: ...
 
     sink = Sink()
 
     def make(setting):
-        outlet = ConstantRateTarget("steady", lambda first: sink, setting.meter, Fraction(30), lasting=False)
+        outlet = ConstantRateTarget(
+            "steady", lambda first: sink, setting.meter, Fraction(30), reconnects=False
+        )
         outlet.start(setting.first)
         return outlet
 

@@ -18,16 +18,16 @@ from vidstyle.media.capture.microphone import Microphone, SoundInput
 class AudioRouter:
     """Chooses what is passed on."""
 
-    def __init__(self, options: LiveOptions, hear: Callable[[AudioChunk], None]) -> None:
-        """`hear`: is given every piece of sound, in the thread that takes it."""
+    def __init__(self, options: LiveOptions, on_audio: Callable[[AudioChunk], None]) -> None:
+        """`on_audio`: is given every piece of sound, in the thread that takes it."""
         microphone = options.microphone if options.sound else None
-        self._wanted, self._hear = options.sound, hear
-        self._listening = MicrophoneCapture(microphone, hear) if microphone else None
+        self._wanted, self._on_audio = options.sound, on_audio
+        self._listening = MicrophoneCapture(microphone, on_audio) if microphone else None
 
-    def heard(self, heard: AudioChunk) -> None:
+    def push_audio(self, chunk: AudioChunk) -> None:
         """The source gives this."""
         if self._listening is None:
-            self._hear(heard)
+            self._on_audio(chunk)
 
     def start(self) -> None:
         """Begin to listen."""
@@ -62,10 +62,10 @@ class MicrophoneCapture(ReconnectingSource[SoundInput]):
 
     meanwhile = "there is silence"
 
-    def __init__(self, microphone: Microphone, hear: Callable[[AudioChunk], None]) -> None:
-        """`hear`: is given every piece of sound, in a thread of its own."""
+    def __init__(self, microphone: Microphone, on_audio: Callable[[AudioChunk], None]) -> None:
+        """`on_audio`: is given every piece of sound, in a thread of its own."""
         super().__init__(microphone, "microphone")
-        self._hear = hear
+        self._on_audio = on_audio
         self._end = 0.0
         self._begun = threading.Event()
 
@@ -82,9 +82,9 @@ class MicrophoneCapture(ReconnectingSource[SoundInput]):
             raise DeviceError(self._source.name, f"gave no sound in {FIRST_SECONDS:g} s")
 
     def _take(self, opened: SoundInput) -> None:
-        for heard in opened:
-            self._note(heard.time)
-            self._pass_on(heard)
+        for chunk in opened:
+            self._note(chunk.time)
+            self._pass_on(chunk)
 
     def _pause(self, seconds: float) -> None:
         """Wait, with silence up to now; targets would wait for sound otherwise."""
@@ -93,9 +93,9 @@ class MicrophoneCapture(ReconnectingSource[SoundInput]):
             missing = round((time.monotonic() - self._end) * RATE)
             self._pass_on(AudioChunk(np.zeros((2, max(0, missing)), np.float32), self._end))
 
-    def _pass_on(self, heard: AudioChunk) -> None:
-        self._end = heard.time + heard.samples.shape[1] / RATE
-        self._hear(heard)
+    def _pass_on(self, chunk: AudioChunk) -> None:
+        self._end = chunk.time + chunk.samples.shape[1] / RATE
+        self._on_audio(chunk)
         self._begun.set()
 
     def _finish(self) -> None:

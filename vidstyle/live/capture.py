@@ -85,7 +85,7 @@ class ReconnectingSource(ABC, Generic[T]):
                 if self._last is None:
                     raise
                 reason = str(error)
-            if not self._source.lasting or self._stopping.is_set():
+            if not self._source.reconnects or self._stopping.is_set():
                 return
             wait = FIRST_WAIT if self._last != before else min(2 * wait, MAX_WAIT)
             self._lose(reason)
@@ -127,10 +127,10 @@ class Capture(ReconnectingSource[LiveInput]):
 
     meanwhile = "the last picture is held"
 
-    def __init__(self, source: LiveSource, hear: Callable[[AudioChunk], None]) -> None:
-        """`hear`: is given every piece of sound, in the capturing thread."""
+    def __init__(self, source: LiveSource, on_audio: Callable[[AudioChunk], None]) -> None:
+        """`on_audio`: is given every piece of sound, in the capturing thread."""
         super().__init__(source, "capture")
-        self._hear = hear
+        self._on_audio = on_audio
         self.pictures: DropOldestQueue[CapturedFrame] = DropOldestQueue()
         self.codec = ""
         self.has_sound = False
@@ -163,7 +163,7 @@ class Capture(ReconnectingSource[LiveInput]):
         self.has_sound = opened.has_sound
         for item in opened:
             if isinstance(item, AudioChunk):
-                self._hear(item)
+                self._on_audio(item)
             else:
                 self._note(item.time)
                 self.pictures.put(item)

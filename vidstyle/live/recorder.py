@@ -51,11 +51,11 @@ class Recorder:
             if self._film.error is not None:
                 controls.record(False)
 
-    def hear(self, heard: AudioChunk) -> None:
+    def push_audio(self, chunk: AudioChunk) -> None:
         """Sound for the recording, if there is one; from any thread."""
         film = self._film
         if film is not None:
-            film.hear(heard)
+            film.push_audio(chunk)
 
     def close(self) -> None:
         """End the recording, and see the last snapshot written."""

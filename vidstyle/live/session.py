@@ -49,8 +49,8 @@ class LiveSession:
         self._message = ""
         self._options = options or LiveOptions()
         self._restyling = FrameProcessor(controls, self._options, self._tell)
-        self._sound = AudioRouter(self._options, self._hear)
-        self._capture = Capture(source, self._sound.heard)
+        self._sound = AudioRouter(self._options, self._push_audio)
+        self._capture = Capture(source, self._sound.push_audio)
         self._meter, self._restyled, self._pace = Meter(), Meter(), RateMeter()
         self._keepsakes = Recorder(self._tell)
         self._rate = self._options.rate or DEFAULT_RATE
@@ -165,10 +165,10 @@ class LiveSession:
         self._began, self._unready = time.monotonic(), self._capture.pictures.dropped
         return replace(frame, captured=self._began)
 
-    def _hear(self, heard: AudioChunk) -> None:
+    def _push_audio(self, chunk: AudioChunk) -> None:
         """Pass sound on to the targets that take any; called from the thread that takes it."""
-        self._destinations.hear(heard)
-        self._keepsakes.hear(heard)
+        self._destinations.push_audio(chunk)
+        self._keepsakes.push_audio(chunk)
 
     def _tell(self, message: str) -> None:
         """Say something, here and in the status; from any thread."""

@@ -37,9 +37,9 @@ class ConstantRateTarget(TargetThread):
         open_sink: Callable[[LiveFrame], StreamSink],
         meter: Meter,
         rate: Fraction,
-        lasting: bool,
+        reconnects: bool,
     ) -> None:
-        super().__init__(name, open_sink, meter, lasting)
+        super().__init__(name, open_sink, meter, reconnects)
         self._ticks = FramePacer(rate)
         self._last: LiveFrame | None = None
         self._early = 0
@@ -86,9 +86,9 @@ class StreamSink:
         """See Sink."""
         self._shift = self._stream.write(frame.video, number) - frame.captured
 
-    def hear(self, heard: AudioChunk) -> None:
+    def push_audio(self, chunk: AudioChunk) -> None:
         """See Sink; sound goes beside the picture that was taken with it."""
-        self._stream.hear(heard, heard.time + self._shift)
+        self._stream.push_audio(chunk, chunk.time + self._shift)
 
     def close(self) -> None:
         """See Sink."""
@@ -110,7 +110,7 @@ class FileTarget(TargetThread):
     ) -> None:
         """`aspect`: width of a pixel for each unit of height; None: square."""
         super().__init__(
-            str(target), lambda first: FileSink(target, first, rate, options, aspect), meter, lasting=False
+            str(target), lambda first: FileSink(target, first, rate, options, aspect), meter, reconnects=False
         )
 
     def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
@@ -147,10 +147,10 @@ class FileSink:
         pts = round((frame.captured - self._zero) / TIME_BASE)
         self._writer.write(Frame(self._converted(frame), pts, TIME_BASE, self._step))
 
-    def hear(self, heard: AudioChunk) -> None:
+    def push_audio(self, chunk: AudioChunk) -> None:
         """See Sink; what was heard before the first picture is left out."""
         if self._zero is not None and isinstance(self._writer, FilmWriter):
-            self._writer.hear(heard, heard.time - self._zero)
+            self._writer.push_audio(chunk, chunk.time - self._zero)
 
     def close(self) -> None:
         """See Sink."""

@@ -40,11 +40,11 @@ class TargetGroup:
         if errors and len(errors) == len(self._targets):
             raise errors[0]
 
-    def hear(self, heard: AudioChunk) -> None:
+    def push_audio(self, chunk: AudioChunk) -> None:
         """Give sound to those that take any; from any thread."""
         for target in self._targets.copy():
             if isinstance(target, TargetThread):
-                target.hear(heard)
+                target.push_audio(chunk)
 
     def close(self) -> BaseException | None:
         """Let go of all; returns why one has failed, if any has."""

@@ -33,7 +33,7 @@ class Sink(Protocol):
     def write(self, frame: LiveFrame, number: int) -> None:
         """Write a picture; raises VidstyleError when the target is lost."""
 
-    def hear(self, heard: AudioChunk) -> None:
+    def push_audio(self, chunk: AudioChunk) -> None:
         """Write sound, or leave it."""
 
     def close(self) -> None:
@@ -51,15 +51,15 @@ class TargetThread(ABC):
     room = 1
 
     def __init__(
-        self, name: str, open_sink: Callable[[LiveFrame], Sink], meter: Meter, lasting: bool
+        self, name: str, open_sink: Callable[[LiveFrame], Sink], meter: Meter, reconnects: bool
     ) -> None:
-        """`lasting`: whether to open it again when it is lost."""
+        """`reconnects`: whether to open it again when it is lost."""
         self.name = name
         self.delivered = self.repeated = 0
         self.error: VidstyleError | None = None
-        self._open_sink, self._meter, self._lasting = open_sink, meter, lasting
+        self._open_sink, self._meter, self._reconnects = open_sink, meter, reconnects
         self._frames: DropOldestQueue[LiveFrame] = DropOldestQueue(self.room)
-        self._heard: deque[AudioChunk] = deque(maxlen=MAX_HEARD)
+        self._audio: deque[AudioChunk] = deque(maxlen=MAX_HEARD)
         self._sink: Sink | None = None
         self._latest: LiveFrame | None = None
         self._writing: float | None = None
@@ -94,9 +94,9 @@ class TargetThread(ABC):
         """See Target."""
         self._frames.put(frame)
 
-    def hear(self, heard: AudioChunk) -> None:
+    def push_audio(self, chunk: AudioChunk) -> None:
         """Take sound, to be written before the next picture; without a place for it it is thrown away."""
-        self._heard.append(heard)
+        self._audio.append(chunk)
 
     def close(self) -> None:
         """See Target."""
@@ -136,8 +136,8 @@ class TargetThread(ABC):
     def _write(self, sink: Sink, frame: LiveFrame, number: int) -> None:
         self._writing = time.monotonic()
         sink.write(frame, number)
-        while self._heard:
-            sink.hear(self._heard.popleft())
+        while self._audio:
+            sink.push_audio(self._audio.popleft())
         self._writing = None
 
     def _count(self, frame: LiveFrame) -> None:
@@ -152,7 +152,7 @@ class TargetThread(ABC):
 
     def _lose(self, error: VidstyleError) -> None:
         sink, self._sink, self._writing = self._sink, None, None
-        if not self._lasting:
+        if not self._reconnects:
             self.error = error
             return
         log.warning("%s; it is tried again", error)

@@ -67,7 +67,7 @@ def target_maker(text: str, options: TargetOptions) -> Callable[[TargetContext],
         return _page_maker(options.port)
     if text == "-":
         live_addresses.check_pipe(options.stream(Fraction(1), sound=False))
-        return _stream_maker("standard output", options, live_addresses.open_pipe, lasting=False)
+        return _stream_maker("standard output", options, live_addresses.open_pipe, reconnects=False)
     if text.startswith("/dev/video"):
         virtual_camera.check_virtual_camera(text)
         return _stream_maker(text, options, partial(virtual_camera.open_virtual_camera, text))
@@ -82,13 +82,13 @@ def _stream_maker(
     name: str,
     options: TargetOptions,
     open_stream: Callable[[StreamOptions, av.VideoFrame], Stream],
-    lasting: bool = True,
+    reconnects: bool = True,
 ) -> Callable[[TargetContext], Target]:
     def make(setting: TargetContext) -> Target:
         def open_sink(first: LiveFrame) -> StreamSink:
             return StreamSink(open_stream(options.stream(setting.rate, setting.sound), first.video))
 
-        outlet = ConstantRateTarget(name, open_sink, setting.meter, setting.rate, lasting)
+        outlet = ConstantRateTarget(name, open_sink, setting.meter, setting.rate, reconnects)
         outlet.start(setting.first)
         return outlet
 

@@ -52,12 +52,12 @@ class AudioDecoder:
         self._zero: float | None = None
         self._waiting: deque[tuple[float, np.ndarray]] = deque(maxlen=MAX_WAITING)
 
-    def hear(self, packet: av.Packet) -> Iterator[AudioChunk]:
+    def decode(self, packet: av.Packet) -> Iterator[AudioChunk]:
         """The sound of a packet, once `anchor` has told when that is."""
-        self._waiting.extend(self.sounds(packet))
+        self._waiting.extend(self.samples(packet))
         yield from self._anchored()
 
-    def sounds(self, packet: av.Packet) -> Iterator[tuple[float, np.ndarray]]:
+    def samples(self, packet: av.Packet) -> Iterator[tuple[float, np.ndarray]]:
         """The sound of a packet, 2 x N, and its stamps in seconds of the source's own clock."""
         try:
             frames: list[Any] = list(packet.decode()) if packet.size else []

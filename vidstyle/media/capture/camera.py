@@ -37,7 +37,7 @@ class Camera:
     size: tuple[int, int] | None = None
     rate: Fraction | None = None
     input_format: str | None = None
-    lasting: bool = True
+    reconnects: bool = True
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """Open it in the mode that comes nearest to what is wanted.
@@ -86,7 +86,7 @@ class Screen:
     name: str = ""
     size: tuple[int, int] | None = None
     rate: Fraction | None = None
-    lasting: bool = True
+    reconnects: bool = True
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """Begin to take pictures.

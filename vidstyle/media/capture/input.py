@@ -82,8 +82,8 @@ class LiveInput:
             context.thread_type = "SLICE"
             context.flags |= av.codec.context.Flags.low_delay
         self._context = context
-        self._ear = AudioDecoder(container) if sound else None
-        self.has_sound = self._ear is not None and self._ear.stream is not None
+        self._audio = AudioDecoder(container) if sound else None
+        self.has_sound = self._audio is not None and self._audio.stream is not None
         self._loop, self._stamped = loop, stamped
         self._pace = PlaybackClock() if paced else None
         self._stopping, self._wait, self._patience = stopping, wait, patience
@@ -112,19 +112,19 @@ class LiveInput:
             self._context.flush_buffers()
             if self._pace:
                 self._pace.restart()
-            if self._ear:
-                self._ear.restart()
+            if self._audio:
+                self._audio.restart()
 
     def close(self) -> None:
         """Let go of the source; call it when the iteration has ended."""
         self._container.close()
 
     def _once(self) -> Iterator[CapturedFrame | AudioChunk]:
-        sound = self._ear.stream if self._ear else None
+        sound = self._audio.stream if self._audio else None
         packets = self._container.demux([self._stream, *([sound] if sound else [])])
         for packet in self._waited_for(packets):
-            if self._ear is not None and packet.stream_index != self._stream.index:
-                yield from self._ear.hear(packet)
+            if self._audio is not None and packet.stream_index != self._stream.index:
+                yield from self._audio.decode(packet)
                 continue
             for captured in self._decoded(packet):
                 self._anchor(captured)
@@ -156,8 +156,8 @@ class LiveInput:
 
     def _anchor(self, captured: CapturedFrame) -> None:
         stamp = _seconds(captured.native)
-        if self._ear is not None and stamp is not None:
-            self._ear.anchor(stamp, captured.time)
+        if self._audio is not None and stamp is not None:
+            self._audio.anchor(stamp, captured.time)
 
     def _decoded(self, packet: av.Packet) -> Iterator[CapturedFrame]:
         arrived = time.monotonic()

@@ -38,7 +38,7 @@ class Microphone:
     """
 
     device: str
-    lasting: bool = True
+    reconnects: bool = True
 
     @property
     def name(self) -> str:
@@ -79,7 +79,7 @@ class SoundInput:
             paced: it would come at once, and is given out no faster than its stamps say.
         """
         self._container, self._name, self._stopping = container, name, stopping
-        self._ear = AudioDecoder(container)
+        self._decoder = AudioDecoder(container)
         self._zero = time.monotonic() if paced else None
 
     def __iter__(self) -> Iterator[AudioChunk]:
@@ -91,7 +91,7 @@ class SoundInput:
         try:
             for packet in self._pieces():
                 arrived = time.monotonic()
-                for stamp, samples in self._ear.sounds(packet):
+                for stamp, samples in self._decoder.samples(packet):
                     yield AudioChunk(samples, self._taken(stamp, samples.shape[1] / RATE, arrived))
                 if self._stopping.is_set():
                     return
@@ -105,7 +105,7 @@ class SoundInput:
 
     def _pieces(self) -> Iterator[av.Packet]:
         """Packets that are worth the trouble: drivers give hundreds or thousands of small ones a second."""
-        stream = self._ear.stream
+        stream = self._decoder.stream
         assert stream is not None
         context = stream.codec_context
         joined = context.name.startswith("pcm_")

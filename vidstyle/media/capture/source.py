@@ -28,7 +28,7 @@ class CaptureSource(Protocol[T_co]):
         """What it is, for people."""
 
     @property
-    def lasting(self) -> bool:
+    def reconnects(self) -> bool:
         """Whether it may come back after its end."""
 
     def open(self, stopping: threading.Event) -> T_co:

@@ -80,7 +80,7 @@ class GeneratedPicture:
     size: tuple[int, int]
     rate: Fraction
     name: str = "test"
-    lasting: bool = False
+    reconnects: bool = False
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource."""
@@ -98,7 +98,7 @@ class File:
 
     name: str
     loop: bool = False
-    lasting: bool = False
+    reconnects: bool = False
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource."""
@@ -110,7 +110,7 @@ class Network:
     """A stream by its URL; one that says how long it is, is a film, and played at its own pace."""
 
     url: str
-    lasting: bool = True
+    reconnects: bool = True
 
     @property
     def name(self) -> str:
@@ -143,7 +143,7 @@ class PipeSource:
     options: SourceOptions
 
     @property
-    def lasting(self) -> bool:
+    def reconnects(self) -> bool:
         """Whether it may come back: a named pipe does with its next writer."""
         return self.name != "-"
 

@@ -84,7 +84,7 @@ class FilmWriter(Writer):
         inputs = self._source.container if self._source else None
         streams = self._source.copied_streams if self._source and inputs else []
         self._copied = CopiedStreams(self._container, self._kind, streams, options.audio, self.name)
-        self._voice = self._new_voice(options)
+        self._audio = self._new_audio(options)
         if inputs is not None:
             copy_tags(inputs, self._container)
             copy_chapters(inputs, self._container, self._kind)
@@ -95,7 +95,7 @@ class FilmWriter(Writer):
         except (av.FFmpegError, OSError) as error:
             raise OutputError(self.name, f"{self._kind.muxer} cannot be set up so: {error}") from error
 
-    def _new_voice(self, options: WriteOptions) -> AudioEncoder | None:
+    def _new_audio(self, options: WriteOptions) -> AudioEncoder | None:
         encoder = self._kind.new_audio if options.audio in ("copy", "none") else options.audio
         wanted = options.new_sound and options.audio != "none" and encoder
         return AudioEncoder(self._container, encoder) if wanted else None
@@ -115,16 +115,16 @@ class FilmWriter(Writer):
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
 
-    def hear(self, heard: AudioChunk, seconds: float) -> None:
+    def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
         """Take sound that begins so many seconds after the first picture; only with `options.new_sound`.
 
         Raises:
             OutputError: it cannot be written; what was written so far is kept, and named.
         """
-        if self._voice is None:
+        if self._audio is None:
             return
         try:
-            for packet in self._voice.packets(heard.samples, seconds):
+            for packet in self._audio.packets(chunk.samples, seconds):
                 self._interleaver.copied(packet)
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
@@ -158,7 +158,7 @@ class FilmWriter(Writer):
     def _drain(self, seconds: float | None, end: Fraction | None) -> None:
         for packet in self._video.flush(seconds):
             self._interleaver.picture(packet)
-        for packet in [*self._copied.flush(), *(self._voice.flush() if self._voice else [])]:
+        for packet in [*self._copied.flush(), *(self._audio.flush() if self._audio else [])]:
             self._interleaver.copied(packet)
         self._interleaver.finish(end)
 

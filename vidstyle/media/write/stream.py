@@ -91,7 +91,7 @@ class Stream:
             )
             self._container = av.open(target, "w", muxer, container_options=settings)
             self._stream = self._add_stream("rawvideo" if raw else options.codec or "libx264", options, first)
-            self._voice = AudioEncoder(self._container, "aac") if options.sound and not raw else None
+            self._audio = AudioEncoder(self._container, "aac") if options.sound and not raw else None
             self._container.start_encoding()
             # Who joins does not know the parameter sets, and may take the first frames for damaged.
             self._repeat = BitStreamFilterContext(REPEATED, self._stream) if self._joined else None
@@ -141,16 +141,16 @@ class Stream:
             return packets
         return [made for packet in packets for made in self._repeat.filter(packet)]
 
-    def hear(self, heard: AudioChunk, seconds: float) -> None:
+    def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
         """Write sound that begins so many seconds after the first picture, if the stream has any.
 
         Raises:
             OutputError: the stream is lost.
         """
-        if self._voice is None:
+        if self._audio is None:
             return
         try:
-            self._container.mux(self._voice.packets(heard.samples, seconds))
+            self._container.mux(self._audio.packets(chunk.samples, seconds))
         except (av.FFmpegError, OSError) as error:
             raise self._failure("was lost", error) from error
 
@@ -158,8 +158,8 @@ class Stream:
         """End the stream well if that can be done."""
         try:
             self._container.mux(self._encoded(None))
-            if self._voice is not None:
-                self._container.mux(self._voice.flush())
+            if self._audio is not None:
+                self._container.mux(self._audio.flush())
             self._container.close()
         except (av.FFmpegError, OSError):
             pass  # what is lost already cannot be ended
