@@ -1,6 +1,6 @@
 """Lists the functions that a frame of a film passes on the CPU: `python -m tools.frame_path [--write]`.
 
-A function counts when it takes the frame, in any form, and passes it on, to another function or to its caller.
+A function counts when it takes the frame, in any form, and passes it on to another function or to its caller.
 `--write` renews the list in docs/architecture.md.
 """
 
