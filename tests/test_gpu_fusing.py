@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from gpu import (
+    DAY,
     FORMS,
     SMALL,
     Sessions,
@@ -18,6 +18,7 @@ from gpu import (
     film_picture,
     gray_picture,
     most_off,
+    of_the_day,
     packed_picture,
 )
 from pictures import VIDEO, run, step
@@ -133,13 +134,6 @@ def pages_of(chosen: Style, seed: int, *sessions: Sessions) -> Iterator[tuple[st
 
 TAME, WILD, LEARNED = range(50), range(50, 100), range(100, 116)
 """Seeds of styles that are known to agree."""
-DAY = int(os.environ["VIDSTYLE_TEST_SEED"])
-
-
-def of_the_day(seeds: range, count: int) -> list[Any]:
-    """As many seeds, others each day; what is left of them is for thorough runs."""
-    drawn = set(np.random.default_rng(DAY).choice(seeds, count, replace=False).tolist())
-    return [pytest.param(seed, marks=() if seed in drawn else pytest.mark.thorough) for seed in seeds]
 
 
 @pytest.mark.parametrize("seed", of_the_day(TAME, 14))

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
-from gpu import FORMS, Sessions, faults, film_picture, gray_picture, packed_picture
+from covering import covering_rows
+from gpu import FORMS, ODD, SMALL, Sessions, faults, film_picture, gray_picture, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, planes, run, same_bits, step, style
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.style import Style
 
-SHAPE = (181, 243)
+SHAPE = SMALL
 
 BOTH = Style(
     "both",
@@ -33,17 +35,17 @@ HALF_SIZE = style(step("scale", factor=0.6), step("brightness", factor=1.1))
 
 STEPS = {"4:2:0": (2, 2), "4:2:2": (2, 1), "4:4:4": (1, 1), "4:1:1": (4, 1), "4:1:0": (4, 4), "4:4:0": (1, 2)}
 DEPTHS = (8, 10, 12, 16, 0)
-ENCODINGS = [
-    *(
-        Encoding(depth=depth, full_range=full, step=grid)
-        for depth in DEPTHS
-        for full in (False, True)
-        for grid in ((2, 2), (1, 1))
-    ),
+LEVELS = {"depth": DEPTHS, "full_range": (False, True), "step": ((2, 2), (1, 1))}
+GRIDS = [
     *(Encoding(siting=siting) for siting in SITINGS.values()),
     *(Encoding("bt601", step=grid) for grid in STEPS.values()),
     Encoding(step=(2, 2), siting=(1.0, 0.5)),
     Encoding("bt2020", depth=10, step=(4, 4), siting=(1.5, 0.0)),
+]
+PAIRED = [*(Encoding(**row) for row in covering_rows(LEVELS)), *GRIDS]
+ENCODINGS = [
+    *(Encoding(**dict(zip(LEVELS, each, strict=True))) for each in product(*LEVELS.values())),
+    *GRIDS,
 ]
 CHANGES = {
     "bt601 in, bt709 out": (Encoding("bt601"), Encoding("bt709")),
@@ -69,14 +71,30 @@ def named(encoding: Encoding) -> str:
     return f"{encoding.matrix} {encoding.depth} bit {kind} {encoding.step} at {encoding.siting}"
 
 
-@pytest.mark.parametrize("chosen", [BOTH, ON_PLANES, HALF_SIZE], ids=["both", "luma", "half size"])
-def test_every_encoding_goes_through(chosen: Style, sessions: Sessions) -> None:
-    found = [
+def faults_by_encoding(
+    chosen: Style, sessions: Sessions, encodings: Iterable[Encoding], shape: tuple[int, int]
+) -> list[str]:
+    return [
         line
-        for encoding in ENCODINGS
-        for line in faults(sessions, chosen, film_picture(*SHAPE, encoding), named(encoding))
+        for encoding in encodings
+        for line in faults(sessions, chosen, film_picture(*shape, encoding), named(encoding))
     ]
-    assert not found, "\n".join(found)
+
+
+every_change = pytest.mark.parametrize(
+    "chosen", [BOTH, ON_PLANES, HALF_SIZE], ids=["both", "luma", "half size"]
+)
+
+
+@every_change
+def test_every_encoding_goes_through(chosen: Style, sessions: Sessions) -> None:
+    assert faults_by_encoding(chosen, sessions, PAIRED, SHAPE) == []
+
+
+@pytest.mark.thorough
+@every_change
+def test_every_depth_goes_through_in_every_range_and_grid(chosen: Style, sessions: Sessions) -> None:
+    assert faults_by_encoding(chosen, sessions, ENCODINGS, ODD) == []
 
 
 @pytest.mark.parametrize("chosen", [style(), BOTH, ON_PLANES], ids=["plain", "both", "luma"])

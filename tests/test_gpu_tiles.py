@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import pytest
-from gpu import FORMS, Sessions, film_picture, gray_picture, most_off, packed_picture
+from gpu import FORMS, ODD, Sessions, film_picture, gray_picture, most_off, of_the_day, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
@@ -14,7 +14,8 @@ from vidstyle.core.resample import METHODS
 from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style, load_style, style_names
 
-SHAPE = (361, 641)
+SHAPE, TILES = ODD, 3 * 4
+MANY = (361, 641)
 MAX_SIDE = 128
 
 
@@ -80,12 +81,21 @@ def test_tiles_are_what_is_tested(whole: Sessions, tiled: Sessions) -> None:
             for each in (whole, tiled)
         ]
         assert len(drawn[0].readbacks) == 1
-        assert len(drawn[1].readbacks) == 6 * 11
+        assert len(drawn[1].readbacks) == TILES
 
 
-@pytest.mark.parametrize("name", STYLES)
+SHIPPED = style_names()
+
+
+@pytest.mark.parametrize("name", [*of_the_day(SHIPPED, 4), *(name for name in STYLES if name not in SHIPPED)])
 def test_no_seam_is_seen(name: str, whole: Sessions, tiled: Sessions) -> None:
     assert seams(whole, tiled, STYLES[name], film_picture(*SHAPE)) == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", STYLES)
+def test_no_seam_is_seen_among_many_tiles(name: str, whole: Sessions, tiled: Sessions) -> None:
+    assert seams(whole, tiled, STYLES[name], film_picture(*MANY)) == []
 
 
 ENCODINGS = [
@@ -95,24 +105,50 @@ ENCODINGS = [
 ]
 
 
-@pytest.mark.parametrize("name", ["saved", "scaled in between"])
-def test_no_seam_is_seen_in_any_kind_of_picture(name: str, whole: Sessions, tiled: Sessions) -> None:
-    shape = (157, 331)
-    found = [
+def seams_by_encoding(
+    whole: Sessions, tiled: Sessions, name: str, encodings: Iterable[Encoding], shape: tuple[int, int]
+) -> list[str]:
+    return [
         f"{encoding}: {line}"
-        for encoding in ENCODINGS
+        for encoding in encodings
         for line in seams(whole, tiled, STYLES[name], film_picture(*shape, encoding))
     ]
-    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(("name", "first"), [("saved", 0), ("scaled in between", 1)])
+def test_no_seam_is_seen_in_any_kind_of_picture(
+    name: str, first: int, whole: Sessions, tiled: Sessions
+) -> None:
+    assert seams_by_encoding(whole, tiled, name, ENCODINGS[first::2], ODD) == []
+    pictures = gray_picture(*ODD), packed_picture(*ODD)
+    assert seams(whole, tiled, STYLES[name], pictures[first], target=VIDEO) == []
+    assert seams(whole, tiled, STYLES[name], pictures[1 - first], target=RGB8, rgb=True) == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["saved", "scaled in between"])
+def test_no_seam_is_seen_in_every_kind_of_picture(name: str, whole: Sessions, tiled: Sessions) -> None:
+    shape = (157, 331)
+    assert seams_by_encoding(whole, tiled, name, ENCODINGS, shape) == []
     for picture in (gray_picture(*shape), packed_picture(*shape)):
         assert seams(whole, tiled, STYLES[name], picture, target=VIDEO) == []
         assert seams(whole, tiled, STYLES[name], picture, target=RGB8, rgb=True) == []
 
 
-@pytest.mark.parametrize("shape", [(1, 1000), (1000, 1), (128, 128), (129, 128), (64, 1023), (700, 65)])
+SIZES = ((1, 1000), (1000, 1), (128, 128), (129, 128), (64, 1023), (700, 65))
+
+
+@pytest.mark.parametrize("shape", SIZES)
 def test_no_seam_is_seen_at_any_size(shape: tuple[int, int], whole: Sessions, tiled: Sessions) -> None:
-    for name in ("scaled in between", "equalize"):
-        assert seams(whole, tiled, STYLES[name], film_picture(*shape)) == [], name
+    assert seams(whole, tiled, STYLES["equalize"], film_picture(*shape)) == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("shape", SIZES)
+def test_no_seam_is_seen_at_any_size_in_steps(
+    shape: tuple[int, int], whole: Sessions, tiled: Sessions
+) -> None:
+    assert seams(whole, tiled, STYLES["scaled in between"], film_picture(*shape)) == []
 
 
 def test_a_measure_over_tiles_is_of_the_whole_page(whole: Sessions, tiled: Sessions) -> None:
