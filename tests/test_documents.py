@@ -9,9 +9,10 @@ from pathlib import Path
 
 import click
 import pytest
+from test_layers import ORDER
 
 import vidstyle
-from tools import api_reference
+from tools import api_reference, performance
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
 from vidstyle.cli.reporting import Reporting
@@ -59,6 +60,19 @@ def test_rules_that_docstrings_cite_exist() -> None:
     texts = [path.read_text(encoding="utf-8") for path in (ROOT / "vidstyle").rglob("*.py")]
     cited = {name.lower() for text in texts for name in re.findall(r"docs/rules\.md, ([A-Za-z ]+)", text)}
     assert cited and cited <= headings
+
+
+def test_the_rules_name_the_layers_that_are_tested() -> None:
+    rules = (ROOT / "docs" / "rules.md").read_text(encoding="utf-8")
+    assert rules.partition("## Layers")[2].split("```")[1].split() == ORDER
+
+
+def test_tables_of_the_bench_replace_those_in_the_document() -> None:
+    page = performance.PAGE.read_text(encoding="utf-8")
+    begin, end = page.index("<!-- bench -->"), page.index("<!-- end -->")
+    assert "### 1920x1080, CPU" in page[begin:end]
+    changed = performance.with_tables(page, "machine: here\n\n## 8x8, CPU\n")
+    assert changed == f"{page[:begin]}<!-- bench -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
 
 
 def test_the_api_reference_is_built(tmp_path: Path) -> None:
