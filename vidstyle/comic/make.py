@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -33,6 +33,8 @@ from vidstyle.style import PLAIN, load_style
 
 Step = Callable[[str, int, int], None]
 """Told what is being done, how many parts of it are done, and how many there are (0: unknown)."""
+
+_NO_FACES = "no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one"
 
 _log = logging.getLogger("vidstyle")
 
@@ -63,26 +65,7 @@ def make_comic(
     Raises:
         VidstyleError: of one of its kinds; an unfinished file is not left.
     """
-    with _said_once():
-        job = _Job(str(source), Path(target), options or ComicOptions(), on_step or (lambda *_: None))
-        return job.run()
-
-
-@contextmanager
-def _said_once() -> Iterator[None]:
-    """A film is opened for each frame, and a renderer for each panel; what they say is said only once."""
-    said: set[str] = set()
-
-    def is_new(record: logging.LogRecord) -> bool:
-        known = record.getMessage() in said
-        said.add(record.getMessage())
-        return not known
-
-    _log.addFilter(is_new)
-    try:
-        yield
-    finally:
-        _log.removeFilter(is_new)
+    return _Job(str(source), Path(target), options or ComicOptions(), on_step or (lambda *_: None)).run()
 
 
 class _Job:
@@ -117,21 +100,24 @@ class _Job:
         """Look, choose, lay out, write in, draw."""
         self._step("looking through the film", 0, 0)
         faces = FaceFinder(self._options.face_model)
-        film = open_film(self._source, faces)
-        lines = self._spoken()
-        if lines and not faces.has_model:
-            _log.info("no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one")
-        self._take_letters(lines)
-        moments = find_moments(film, replace(self._options.wishes, least=panels_for(lines)))
-        self._step("laying out", 0, 0)
-        plan = self._plan(film, moments, lines)
-        pages = len(plan.layout.sizes)
-        brush = PanelRenderer(self._styles, self._paper.dpi, self._options.device)
-        folder = self._options.frames
-        with Frames(folder, len(moments), self._options.overwrite) if folder else nullcontext() as frames:
-            sheets = drawn(plan, film, brush, frames, partial(self._step, "drawing"))
-            files = self._output.write(sheets, pages, self._options.title)
-        return Comic(files, moments, pages)
+        with open_film(self._source, faces) as film:
+            lines = self._spoken()
+            if lines and not faces.has_model:
+                _log.info(_NO_FACES)
+            self._take_letters(lines)
+            moments = find_moments(film, replace(self._options.wishes, least=panels_for(lines)))
+            self._step("laying out", 0, 0)
+            plan = self._plan(film, moments, lines)
+            return self._drawn(plan, film)
+
+    def _drawn(self, plan: PagePlan, film: Film) -> Comic:
+        moments, pages, folder = list(plan.moments), len(plan.layout.sizes), self._options.frames
+        with (
+            Frames(folder, len(moments), self._options.overwrite) if folder else nullcontext() as frames,
+            PanelRenderer(self._styles, self._paper.dpi, self._options.device) as renderer,
+        ):
+            sheets = drawn(plan, film, renderer, frames, partial(self._step, "drawing"))
+            return Comic(self._output.write(sheets, pages, self._options.title), moments, pages)
 
     def _take_letters(self, lines: Sequence[Line]) -> None:
         title = self._options.title

@@ -109,6 +109,7 @@ class FrameNormalizer:
     def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> None:
         aspect = capture.sample_aspect
         maker = FrameConverter(first.native, capture.codec, name, sample_aspect=aspect)
+        maker.warn_if_hdr()
         # Neither a camera nor a page can say that its pixels are not square.
         self._square = max(1, round(maker.width * (maker.sample_aspect or 1))), maker.height
         self.size = wanted_size(self._wanted, *self._square) if self._wanted else self._square

@@ -52,7 +52,7 @@ def attention_in_box(moment: Moment) -> np.ndarray:
 def attention_of_film(film: Film, moments: Sequence[Moment], wanted: Sequence[bool]) -> Iterator[np.ndarray]:
     """The map of each moment; that of those that are not wanted by its box alone."""
     times = [moment.time for moment, each in zip(moments, wanted, strict=True) if each]
-    colors = film.frames_at(times)
+    colors = film.frames_at(times, keep=True)
     for moment, each in zip(moments, wanted, strict=True):
         yield attention_of(moment.picture(next(colors)), moment.faces) if each else attention_in_box(moment)
 

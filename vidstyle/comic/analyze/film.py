@@ -1,29 +1,33 @@
-"""A film as the chooser of key frames sees it: small copies of frames, judged, in bounded memory."""
+"""Films and folders of pictures as sources of key frames: small copies, measured in bounded memory."""
 
 from __future__ import annotations
 
+import logging
 import os
+import re
+from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import SIDE, Candidate, judge
-from vidstyle.comic.analyze.folder import Folder
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.analyze.survey import Film, Survey
 from vidstyle.comic.select.choose import usual_panels
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
-from vidstyle.media.frame import Frame
-from vidstyle.media.read.reader import ReadOptions, open_reader
-from vidstyle.media.read.samples import SampledFrame, measure_extent, sample_all, sample_keys
-from vidstyle.media.resize import square_pixels
+from vidstyle.media.options import ReadOptions
+from vidstyle.media.read.samples import FilmSampler, SampledFrame
+
+log = logging.getLogger("vidstyle")
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""
@@ -31,6 +35,11 @@ SPARE = 2.5
 """Key frames for each panel: with fewer of them a long film has to be decoded whole nevertheless."""
 MOST = 3600
 """Candidates that are kept of a film, however long."""
+
+KEPT_BYTES = 2**28
+"""Full-size frames that are needed twice are held in memory up to this size."""
+SUFFIXES = frozenset(".avif .bmp .gif .heic .jpeg .jpg .jxl .png .ppm .tif .tiff .webp".split())
+"""Names of files in a folder that are read as pictures."""
 
 _SHOT_SIDE = 128
 """Pixels of the longer side of the copies in which cuts are looked for."""
@@ -58,18 +67,64 @@ def open_film(
     if str(source) == "-":
         raise UsageError("-", "a pipe can be read only once", "save the film to a file")
     faces = faces or FaceFinder()
-    return Folder(Path(source), faces, options) if Path(source).is_dir() else FilmFile(source, faces, options)
+    if Path(source).is_dir():
+        return PictureFolder(Path(source), faces, options)
+    return FilmFile(source, faces, options)
 
 
-class FilmFile:
-    """See `Film`."""
+class _KeptFrames(ABC):
+    """Full-size frames, of which those that are asked for twice are held in memory as far as allowed."""
+
+    def __init__(self) -> None:
+        self._kept: dict[float, np.ndarray] = {}
+
+    @abstractmethod
+    def _image_at(self, time: float) -> np.ndarray:
+        """Decode the frame shown at a time."""
+
+    def frames_at(self, times: Iterable[float], keep: bool = False) -> Iterator[np.ndarray]:
+        """See `Film`."""
+        for time in times:
+            frame = self._kept.pop(time, None)
+            if frame is None:
+                frame = self._image_at(time)
+            if keep and sum(each.nbytes for each in self._kept.values()) + frame.nbytes <= KEPT_BYTES:
+                self._kept[time] = frame
+            yield frame
+
+    def close(self) -> None:
+        """See `Film`."""
+        self._kept.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class FilmFile(_KeptFrames):
+    """A film, an animation or numbered pictures; see `Film`."""
 
     def __init__(
         self, source: str | os.PathLike[str], faces: FaceFinder, options: ReadOptions | None = None
     ) -> None:
+        super().__init__()
         self.name = str(source)
         self._source, self._faces, self._options = source, faces, options
         self._reach = _REACH
+        self._is_open = False
+
+    @cached_property
+    def _sampler(self) -> FilmSampler:
+        self._is_open = True
+        return FilmSampler(self._source, self._options)
+
+    def close(self) -> None:
+        """See `Film`."""
+        super().close()
+        if self._is_open:
+            self._sampler.close()
 
     def survey(self) -> Survey:
         """See `Film`.
@@ -77,7 +132,7 @@ class FilmFile:
         Raises:
             InputError: it cannot be read, or no frame of it can be decoded.
         """
-        extent = measure_extent(self._source, self._options)
+        extent = self._sampler.extent
         seconds = float(extent.seconds)
         gap = max(min(_GAP, seconds / _LEAST), seconds / MOST)
         if extent.frames * extent.pixels > WHOLE:
@@ -92,7 +147,8 @@ class FilmFile:
         """See `Film`."""
         context = _CONTEXT if self._reach == _KEY_REACH else _EDGE
         shots, judged = ShotFinder(), []
-        for sample in self._samples(candidate.time - self._reach - context, self._reach + context, candidate):
+        start, end = candidate.time - self._reach - context, candidate.time + (self._reach + context)
+        for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if abs(time - candidate.time) <= self._reach:
@@ -108,21 +164,16 @@ class FilmFile:
     def at(self, time: float) -> Candidate:
         """See `Film`."""
         start = Fraction(time)
-        for sample in sample_all(self._source, start, start + Fraction(1, 1000), self._options):
+        for sample in self._sampler.frames(start, start + Fraction(1, 1000)):
             return self._judged(sample)
         raise InputError(self.name, f"has no picture at {time:g} s")
 
-    def frames_at(self, times: Iterable[float]) -> Iterator[np.ndarray]:
-        """See `Film`."""
-        for time in times:
-            read = replace(self._options or ReadOptions(), start=Fraction(time) if time > 0 else None)
-            with open_reader(self._source, read) as reader:
-                frame = next(item for item in reader if isinstance(item, Frame))
-                yield square_pixels(to_rgb(frame.picture), reader.info.sample_aspect)
+    def _image_at(self, time: float) -> np.ndarray:
+        return self._sampler.image_at(time)
 
     def _survey_whole(self, gap: float) -> Survey:
         shots, judged, time, last = ShotFinder(), list[Candidate](), 0.0, -gap
-        for sample in sample_all(self._source, options=self._options):
+        for sample in self._sampler.frames():
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if time - last >= gap - 1e-3:
@@ -134,7 +185,7 @@ class FilmFile:
 
     def _survey_keys(self, gap: float) -> Survey:
         shots, judged, time = KeyShots(), list[Candidate](), 0.0
-        for sample in sample_keys(self._source, Fraction(gap), self._options):
+        for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
             judged.append(self._judged(sample))
             shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), judged[-1].tones)
@@ -143,15 +194,80 @@ class FilmFile:
     def _in_scenes(self, judged: list[Candidate], begins: list[float]) -> list[Candidate]:
         if not judged:
             raise InputError(self.name, "no frame could be decoded")
+        self._sampler.warn_if_hdr()
         return [replace(each, scene=max(0, bisect_right(begins, each.time) - 1)) for each in judged]
 
     def _judged(self, sample: SampledFrame) -> Candidate:
         return judge(to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
 
-    def _samples(self, start: float, after: float, candidate: Candidate) -> Iterator[SampledFrame]:
-        begin, end = Fraction(max(0.0, start)), Fraction(candidate.time + after)
-        return sample_all(self._source, begin, end, self._options)
-
 
 def _clear(time: float, begins: list[float]) -> bool:
     return all(abs(time - begin) >= _EDGE for begin in begins[1:])
+
+
+class PictureFolder(_KeptFrames):
+    """A folder of pictures as a film: each is a scene of one second, in natural order of their names."""
+
+    def __init__(self, path: Path, faces: FaceFinder, options: ReadOptions | None = None) -> None:
+        """List the pictures; files of other names are left out.
+
+        Raises:
+            InputError: there are none.
+        """
+        super().__init__()
+        self.name = str(path)
+        self._faces, self._options = faces, options
+        self._has_warned = False
+        self._paths = sorted(
+            (each for each in path.iterdir() if each.suffix.lower() in SUFFIXES and each.is_file()),
+            key=lambda each: _natural(each.name),
+        )
+        if not self._paths:
+            raise InputError(path, "a folder without pictures")
+
+    def survey(self) -> Survey:
+        """See `Film`."""
+        candidates = []
+        for number in range(len(self._paths)):
+            try:
+                candidates.append(self._judged(number))
+            except InputError as error:
+                log.warning("left out: %s", error)
+        if not candidates:
+            raise InputError(self.name, "none of its pictures can be read")
+        begins = [float(number) for number in range(len(self._paths))]
+        return Survey(candidates, begins, float(len(self._paths)), pictures=True)
+
+    def around(self, candidate: Candidate) -> list[Candidate]:
+        """See `Film`: there is nothing else."""
+        return [candidate]
+
+    def at(self, time: float) -> Candidate:
+        """See `Film`."""
+        return self._judged(self._number(time))
+
+    def _image_at(self, time: float) -> np.ndarray:
+        with FilmSampler(self._paths[self._number(time)], self._options) as sampler:
+            return sampler.image_at(0)
+
+    def _judged(self, number: int) -> Candidate:
+        with FilmSampler(self._paths[number], self._options) as sampler:
+            sample = next(sampler.frames(), None)
+            if sample is None:
+                raise InputError(self._paths[number], "no frame could be decoded")
+            small = to_rgb(sample.picture(SIDE))
+            if not self._has_warned:
+                self._has_warned = sampler.warn_if_hdr()
+        return replace(judge(small, number, sample.shape, self._faces), scene=number)
+
+    def _number(self, time: float) -> int:
+        return min(max(0, int(time)), len(self._paths) - 1)
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """So that picture 10 comes after picture 9.
+
+    >>> sorted(["10.png", "9.png"], key=_natural)
+    ['9.png', '10.png']
+    """
+    return [(int(part), "") if part.isdigit() else (-1, part.lower()) for part in re.split(r"([0-9]+)", name)]

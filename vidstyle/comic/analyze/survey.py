@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -42,5 +42,15 @@ class Film(Protocol):
     def at(self, time: float) -> Candidate:
         """The picture that is shown at a time in seconds."""
 
-    def frames_at(self, times: Iterable[float]) -> Iterator[np.ndarray]:
-        """The pictures shown at these times, whole: H x W x 3 uint8, upright, with square pixels."""
+    def frames_at(self, times: Iterable[float], keep: bool = False) -> Iterator[np.ndarray]:
+        """The pictures shown at these times, whole: H x W x 3 uint8, upright, with square pixels.
+
+        `keep`: each will be asked for again, so that it is held in memory until then if there is room.
+        """
+
+    def close(self) -> None:
+        """Close the file."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *_: object) -> None: ...

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Self
 
 import cv2
 import numpy as np
 
 from vidstyle.comic.layout.paper import INCH, Rectangle
 from vidstyle.comic.moment import Box
+from vidstyle.core.convert import to_rgb
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import Style
@@ -19,6 +21,8 @@ LINES = 720
 """The height for which a style's lengths are meant if it names none."""
 HEIGHT = 90.0
 """Millimetres: so high that picture is taken to be on paper."""
+
+_RGB = Encoding(full_range=True, step=(1, 1))
 
 
 def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
@@ -37,7 +41,7 @@ def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
 
 
 class PanelRenderer:
-    """Draws panels in styles: the first in the first, and so on, over and over.
+    """Draws panels in styles: the first in the first, and so on, over and over. A context manager.
 
     Args:
         device: as for `open_renderer`.
@@ -46,6 +50,15 @@ class PanelRenderer:
     def __init__(self, styles: Sequence[Style], dpi: float, device: str) -> None:
         self._styles, self._dpi, self._device = styles, dpi, device
         self._count = 0
+        self._open: dict[int, tuple[Style, Backend]] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for _, renderer in self._open.values():
+            renderer.close()
+        self._open.clear()
 
     def panel(self, color: np.ndarray, window: Box, picture: Rectangle) -> np.ndarray:
         """The part of a frame that a panel shows, in its style.
@@ -61,19 +74,21 @@ class PanelRenderer:
         shown = cut_out(color, window, picture.width, picture.height)
         style = self._styles[self._count % len(self._styles)]
         if not style.is_plain:
-            shown = self._restyled(shown, on_paper(style, picture.height, picture.width, self._dpi))
+            renderer = self._renderer(on_paper(style, picture.height, picture.width, self._dpi))
+            # A copy, as the renderer may use its memory again.
+            shown = np.array(to_rgb(renderer.run(Picture.from_array(shown), None, _RGB, rgb=True)))
         self._count += 1
         return shown
 
-    def _restyled(self, color: np.ndarray, style: Style) -> np.ndarray:
-        renderer: Backend = open_renderer(style, self._device, announce=self._count == 0)
-        try:
-            picture = Picture.from_array(color)
-            drawn = renderer.run(picture, None, Encoding(full_range=True, step=(1, 1)), rgb=True).color
-            assert drawn is not None
-            return np.array(drawn, np.uint8)
-        finally:
-            renderer.close()
+    def _renderer(self, style: Style) -> Backend:
+        """The renderer of the next panel, opened anew where the last one in its style had another size."""
+        turn = self._count % len(self._styles)
+        last = self._open.pop(turn, None)
+        if last is not None and last[0] != style:
+            last[1].close()
+            last = None
+        self._open[turn] = last or (style, open_renderer(style, self._device, announce=self._count == 0))
+        return self._open[turn][1]
 
 
 def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarray:

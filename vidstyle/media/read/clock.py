@@ -51,10 +51,15 @@ class PacketClock:
     """
 
     def __init__(self, shift: Fraction, broadcast: bool) -> None:
-        self.shift = shift
+        self.shift = self._start = shift
         self._leaps = broadcast
         self._expected: dict[int, Fraction] = {}
         self.jumps = 0
+
+    def reset(self) -> None:
+        """Forget the packets seen, before a seek."""
+        self.shift = self._start
+        self._expected.clear()
 
     def restamp(self, packet: av.Packet) -> None:
         """Change the packet's own stamps."""
@@ -106,6 +111,12 @@ class FrameClock:
         self._waiting: deque[tuple[av.VideoFrame, bool]] = deque()
         self._stamps: list[int] = []
         self._newest = 0
+
+    def reset(self) -> None:
+        """Forget the frames seen, before a seek."""
+        self._last, self._newest = None, 0
+        self._waiting.clear()
+        self._stamps.clear()
 
     def stamp(self, native: av.VideoFrame, pts: int | None, repeated: bool = False) -> Iterator[DecodedFrame]:
         """The frames that can be shown now; `pts` is in the time base of the source, None if unknown."""

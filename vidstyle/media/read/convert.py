@@ -53,6 +53,12 @@ class FrameConverter:
         picture, _ = self.convert(first)
         self.color_tags = self._tags(first, picture)
 
+    def warn_if_hdr(self) -> bool:
+        """Log a warning if the source is HDR, which becomes SDR; returns whether it is."""
+        if self._tone_map is not None:
+            log.warning("the source is HDR (%s): brought to SDR, BT.709", self._tone_map.description)
+        return self._tone_map is not None
+
     def convert(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
         """The picture, and the frame whose planes it is, if it is one frame's planes unchanged.
 
@@ -95,11 +101,7 @@ class FrameConverter:
 
     def _make_tone_map(self, first: av.VideoFrame) -> ToneMap | None:
         tags = ColorTags.of(first)
-        if not tags.is_hdr:
-            return None
-        tone_map = ToneMap.of(first, tags)
-        log.warning("the source is HDR (%s): brought to SDR, BT.709", tone_map.description)
-        return tone_map
+        return ToneMap.of(first, tags) if tags.is_hdr else None
 
     def _tags(self, first: av.VideoFrame, picture: Picture) -> ColorTags:
         if self._tone_map is not None and picture.color is None:

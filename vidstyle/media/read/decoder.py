@@ -53,6 +53,13 @@ class Decoder:
             self._awaited.append(packet.pts)
         yield from self._deliver(packet)
 
+    def reset(self) -> None:
+        """Forget the packets seen, before a seek; `damage` keeps its counts."""
+        self._context.flush_buffers()
+        self._awaited.clear()
+        self._failures = self._in_a_row = 0
+        self._last = None
+
     def flush(self) -> Iterator[DecodedFrame]:
         """The frames that the decoder still holds; what failed at the very end is lost."""
         yield from self._deliver(None)

@@ -28,6 +28,11 @@ class Deinterlacer:
         self._kind: tuple[int, int, str] = (0, 0, "")
         self._inside: deque[DecodedFrame] = deque()
 
+    def reset(self) -> None:
+        """Forget the frames seen, before a seek."""
+        self._inside.clear()
+        self._kind = (0, 0, "")
+
     def apply(self, items: Iterable[DecodedFrame | av.Packet]) -> Iterator[DecodedFrame | av.Packet]:
         """The items with progressive frames; packets pass through."""
         for item in items:
@@ -46,7 +51,7 @@ class Deinterlacer:
         kind = (native.width, native.height, native.format.name)
         if self._graph is None:
             log.warning("the source is interlaced: deinterlaced with bwdif")
-        elif kind != self._kind:
+        elif self._inside and kind != self._kind:
             yield from self.flush()
         if self._graph is None or kind != self._kind:
             self._graph, self._kind = self._build(native), kind
@@ -57,7 +62,7 @@ class Deinterlacer:
 
     def flush(self) -> Iterator[DecodedFrame]:
         """The frame that the filter still holds."""
-        if self._graph is not None:
+        if self._graph is not None and self._inside:
             self._graph.push(None)
             yield from self._pull()
 

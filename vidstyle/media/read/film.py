@@ -76,6 +76,7 @@ class FilmSource:
         self._seen_packets = self._hidden_packets = 0
         self._seen_end = Fraction(0)
         self._from_start = True
+        self._key_gap: Fraction | None = None
         for stream in container.streams:
             if stream is not self.stream and stream not in self.copied_streams:
                 stream.discard = Discard.all
@@ -83,8 +84,15 @@ class FilmSource:
     def seek(self, time: Fraction) -> None:
         """Continue from the last key frame that is shown at or before a time in seconds."""
         assert self.container is not None
+        was_read, self._seen_packets = self._seen_packets, 0
+        if was_read:
+            for each in (self._clock, self._packet_clock, self._decoder):
+                each.reset()
         if not self._seekable or self.stream.start_time is None or self.stream.time_base is None:
-            return  # a pipe, or a raw stream in which no time can be found: read from where we are
+            # A pipe, or a raw stream in which no time can be found: read from its start.
+            if was_read:
+                self._rewind()
+            return
         wanted = time + self._packet_clock.shift
         for number in range(MAX_SEEKS):
             earlier = wanted - (2**number - 1)
@@ -101,9 +109,15 @@ class FilmSource:
                 break
         self._rewind()
 
+    def decode_keys(self, gap: Fraction | None) -> None:
+        """Decode only key frames at least `gap` seconds apart; None: every frame again."""
+        self._key_gap = gap
+        # Some demuxers can then leave the other frames unread.
+        self.stream.discard = Discard.default if gap is None else Discard.nonkey
+
     def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """Frames, and packets of the copied streams, from here to the end."""
-        for packet in self._packets():
+        for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
             self._packet_clock.restamp(packet)
             self._note_end(packet)
             if packet.stream_index != self.stream.index:
@@ -140,6 +154,17 @@ class FilmSource:
                 if isinstance(error, TimeoutError | ConnectionError | av.ExitError):
                     log.warning("the connection was lost: %s", error.strerror)
                     return
+
+    def _key_packets(self, gap: Fraction) -> Iterator[av.Packet]:
+        last: Fraction | None = None
+        for packet in self._packets():
+            if not packet.is_keyframe:
+                continue
+            stamp = packet.pts if packet.pts is not None else packet.dts
+            time = None if stamp is None or packet.time_base is None else stamp * packet.time_base
+            if last is None or time is None or not 0 <= time - last < gap:
+                last = time
+                yield packet
 
     def _note_end(self, packet: av.Packet) -> None:
         if packet.pts is not None and packet.time_base is not None:

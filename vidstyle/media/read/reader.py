@@ -74,6 +74,7 @@ class Reader:
             orientation=source.orientation if options.rotate is None else Orientation.of_turn(options.rotate),
             sample_aspect=source.sample_aspect,
         )
+        self._converter.warn_if_hdr()
         self.info = self._describe(first, still=source.may_be_still and self._is_alone())
 
     @property

@@ -1,28 +1,32 @@
-"""Small copies of a film's frames: of all, or, where that would take too long, of its key frames only."""
+"""Random access to a film's frames, opened once: small copies of many frames, single ones in full size."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
+from typing import Self
 
 import av
+import numpy as np
 from av.stream import Discard
 
+from vidstyle.core.convert import to_rgb
 from vidstyle.core.picture import Picture
+from vidstyle.errors import InputError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.orientation import orientation_of
 from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.read.decoder import PATIENCE
+from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film import FilmSource
-from vidstyle.media.read.open import open_media
 from vidstyle.media.read.reader import open_source
 from vidstyle.media.read.source import VideoSource
+from vidstyle.media.read.trim import Trim
+from vidstyle.media.resize import square_pixels
 
 
 @dataclass(frozen=True)
@@ -39,116 +43,113 @@ class Extent:
     pixels: int
 
 
-def measure_extent(source: str | os.PathLike[str], options: ReadOptions | None = None) -> Extent:
-    """How much there is to decode; only headers are read, and of numbered pictures the first.
+class FilmSampler:
+    """An open film, of whose frames any may be asked for; close it, or use it in a `with` statement.
 
-    Raises:
-        InputError: it cannot be read.
+    Of what it iterates over, only the iterator asked for last may be used.
     """
-    with closing(open_source(source, options or ReadOptions())) as opened:
-        stream = opened.stream if isinstance(opened, FilmSource) else None
-        pixels = stream.width * stream.height if stream else 0
-        return Extent(opened.duration or Fraction(0), opened.frames or 0, pixels)
 
+    def __init__(self, source: str | os.PathLike[str], options: ReadOptions | None = None) -> None:
+        """`source`: what `open_reader` opens, "-" left out.
 
-def sample_all(
-    source: str | os.PathLike[str],
-    start: Fraction = Fraction(0),
-    end: Fraction | None = None,
-    options: ReadOptions | None = None,
-) -> Iterator[SampledFrame]:
-    """A small copy of every frame between two times, and of the one that is on the screen at the start.
+        Raises:
+            InputError: it cannot be read.
+        """
+        self._source = open_source(source, options or ReadOptions())
+        for stream in self._source.copied_streams:
+            stream.discard = Discard.all
+        self._source.copied_streams = []
+        self._deinterlacer = Deinterlacer(self._source.time_base)
+        self._copies: SmallCopies | None = None
+        self._is_fresh = True
 
-    Args:
-        source: what `open_reader` opens, "-" left out.
-        start, end: seconds.
+    def __enter__(self) -> Self:
+        return self
 
-    Raises:
-        InputError: it cannot be read.
-    """
-    options = options or ReadOptions()
-    with closing(_only_pictures(open_source(source, options))) as opened:
-        if start:
-            opened.seek(start)
-        yield from _samples(opened, _between(_stamped(opened), opened.time_base, start, end))
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
+    def close(self) -> None:
+        """Close the file."""
+        self._source.close()
 
-def sample_keys(
-    source: str | os.PathLike[str], gap: Fraction, options: ReadOptions | None = None
-) -> Iterator[SampledFrame]:
-    """A small copy of the film's key frames, of none that comes sooner than `gap` seconds after another.
+    @property
+    def extent(self) -> Extent:
+        """How much there is to decode, as the headers have it."""
+        source = self._source
+        pixels = source.stream.width * source.stream.height if isinstance(source, FilmSource) else 0
+        return Extent(source.duration or Fraction(0), source.frames or 0, pixels)
 
-    No other frame is decoded. Of numbered pictures, each of which is a key frame, one in each gap is read.
+    def frames(self, start: Fraction = Fraction(0), end: Fraction | None = None) -> Iterator[SampledFrame]:
+        """Every frame between two times in seconds, and the one that is on the screen at the start."""
+        self._seek(start)
+        return self._sampled(_between(self._stamped(), self._source.time_base, start, end))
 
-    Args:
-        source: as for `sample_all`.
+    def key_frames(self, gap: Fraction) -> Iterator[SampledFrame]:
+        """The key frames, of any that are less than `gap` seconds apart only the first.
 
-    Raises:
-        InputError: it cannot be read.
-    """
-    options = options or ReadOptions()
-    opened = open_source(source, options)
-    if isinstance(opened, FilmSource):
-        opened.close()
-        container = open_media(source, allow_url=options.allow_url, max_pixels=options.max_pixels)
-        file = Path(source) if Path(source).is_file() else None
-        film = _KeyFrames(container, str(source), options.max_pixels, file, gap)
-        with closing(_only_pictures(film)) as opened:
-            yield from _samples(opened, _stamped(opened))
-    else:
-        yield from _samples(opened, _steps(opened, gap))
+        No other frame is decoded. Of numbered pictures one in each gap is read.
+        """
+        if not isinstance(self._source, FilmSource):
+            yield from self._sampled(self._stepped(gap))
+            return
+        self._seek(Fraction(0))
+        self._source.decode_keys(gap)
+        try:
+            yield from self._sampled(self._stamped())
+        finally:
+            self._source.decode_keys(None)
 
+    def image_at(self, time: float) -> np.ndarray:
+        """The frame shown at a time in seconds in full size: H x W x 3 uint8, deinterlaced, square pixels.
 
-class _KeyFrames(FilmSource):
-    """A film of which only key frames reach the decoder."""
+        Raises:
+            InputError: there is none.
+        """
+        source, start = self._source, Fraction(time) if time > 0 else None
+        self._seek(start or Fraction(0))
+        self._deinterlacer.reset()
+        trim = Trim(source.time_base, start, None, ())
+        for item in trim.apply(self._deinterlacer.apply(self._stamped())):
+            assert isinstance(item, DecodedFrame)
+            converter = FrameConverter(
+                item.native,
+                source.codec,
+                source.name,
+                orientation=source.orientation,
+                sample_aspect=source.sample_aspect,
+            )
+            return square_pixels(to_rgb(converter.convert(item.native)[0]), converter.sample_aspect)
+        raise InputError(source.name, f"has no picture at {time:g} s")
 
-    def __init__(
-        self,
-        container: av.container.InputContainer,
-        name: str,
-        max_pixels: int,
-        file: Path | None,
-        gap: Fraction,
-    ) -> None:
-        super().__init__(container, name, max_pixels, file)
-        self._gap = gap
-        # The demuxers that can then do not even read the others.
-        self.stream.discard = Discard.nonkey
+    def warn_if_hdr(self) -> bool:
+        """Log a warning if the frames sampled last are HDR, which become SDR; returns whether they are."""
+        return self._copies is not None and self._copies.warn_if_hdr()
 
-    def _packets(self) -> Iterator[av.Packet]:
-        last: Fraction | None = None
-        for packet in super()._packets():
-            if not packet.is_keyframe:
-                continue
-            stamp = packet.pts if packet.pts is not None else packet.dts
-            time = None if stamp is None or packet.time_base is None else stamp * packet.time_base
-            if last is None or time is None or not 0 <= time - last < self._gap:
-                last = time
-                yield packet
+    def _seek(self, time: Fraction) -> None:
+        if time or not self._is_fresh:
+            self._source.seek(time)
+        self._is_fresh = False
 
+    def _stamped(self) -> Iterator[DecodedFrame]:
+        return (item for item in self._source.items() if isinstance(item, DecodedFrame))
 
-def _only_pictures(source: VideoSource) -> VideoSource:
-    """The source, from which nothing is read but its film."""
-    for stream in source.copied_streams:
-        stream.discard = Discard.all
-    source.copied_streams = []
-    return source
+    def _stepped(self, gap: Fraction) -> Iterator[DecodedFrame]:
+        time, end = Fraction(0), self._source.duration or Fraction(0)
+        while time < end:
+            self._seek(time)
+            # The frame that cannot be read stands for nothing: the next of the few that can is taken.
+            for _, item in zip(range(PATIENCE), self._stamped(), strict=False):
+                yield item
+                time = max(time, item.pts * self._source.time_base)
+                break
+            time += gap
 
-
-def _stamped(source: VideoSource) -> Iterator[DecodedFrame]:
-    return (item for item in source.items() if isinstance(item, DecodedFrame))
-
-
-def _steps(source: VideoSource, gap: Fraction) -> Iterator[DecodedFrame]:
-    time, end = Fraction(0), source.duration or Fraction(0)
-    while time < end:
-        source.seek(time)
-        # The frame that cannot be read stands for nothing: the next of the few that can is taken.
-        for _, item in zip(range(PATIENCE), _stamped(source), strict=False):
-            yield item
-            time = max(time, item.pts * source.time_base)
-            break
-        time += gap
+    def _sampled(self, frames: Iterator[DecodedFrame]) -> Iterator[SampledFrame]:
+        for frame in frames:
+            if self._copies is None or not self._copies.fits(frame.native):
+                self._copies = SmallCopies(frame.native, self._source)
+            yield SampledFrame(frame.pts * self._source.time_base, frame.native, self._copies)
 
 
 def _between(
@@ -173,14 +174,6 @@ def _between(
         yield before
 
 
-def _samples(source: VideoSource, frames: Iterator[DecodedFrame]) -> Iterator[SampledFrame]:
-    small: SmallCopies | None = None
-    for frame in frames:
-        if small is None or not small.fits(frame.native):
-            small = SmallCopies(frame.native, source)
-        yield SampledFrame(frame.pts * source.time_base, frame.native, small)
-
-
 class SampledFrame:
     """A frame, of which small copies can be had until the next one is asked for.
 
@@ -199,16 +192,17 @@ class SampledFrame:
 
 
 class SmallCopies:
-    """Copies of the frames of one size: reduced as they are stored, then brought upright and to SDR.
+    """Copies of frames of one size and format: reduced as they are stored, then brought upright and to SDR.
 
     Attributes:
         shape: height and width of the whole frames, upright and with square pixels.
     """
 
     def __init__(self, first: av.VideoFrame, source: VideoSource) -> None:
-        """For frames of the size of the first one."""
+        """For frames of the size and the pixel format of the first one."""
         self._source = source
         self._stored = (first.width, first.height)
+        self._format = first.format.name
         self._orientation = source.orientation or orientation_of(first)
         self._square = max(1, round(first.width * (source.sample_aspect or 1))), first.height
         width, height = self._orientation.size(*self._square)
@@ -216,9 +210,13 @@ class SmallCopies:
         self._reformatter = av.video.reformatter.VideoReformatter()
         self._converters: dict[tuple[int, int], FrameConverter] = {}
 
+    def warn_if_hdr(self) -> bool:
+        """See `FrameConverter`."""
+        return next((converter.warn_if_hdr() for converter in self._converters.values()), False)
+
     def fits(self, native: av.VideoFrame) -> bool:
-        """Whether the frame is of that size."""
-        return (native.width, native.height) == self._stored
+        """Whether the frame is of that size and in the same pixel format."""
+        return (native.width, native.height) == self._stored and native.format.name == self._format
 
     def of(self, native: av.VideoFrame, side: int) -> Picture:
         """A copy of the frame with so many pixels on its longer side, or all there are."""
