@@ -21,9 +21,9 @@ from stories import PLACES, shot, story, view, write_film
 
 from vidstyle.cli import main
 from vidstyle.comic.layout.paper import Rectangle
+from vidstyle.comic.lettering import fonts
 from vidstyle.comic.lettering.bubble import Bubble, size_of
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.lettering.letter import fonts as installed
 from vidstyle.comic.lettering.wrap import shapes
 from vidstyle.comic.moment import Box
 from vidstyle.comic.output.panel import on_paper
@@ -44,7 +44,7 @@ ENDINGS = "png jpg jpeg svg pdf cbz html".split()
 @pytest.fixture(autouse=True)
 def no_fonts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages are the same on every machine, whatever fonts are installed."""
-    monkeypatch.setattr(installed, "FOLDERS", ())
+    monkeypatch.setattr(fonts, "FOLDERS", ())
 
 
 def sheet(number: int) -> Sheet:

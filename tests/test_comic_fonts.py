@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from PIL import ImageFont
 
+from vidstyle.comic.lettering import fonts
 from vidstyle.comic.lettering.fonts import Letters, letters_for
-from vidstyle.comic.lettering.letter import fonts as installed
 
 PLAIN, ACCENTED = "Plain words - and “more”.", "Été à Łódź"
 
@@ -25,9 +25,7 @@ class Accented(Letters):
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The only one in which fonts are looked for."""
-    monkeypatch.setattr(
-        installed, "FOLDERS", (str(tmp_path / "none"), "$NO_SUCH_FOLDER/fonts", str(tmp_path))
-    )
+    monkeypatch.setattr(fonts, "FOLDERS", (str(tmp_path / "none"), "$NO_SUCH_FOLDER/fonts", str(tmp_path)))
     return tmp_path
 
 
@@ -63,7 +61,7 @@ def test_an_installed_font_is_taken_for_letters_that_are_missing(
     (folder / "deep").mkdir()
     path = builtin(folder / "deep" / "a font.ttf")
     builtin(folder / "another.ttf")
-    monkeypatch.setattr(installed, "Letters", Accented)
+    monkeypatch.setattr(fonts, "Letters", Accented)
     with caplog.at_level(logging.INFO, logger="vidstyle"):
         letters = letters_for([PLAIN, ACCENTED], Letters())
     assert letters.path == path
@@ -78,5 +76,5 @@ def test_fonts_that_suit_come_first(folder: Path) -> None:
     for name in "Some-BoldItalic.ttf SomeSans.ttf SomeMono.ttf SomeSerif.otf Comic_Sans.ttf".split():
         (folder / name).write_bytes(b"")
     (folder / "text.txt").write_bytes(b"")
-    assert [file.name for file in installed._files()][:2] == ["Comic_Sans.ttf", "SomeSans.ttf"]
-    assert len(list(installed._files())) == 5
+    assert [file.name for file in fonts._files()][:2] == ["Comic_Sans.ttf", "SomeSans.ttf"]
+    assert len(list(fonts._files())) == 5

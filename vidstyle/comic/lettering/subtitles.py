@@ -12,11 +12,8 @@ from pathlib import Path
 from vidstyle.comic.lettering.fonts import NOTES
 from vidstyle.errors import InputError
 from vidstyle.media.read.reader import ReadOptions
-from vidstyle.media.read.subtitles import SubtitleEvent, read_subtitles
+from vidstyle.media.read.subtitles import SubtitleEvent, parse_subtitles, read_subtitles
 
-_CLOCK = r"(?:(\d+):)?(\d{1,2}):(\d{1,2})(?:[,.](\d{1,3}))?"
-_TIMES = re.compile(rf"^\s*{_CLOCK}\s*-+>\s*{_CLOCK}(?:\s.*)?$")
-_VOICE = re.compile(r"<v(?:\.[^ >]*)?\s+([^>]+)>")
 _TAG = re.compile(r"</?[a-zA-Z][^<>]*>|<\d[\d:.]*>|\{\\[^}]*\}")
 _ITALIC = re.compile(
     r"<i(?:\.[^>]*)?>.*?(?:</i>|$)|\{[^}]*\\i1[^}]*\}.*?(?:\{[^}]*\\i0[^}]*\}|$)", re.S | re.I
@@ -60,56 +57,12 @@ def lines_of_file(path: Path) -> list[Line]:
         InputError: it cannot be read, or holds no subtitles.
     """
     if path.suffix.lower() in (".srt", ".vtt"):
-        lines = _lines(parse(_text_of(path)))
+        lines = _lines(parse_subtitles(_text_of(path)))
     else:
         lines = _lines(read_subtitles(path))
     if not lines:
         raise InputError(path, "holds no subtitles")
     return lines
-
-
-def parse(text: str) -> list[SubtitleEvent]:
-    r"""The events of a SubRip or WebVTT file, by its lines with times; what stands elsewhere is passed over.
-
-    >>> parse("1\n00:00:01,000 --> 00:00:02,500\nHello\nthere.")
-    [SubtitleEvent(start=1.0, end=2.5, text='Hello\nthere.', speaker='')]
-    """
-    rows = text.lstrip("\ufeff").splitlines()
-    is_web = rows[:1] != [] and rows[0].startswith("WEBVTT")
-    marks = [(number, found) for number, row in enumerate(rows) if (found := _TIMES.match(row))]
-    ends = [number for number, _ in marks[1:]] + [len(rows)] * bool(marks)
-    return [
-        _event(found, _web_text(rows[number + 1 : end]) if is_web else _rip_text(rows[number + 1 : end]))
-        for (number, found), end in zip(marks, ends, strict=True)
-    ]
-
-
-def _event(found: re.Match[str], rows: list[str]) -> SubtitleEvent:
-    start, end = _seconds(found.groups()[:4]), _seconds(found.groups()[4:])
-    text = "\n".join(rows)
-    voice = _VOICE.search(text)
-    return SubtitleEvent(start, max(start, end), text, voice[1].strip() if voice else "")
-
-
-def _seconds(clock: tuple[str | None, ...]) -> float:
-    hours, minutes, seconds = (int(part or 0) for part in clock[:3])
-    return 3600 * hours + 60 * minutes + seconds + int((clock[3] or "0").ljust(3, "0")) / 1000
-
-
-def _web_text(rows: list[str]) -> list[str]:
-    """The rows up to the first empty one."""
-    return rows[: next((number for number, row in enumerate(rows) if not row.strip()), len(rows))]
-
-
-def _rip_text(rows: list[str]) -> list[str]:
-    """All rows but the number of the next event: people leave empty rows within a text."""
-    while rows and not rows[-1].strip():
-        rows = rows[:-1]
-    if len(rows) > 1 and rows[-1].strip().isdigit() and not rows[-2].strip():
-        rows = rows[:-1]
-    elif len(rows) == 1 and rows[0].strip().isdigit():
-        return []
-    return [row for row in rows if row.strip()]
 
 
 def _text_of(path: Path) -> str:

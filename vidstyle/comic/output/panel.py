@@ -56,7 +56,7 @@ class PanelRenderer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for _, renderer in self._open.values():
+        for _style, renderer in self._open.values():
             renderer.close()
         self._open.clear()
 

@@ -56,6 +56,7 @@ class Decoder:
     def reset(self) -> None:
         """Forget the packets seen, before a seek; `damage` keeps its counts."""
         self._context.flush_buffers()
+        self._clock.reset()
         self._awaited.clear()
         self._failures = self._in_a_row = 0
         self._last = None

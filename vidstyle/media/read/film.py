@@ -86,8 +86,8 @@ class FilmSource:
         assert self.container is not None
         was_read, self._seen_packets = self._seen_packets, 0
         if was_read:
-            for each in (self._clock, self._packet_clock, self._decoder):
-                each.reset()
+            self._decoder.reset()
+            self._packet_clock.reset()
         if not self._seekable or self.stream.start_time is None or self.stream.time_base is None:
             # A pipe, or a raw stream in which no time can be found: read from its start.
             if was_read:
