@@ -18,13 +18,11 @@ import pytest
 from media import alpha_ramp, make_clip, make_picture, moving_frames, rms_error
 from PIL import Image
 
+from tools.progression import progression
 from vidstyle.cli import main
 from vidstyle.errors import InputError
-from vidstyle.gallery.page import page_of
-from vidstyle.gallery.preview import write_preview
-from vidstyle.gallery.progression import progression
-from vidstyle.gallery.samples import StyleSample, restyled, samples_of
-from vidstyle.gallery.sheet import GAP, LABEL, sheet_of_samples
+from vidstyle.gallery.images import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
+from vidstyle.gallery.preview import page_of, write_preview
 from vidstyle.gallery.still import read_still
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.style import Step, Style, load_style, style_names
@@ -142,7 +140,7 @@ def test_a_film_that_is_shorter_than_it_says_shows_its_first(
     monkeypatch.setattr("vidstyle.gallery.still._middle", lambda *_: Fraction(50))
     still = read_still(film).astype(float)
     assert rms_error(still, picture().astype(float)) < 2
-    assert "its first is shown" in caplog.text
+    assert "showing its first" in caplog.text
 
 
 def test_pictures_are_upright_square_and_small(tmp_path: Path) -> None:

@@ -11,9 +11,7 @@ import numpy as np
 import skimage.data
 
 from vidstyle.blocks import all_blocks
-from vidstyle.gallery.encode import encoded
-from vidstyle.gallery.samples import samples_of
-from vidstyle.gallery.sheet import labelled, sheet_of
+from vidstyle.gallery.images import encoded, labelled, samples_of, sheet_of
 from vidstyle.renderer import stylize
 from vidstyle.style import PLAIN, Step, Style, load_style, style_names
 

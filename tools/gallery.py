@@ -15,14 +15,12 @@ import cv2
 import numpy as np
 import skimage.data
 from animation import animation
+from progression import progression
 
 from vidstyle.bench.paper import figure_for
 from vidstyle.diagram.graph import graph_of
 from vidstyle.diagram.svg import svg_of
-from vidstyle.gallery.encode import encoded
-from vidstyle.gallery.progression import progression
-from vidstyle.gallery.samples import samples_of
-from vidstyle.gallery.sheet import labelled, sheet_of
+from vidstyle.gallery.images import encoded, labelled, samples_of, sheet_of
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
 PHOTOGRAPHS = {

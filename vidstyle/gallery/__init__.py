@@ -1,1 +1,1 @@
-"""What styles make of somebody's own picture: on a page, on a sheet, and step by step."""
+"""Previews of styles: a picture in every style, on a page or a sheet."""

@@ -1,21 +1,30 @@
-"""Somebody's own picture in every style, as a page or a sheet."""
+"""A picture in every style, as a self-contained HTML page or as a sheet."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
 from pathlib import Path
+from string import Template
 
-import numpy as np
-
-from vidstyle.errors import UsageError
-from vidstyle.gallery.encode import encoded
-from vidstyle.gallery.page import page_of
-from vidstyle.gallery.samples import StyleSample, samples_of
-from vidstyle.gallery.sheet import sheet_of_samples
+from vidstyle.errors import UsageError, printable
+from vidstyle.gallery.images import StyleSample, encoded, samples_of, sheet_of_samples
 from vidstyle.gallery.still import read_still
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.media.write.atomic import whole_file
 from vidstyle.style import Style
+
+_SUFFIXES = (".html", ".png", ".jpg")
+
+_FIGURE = Template("""\
+<figure>
+<button type="button" aria-label="Show $name large"><img src="$picture" alt="$name" width="$width"
+ height="$height"></button>
+<figcaption><strong>$name</strong> <span>$note</span></figcaption>
+</figure>
+""")
 
 
 def write_preview(
@@ -25,53 +34,62 @@ def write_preview(
     read: ReadOptions | None = None,
     overwrite: bool = False,
 ) -> str:
-    """Write a picture of the source in the styles, the first of which leaves it as it is.
+    """Write a picture of the source in several styles.
 
     Args:
         source: a picture or a film.
         target: a page (.html) or a sheet (.png, .jpg).
-        styles: in the order in which they are shown.
+        styles: in the order in which they are shown; the first leaves the picture unchanged.
         read: how to read the source; without a start, the middle of a film is taken.
         overwrite: whether the target may exist.
 
     Returns:
-        What it shows, in words.
+        The heading of the preview.
 
     Raises:
-        UsageError: the target's ending is another, it exists, or it is the source.
+        UsageError: the target has another suffix, exists, or is the source.
         InputError: the source cannot be read.
         OutputError: the target cannot be written.
     """
     target = Path(target)
-    content_of = _kind(target)
+    suffix = target.suffix.lower()
+    if suffix not in _SUFFIXES:
+        raise UsageError(target, "is no kind of preview", f"end its name in {' or '.join(_SUFFIXES)}")
     count = len(styles) - 1
     name = "standard input" if str(source) == "-" else Path(source).name
     heading = f"{name} in {count} style{'s' * (count != 1)}"
     with whole_file(target, source, overwrite) as write:
         samples = list(samples_of(read_still(source, read), styles))
-        write(content_of(heading, samples))
+        if suffix == ".html":
+            write(page_of(heading, samples).encode("utf-8"))
+        else:
+            sheet = sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])
+            write(encoded(sheet, suffix))
     return heading
 
 
-def _kind(target: Path) -> Callable[[str, list[StyleSample]], bytes]:
-    kinds = {".html": _page, ".png": _png, ".jpg": _jpeg}
-    try:
-        return kinds[target.suffix.lower()]
-    except KeyError:
-        raise UsageError(target, "is no kind of preview", f"end its name in {' or '.join(kinds)}") from None
+def page_of(heading: str, samples: Sequence[StyleSample]) -> str:
+    """A self-contained HTML page with a picture for each sample, at least one."""
+    template = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+    figures = "".join(map(_figure, samples))
+    return template.substitute(heading=escape(printable(heading)), figures=figures)
 
 
-def _page(heading: str, samples: list[StyleSample]) -> bytes:
-    return page_of(heading, samples).encode("utf-8")
+def _figure(sample: StyleSample) -> str:
+    height, width = sample.picture.shape[:2]
+    return _FIGURE.substitute(
+        name=escape(sample.style.name),
+        note=_to_html(sample.style.note or "The picture itself."),
+        picture=f"data:image/jpeg;base64,{b64encode(encoded(sample.picture, '.jpg')).decode('ascii')}",
+        width=width,
+        height=height,
+    )
 
 
-def _png(_: str, samples: list[StyleSample]) -> bytes:
-    return encoded(_sheet(samples), ".png")
+def _to_html(note: str) -> str:
+    """The note as HTML; text in backquotes becomes code.
 
-
-def _jpeg(_: str, samples: list[StyleSample]) -> bytes:
-    return encoded(_sheet(samples), ".jpg")
-
-
-def _sheet(samples: list[StyleSample]) -> np.ndarray:
-    return sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])
+    >>> _to_html("Tune `a.b` & <c>.")
+    'Tune <code>a.b</code> &amp; &lt;c&gt;.'
+    """
+    return re.sub("`([^`]*)`", r"<code>\1</code>", escape(note))

@@ -1,4 +1,4 @@
-"""How a style comes about: the picture after each of its steps."""
+"""The picture after each step of a style."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.gallery.samples import restyled
+from vidstyle.gallery.images import restyled
 from vidstyle.style import LAYERS, Step, Style
 
 _JOINT = "end of base"
-"""What is kept for the layers to start from; no style can save under a name with spaces."""
+"""The name under which the end of the base layer is saved; styles cannot use names with spaces."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ def progression(picture: np.ndarray, style: Style) -> Iterator[Stage]:
 
     Args:
         picture: H x W x 3 uint8.
-        style: any; its layers are shown one after another, the lines before they become ink.
+        style: its layers are shown one after another, the lines layer before it is inked.
     """
     yield Stage("", "source", picture)
     done: tuple[Step, ...] = ()
@@ -45,6 +45,6 @@ def progression(picture: np.ndarray, style: Style) -> Iterator[Stage]:
                     style.name, height=style.height, base=done + steps[:number], folder=style.folder
                 )
                 yield Stage(layer, step.block, restyled(picture, so_far))
-        # One layer after another: each goes on from the end of the base, and sees what was saved before.
+        # Each layer continues from the end of the base, and can use what was saved before.
         done += (*steps, Step("", save=_JOINT) if layer == "base" else Step("", source=_JOINT))
     yield Stage("", "result", restyled(picture, style))

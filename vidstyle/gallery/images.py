@@ -1,0 +1,89 @@
+"""A picture in several styles, labelled, arranged on a sheet and encoded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from vidstyle.core.bands import CORES
+from vidstyle.core.picture import Picture
+from vidstyle.cpu import CpuRenderer
+from vidstyle.style import Style
+
+LABEL, GAP = 24, 4
+"""Height of the label above a picture, and width of the border on its other sides, in pixels."""
+SHEET_ASPECT = 16 / 10
+"""The aspect ratio that the layout of a sheet approximates."""
+MAX_SHEET_SIDE = 480
+"""The longest side of one picture on a sheet of samples, in pixels."""
+
+_PARAMETERS = {
+    ".png": [],
+    # Subsampled chroma would wash out coloured dots and strokes.
+    ".jpg": [
+        *(cv2.IMWRITE_JPEG_QUALITY, 88),
+        *(cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444),
+        *(cv2.IMWRITE_JPEG_OPTIMIZE, 1),
+    ],
+}
+
+
+@dataclass(frozen=True)
+class StyleSample:
+    """A picture in a style; H x W x 3 uint8."""
+
+    style: Style
+    picture: np.ndarray
+
+
+def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:
+    """The picture, H x W x 3 uint8, in each style, in order, as soon as it is ready; uses all cores."""
+    with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-gallery") as pool:
+        yield from pool.map(lambda style: StyleSample(style, restyled(picture, style)), styles)
+
+
+def restyled(picture: np.ndarray, style: Style) -> np.ndarray:
+    """The picture, H x W x 3 uint8, in a style; uses one thread."""
+    source = Picture.from_array(picture)
+    with CpuRenderer(replace(style, steady=0.0), threads=1) as renderer:
+        color = renderer.run(source, None, source.encoding, rgb=True).color
+    assert color is not None
+    return np.array(color)
+
+
+def labelled(picture: np.ndarray, name: str) -> np.ndarray:
+    """The picture, H x W x 3 uint8, in a white frame with its name above."""
+    framed = cv2.copyMakeBorder(picture, LABEL, GAP, GAP, GAP, cv2.BORDER_CONSTANT, value=(255, 255, 255))
+    at = (GAP, LABEL - 8)
+    return cv2.putText(framed, name, at, cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
+
+
+def sheet_of(pictures: Iterable[np.ndarray], columns: int) -> np.ndarray:
+    """Pictures of one size in rows of so many columns; H x W x 3 uint8."""
+    pictures = list(pictures)
+    pictures += [np.full_like(pictures[0], 255)] * (-len(pictures) % columns)
+    rows = (pictures[first : first + columns] for first in range(0, len(pictures), columns))
+    return np.vstack([np.hstack(row) for row in rows])
+
+
+def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
+    """Labelled pictures of one size, reduced, on a sheet of about `SHEET_ASPECT`."""
+    height, width = named[0][1].shape[:2]
+    factor = min(1, MAX_SHEET_SIDE / max(height, width))
+    size = max(1, round(width * factor)), max(1, round(height * factor))
+    columns = round((len(named) * SHEET_ASPECT * (size[1] + LABEL) / size[0]) ** 0.5)
+    return sheet_of(
+        (labelled(cv2.resize(each, size, interpolation=cv2.INTER_AREA), name) for name, each in named),
+        min(max(1, columns), len(named)),
+    )
+
+
+def encoded(picture: np.ndarray, suffix: str) -> bytes:
+    """A picture, H x W x 3 uint8 RGB, as the content of a .png or .jpg file."""
+    done, content = cv2.imencode(suffix, picture[..., ::-1], _PARAMETERS[suffix])
+    assert done, suffix
+    return content.tobytes()
