@@ -17,8 +17,8 @@ from live import Kept, eventually, session
 from vidstyle.errors import DeviceError
 from vidstyle.live import capture
 from vidstyle.media.capture import input as live_input
-from vidstyle.media.capture.camera_wait import WaitForFrame, noting_descriptors
-from vidstyle.media.capture.input import LiveInput
+from vidstyle.media.capture.camera import noting_descriptors
+from vidstyle.media.capture.input import LiveInput, WaitForFrame
 
 LAVFI = "testsrc2=size=64x48:rate=30"
 

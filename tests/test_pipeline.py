@@ -22,7 +22,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import first_frames, render
-from vidstyle.pipeline.stages import ROOM, batches
+from vidstyle.pipeline.stages import QUEUE_CAPACITY, batches
 
 ROOT = Path(__file__).parent.parent
 POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
@@ -77,7 +77,7 @@ def test_the_queues_are_short(clip: Path, tmp_path: Path, monkeypatch: pytest.Mo
     render(clip, tmp_path / "out.mp4", "plain")
     assert written == read and len(read) == 90
     # Two queues, and what each of the three threads has in its hands.
-    assert max(ahead) <= 2 * ROOM + 3
+    assert max(ahead) <= 2 * QUEUE_CAPACITY + 3
 
 
 def test_a_run_of_packets_does_not_fill_the_queue():

@@ -13,7 +13,8 @@ import vidstyle
 from vidstyle.core.kernels import user_cache
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.device.choose import Device, choose, list_devices
-from vidstyle.media.probe import cameras, decoder_devices, encoders, ffmpeg_version
+from vidstyle.media.codecs import decoder_devices, encoders, ffmpeg_version
+from vidstyle.media.v4l2 import device_names
 
 LIBRARIES = ("av", "numpy", "opencv-contrib-python-headless", "numba", "moderngl", "click", "rich", "tomlkit")
 
@@ -32,7 +33,7 @@ def diagnose() -> dict[str, Any]:
         "decoder devices": decoder_devices(),
         "gpu": _gpus(),
         "device auto": choose("auto").notice,
-        "cameras": cameras(),
+        "cameras": device_names(),
         "kernel cache": _kernel_cache(),
     }
 

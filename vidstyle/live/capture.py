@@ -13,8 +13,7 @@ from typing import Generic
 from vidstyle.errors import DeviceError, VidstyleError
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.audio import AudioChunk
-from vidstyle.media.capture.input import CapturedFrame, LiveInput, LiveSource
-from vidstyle.media.capture.source import CaptureSource, T
+from vidstyle.media.capture.input import CapturedFrame, CaptureSource, LiveInput, LiveSource, T
 
 FIRST_WAIT, MAX_WAIT = 0.25, 1.0
 """Seconds before a lost source is tried again: at first, and at most."""

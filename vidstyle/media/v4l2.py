@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
+DEVICES = Path("/sys/class/video4linux")
 CAPTURE, OUTPUT, DEVICE_CAPS = 0x1, 0x2, 0x80000000
 """Bits of a device's capabilities (linux/videodev2.h)."""
 CAPTURE_BUFFERS = 1
@@ -166,3 +167,13 @@ def _each(handle: int, number: int, layout: str, *values: int | bytes) -> Iterat
         except OSError:
             return
         index += 1
+
+
+def device_names() -> list[str]:
+    """The video devices of this machine with their names; Linux only."""
+    if not DEVICES.is_dir():
+        return []
+    return [
+        f"/dev/{device.name} ({(device / 'name').read_text().strip()})"
+        for device in sorted(DEVICES.iterdir())
+    ]

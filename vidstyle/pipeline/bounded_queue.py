@@ -1,4 +1,4 @@
-"""A short queue between two threads; that it is short is the back-pressure."""
+"""A bounded queue between two threads, which gives back-pressure."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ T = TypeVar("T")
 
 
 class QueueClosedError(Exception):
-    """Nobody takes items any more, so the giver can end."""
+    """The queue was closed; the producer can end."""
 
 
 class BoundedQueue(Generic[T]):
-    """Hands items over in order; the giver waits while `room` items lie there.
+    """A first-in, first-out queue; `put` waits while it holds `capacity` items.
 
-    >>> channel = Channel[int](room=2)
-    >>> channel.put(1)
-    >>> channel.close()
-    >>> list(channel)
+    >>> queue = BoundedQueue[int](capacity=2)
+    >>> queue.put(1)
+    >>> queue.close()
+    >>> list(queue)
     [1]
     """
 
-    def __init__(self, room: int) -> None:
-        self._room = room
+    def __init__(self, capacity: int) -> None:
+        self._capacity = capacity
         self._items: deque[T] = deque()
         self._closed = False
         self._changed = threading.Condition()
 
     def put(self, item: T) -> None:
-        """Add an item as soon as there is room.
+        """Add an item; waits while the queue is full.
 
         Raises:
-            ChannelClosedError: the channel was closed, before or while waiting.
+            QueueClosedError: the queue was closed, before or while waiting.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or len(self._items) < self._room)
+            self._changed.wait_for(lambda: self._closed or len(self._items) < self._capacity)
             if self._closed:
                 raise QueueClosedError
             self._items.append(item)
             self._changed.notify_all()
 
     def __iter__(self) -> Iterator[T]:
-        """Take items as they come, until the channel is closed and empty."""
+        """Take items as they come, until the queue is closed and empty."""
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._closed or bool(self._items))
@@ -57,7 +57,7 @@ class BoundedQueue(Generic[T]):
             del item
 
     def close(self, discard: bool = False) -> None:
-        """Take no more items; those that lie there are still handed out unless discarded."""
+        """Accept no more items; those in the queue are still delivered unless `discard` is set."""
         with self._changed:
             self._closed = True
             if discard:

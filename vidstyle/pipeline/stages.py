@@ -17,9 +17,9 @@ from vidstyle.media.frame import Frame
 from vidstyle.pipeline.bounded_queue import BoundedQueue, QueueClosedError
 
 if TYPE_CHECKING:
-    from vidstyle.media.write.output import Writer
+    from vidstyle.media.write.writer import Writer
 
-ROOM = 3
+QUEUE_CAPACITY = 3
 """Batches that may wait between two stages: enough that none starves, few enough to keep memory small."""
 BATCH = 32
 """Items in a batch at most. A batch ends with its frame, so that a run of packets does not fill a queue."""
@@ -59,8 +59,8 @@ class Stages:
         self._restyle = restyle
         self._frames_in_flight = frames_in_flight
         self._writer = writer
-        self._source: BoundedQueue[Batch] = BoundedQueue(ROOM)
-        self._result: BoundedQueue[Batch] = BoundedQueue(ROOM)
+        self._source: BoundedQueue[Batch] = BoundedQueue(QUEUE_CAPACITY)
+        self._result: BoundedQueue[Batch] = BoundedQueue(QUEUE_CAPACITY)
         self._halted = threading.Event()
         self._over = threading.Event()
         self._error: BaseException | None = None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import select
 import sys
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -14,8 +17,7 @@ from pathlib import Path
 import av
 
 from vidstyle.errors import DeviceError
-from vidstyle.media.capture.camera_wait import noting_descriptors
-from vidstyle.media.capture.input import LiveInput
+from vidstyle.media.capture.input import LiveInput, WaitForFrame
 from vidstyle.media.v4l2 import FORMATS, Mode, VideoDevice, video_device, video_devices
 
 SYSTEM_FORMATS = {"darwin": "avfoundation", "win32": "dshow"}
@@ -217,3 +219,49 @@ def _distance(mode: Mode, size: tuple[int, int] | None, rate: Fraction) -> tuple
         # Any size up to the usual one will do, the largest of them best.
         return (missing, float(too_large > 0), float(-pixels if not too_large else pixels), EASE[mode.format])
     return (missing, float(too_small > 0), float(too_small + too_large), EASE[mode.format])
+
+
+LOOK_SECONDS = 0.1
+"""How often a wait looks up, in case it is to end."""
+DESCRIPTORS = Path("/proc/self/fd")
+
+
+@contextlib.contextmanager
+def noting_descriptors(path: str) -> Iterator[Callable[[], WaitForFrame | None]]:
+    """Within it a device is opened by somebody who does not tell its descriptor.
+
+    Gives:
+        What returns, after that, how to wait for the device; None where the system does not tell.
+    """
+    before = _descriptors(path)
+
+    def opened() -> WaitForFrame | None:
+        new = _descriptors(path) - before
+        return _wait_for(min(new)) if new else None
+
+    yield opened
+
+
+def _wait_for(descriptor: int) -> WaitForFrame:
+    poll = select.poll()
+    # A device that is gone is readable, too: the read says why.
+    poll.register(descriptor, select.POLLIN | select.POLLERR | select.POLLHUP)
+
+    def wait(stopping: threading.Event, seconds: float) -> bool:
+        until = time.monotonic() + seconds
+        while not stopping.is_set() and time.monotonic() < until:
+            if poll.poll(LOOK_SECONDS * 1000):
+                return True
+        return False
+
+    return wait
+
+
+def _descriptors(path: str) -> set[int]:
+    """Those of this process that are the device."""
+    found = set()
+    for entry in DESCRIPTORS.iterdir() if DESCRIPTORS.is_dir() else ():
+        with contextlib.suppress(OSError):  # one that was closed meanwhile
+            if os.fstat(int(entry.name)).st_rdev == os.stat(path).st_rdev:
+                found.add(int(entry.name))
+    return found

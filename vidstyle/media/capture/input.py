@@ -5,21 +5,59 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import av
 
 from vidstyle.errors import DeviceError, InputError, VidstyleError
 from vidstyle.media.audio import AudioChunk, AudioDecoder
-from vidstyle.media.capture.camera_wait import WaitForFrame
-from vidstyle.media.capture.source import OWN_CLOCK_SECONDS, CaptureSource
 from vidstyle.media.read.source import choose_stream, frame_rate
+
+OWN_CLOCK_SECONDS = 2.0
+"""A driver's stamp so little before now is of a clock that we know, and says when something was taken."""
+
+
+class OpenedSource(Protocol):
+    """What a source opens: pictures or sound."""
+
+    def close(self) -> None:
+        """Let go of it; from the thread that takes from it."""
+
+
+T = TypeVar("T", bound=OpenedSource)
+T_co = TypeVar("T_co", bound=OpenedSource, covariant=True)
+
+
+class CaptureSource(Protocol[T_co]):
+    """Something that can be opened, and opened again after it was lost."""
+
+    @property
+    def name(self) -> str:
+        """What it is, for people."""
+
+    @property
+    def reconnects(self) -> bool:
+        """Whether it may come back after its end."""
+
+    def open(self, stopping: threading.Event) -> T_co:
+        """Begin to take.
+
+        Args:
+            stopping: once it is set, the wait for a beginning is over, and so is what was opened.
+
+        Raises:
+            DeviceError: a device that is missing or busy.
+            InputError: anything else that cannot be read.
+        """
+
 
 log = logging.getLogger("vidstyle")
 
+WaitForFrame = Callable[[threading.Event, float], bool]
+"""Whether there is something to read, within so many seconds and before the event is set."""
 FIRST_SECONDS, STALL_SECONDS = 5.0, 2.0
 """A driver that gives nothing for so long is lost: before its first picture, and after it, plus a frame."""
 

@@ -21,7 +21,7 @@ import av
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.audio import RATE, AudioChunk, AudioDecoder
 from vidstyle.media.capture.camera import SYSTEM_FORMATS
-from vidstyle.media.capture.source import OWN_CLOCK_SECONDS
+from vidstyle.media.capture.input import OWN_CLOCK_SECONDS
 
 TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
 PIECE_SECONDS = 0.02

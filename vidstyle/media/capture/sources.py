@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import stat
 import sys
 import threading
@@ -17,9 +18,37 @@ import av
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.capture.camera import Camera, Screen
 from vidstyle.media.capture.input import LiveInput, LiveSource
-from vidstyle.media.capture.pipes import NamedPipe, Pipe
 from vidstyle.media.raw_video import RAW, RawVideo
 from vidstyle.media.read.open import is_url, open_media, public_name
+
+WAKE_SECONDS = 0.2
+"""How often a wait for data looks whether it is still wanted."""
+
+
+class Pipe:
+    """A file descriptor to read from that gives what is there, rather than waiting to fill a block."""
+
+    def __init__(self, descriptor: int, stopping: threading.Event) -> None:
+        self._descriptor, self._stopping = descriptor, stopping
+
+    def read(self, size: int) -> bytes:
+        """Up to so many bytes; none at the end, or when it is time to stop."""
+        while os.name == "posix" and not select.select([self._descriptor], [], [], WAKE_SECONDS)[0]:
+            if self._stopping.is_set():
+                return b""
+        return os.read(self._descriptor, size)
+
+
+class NamedPipe(Pipe):
+    """A pipe with a place in a folder; the descriptor is its own."""
+
+    def __init__(self, path: str, stopping: threading.Event) -> None:
+        # Opened so, it does not wait for a writer where nobody could wake it.
+        super().__init__(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), stopping)
+
+    def __del__(self) -> None:
+        os.close(self._descriptor)
+
 
 NETWORK_SECONDS = 5.0
 """How long a connection may say nothing; it is then taken for lost, and made anew."""

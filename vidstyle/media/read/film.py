@@ -14,7 +14,7 @@ from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
 from vidstyle.media.read.decoder import PATIENCE, TAIL, Decoder, DecodeReport
-from vidstyle.media.read.picture_header import HEAD, exif_orientation, is_jpeg
+from vidstyle.media.read.headers import HEAD, exif_orientation, is_jpeg
 from vidstyle.media.read.source import (
     announced_seconds,
     choose_stream,

@@ -13,8 +13,7 @@ import av
 from av.codec.hwaccel import HWAccel
 
 from vidstyle.errors import InputError, UsageError
-from vidstyle.media.mp4_boxes import has_no_index
-from vidstyle.media.read.picture_header import HEAD, is_jpeg, picture_size
+from vidstyle.media.read.headers import HEAD, has_no_index, is_jpeg, picture_size
 
 log = logging.getLogger("vidstyle")
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import BinaryIO
 
-from vidstyle.media.mp4_boxes import top_boxes
+from vidstyle.media.read.headers import top_boxes
 
 _CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
 _MAX_INDEX = 2**28

@@ -19,10 +19,10 @@ from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.interleaver import Interleaver
-from vidstyle.media.write.output import WriteOptions, Writer
 from vidstyle.media.write.plan import plan_video
 from vidstyle.media.write.standard_output import StandardOutput
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, copy_tags
+from vidstyle.media.write.writer import WriteOptions, Writer
 
 if TYPE_CHECKING:
     from vidstyle.media.read.reader import Reader, VideoInfo

@@ -13,8 +13,8 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import picture_frame
-from vidstyle.media.write.output import WriteOptions, Writer
 from vidstyle.media.write.plan import plan_video
+from vidstyle.media.write.writer import WriteOptions, Writer
 
 if TYPE_CHECKING:
     from vidstyle.media.read.reader import VideoInfo

@@ -22,7 +22,7 @@ from vidstyle.media.codecs import (
 from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags, usual_tags
 from vidstyle.media.pixel_formats import PlaneLayout
 from vidstyle.media.write.containers import ContainerKind
-from vidstyle.media.write.output import WriteOptions
+from vidstyle.media.write.writer import WriteOptions
 
 if TYPE_CHECKING:
     from vidstyle.media.read.reader import VideoInfo

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Iterator
+from pathlib import Path
 
 HEAD = 2**18
 """Bytes of a file that are enough to find its size and its EXIF tags in."""
@@ -47,3 +49,33 @@ def exif_orientation(head: bytes) -> int:
     except struct.error:
         pass
     return 1
+
+
+MAX_BOXES = 10_000
+
+
+def top_boxes(path: Path) -> Iterator[tuple[bytes, int, int]]:
+    """The kind, offset and size in bytes of each outermost box, as far as they make sense."""
+    end = path.stat().st_size
+    with path.open("rb") as file:
+        offset = 0
+        for _ in range(MAX_BOXES):
+            file.seek(offset)
+            header = file.read(16)
+            if len(header) < 8:
+                return
+            size, kind = int.from_bytes(header[:4], "big"), header[4:8]
+            if size == 1:
+                size = int.from_bytes(header[8:16], "big")
+            elif size == 0:
+                size = end - offset
+            yield kind, offset, size
+            if size < 8:
+                return
+            offset += size
+
+
+def has_no_index(path: Path) -> bool:
+    """Whether the file starts as MP4 or MOV but was never given its "moov" box."""
+    kinds = [kind for kind, _, _ in top_boxes(path)]
+    return kinds[:1] in ([b"ftyp"], [b"wide"], [b"mdat"]) and b"moov" not in kinds
