@@ -73,14 +73,12 @@ def frame_faults(
 @pytest.mark.parametrize("kind", FILMS)
 @pytest.mark.parametrize("chosen", [LINES, STROKES, COLORS], ids=["lines", "strokes", "colors"])
 def test_films_agree(sessions: Sessions, form: Form, kind: str, chosen: Style) -> None:
-    chosen = replace(chosen)  # another film: nothing is carried over from the one before
-
     assert frame_faults(sessions, form, chosen, FILMS[kind](), rgb=kind == "rgb") == []
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_a_page_too_large_for_one_texture_is_kept_steady_too(tiled: Sessions, form: Form) -> None:
-    assert frame_faults(tiled, form, replace(LINES), panned_film(4), rgb=False) == []
+    assert frame_faults(tiled, form, LINES, panned_film(4), rgb=False) == []
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -100,7 +98,10 @@ def test_luma_and_chroma_hold_still(sessions: Sessions, form: Form) -> None:
 
 
 def test_another_style_another_size_and_a_cut_begin_afresh(sessions: Sessions) -> None:
-    first, second = style(step("brightness", factor=1), steady=1), style(step("brightness"), steady=1)
+    first, second = (
+        style(step("brightness", factor=1), steady=1),
+        style(step("brightness"), step("brightness", factor=1), steady=1),
+    )
     film = list(still_film(3))
     for number, each in enumerate(film):
         sessions.run("compute", first, each, time=number / RATE)

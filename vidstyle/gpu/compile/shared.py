@@ -11,8 +11,10 @@ from vidstyle.gpu.compile.passes import Pass
 MAX_BYTES = 32768
 """Shared memory for each group that OpenGL promises. Filters that read more than fits read the texture."""
 STEP_BYTES = 4096
-"""Room is made in such steps: no more than needed, as the less it is, the more groups share a processor; and
-seldom another shader while a slider is moved."""
+"""Room for what a filter prepares is made in such steps."""
+MIN_BYTES = 8192
+"""Room for pixels is made in powers of two from here on, so that a slider that changes a radius seldom needs
+another shader; with less, threads and not memory limit how many groups share a processor."""
 BYTES = {1: 4, 2: 8, 3: 16}
 """What so many numbers take in shared memory: some drivers keep three as four."""
 
@@ -47,8 +49,8 @@ class Sharing:
         """
         size = BYTES[CHANNELS[self.image.kind]]
         needed = size * prod(side + 2 * radius for side, radius in zip(area, self.radius, strict=True))
-        prepared = _in_steps(BYTES[3] * self._lines(area))
-        room = min(_in_steps(needed), MAX_BYTES - used - prepared)
+        prepared = -(-BYTES[3] * self._lines(area) // STEP_BYTES) * STEP_BYTES
+        room = min(_room(needed), MAX_BYTES - used - prepared)
         return (room // size, prepared // BYTES[3]) if needed <= room else None
 
     def _lines(self, area: Pair) -> int:
@@ -84,5 +86,5 @@ def _reads_neighbours(node: Node) -> bool:
     return node.is_heavy and not resamples and node.around is not None and node.around.shape == node.shape
 
 
-def _in_steps(needed: int) -> int:
-    return -(-needed // STEP_BYTES) * STEP_BYTES
+def _room(needed: int) -> int:
+    return max(MIN_BYTES, 1 << (needed - 1).bit_length())
