@@ -54,6 +54,19 @@ def test_a_command_in_the_documents_is_understood(words: list[str]) -> None:
             load_style(name)
 
 
+def test_files_that_the_documents_name_exist() -> None:
+    named = [
+        name
+        for page in ("CONTRIBUTING.md", "README.md", "SECURITY.md", "docs/architecture.md")
+        for name in re.findall(
+            r"[`(]((?:vidstyle|shaders|tools|tests|docs|examples)/[\w/.]*)[`)]",
+            (ROOT / page).read_text("utf-8"),
+        )
+        if "NAME" not in name
+    ]
+    assert len(named) > 40 and [name for name in named if not (ROOT / name).exists()] == []
+
+
 def test_rules_that_docstrings_cite_exist() -> None:
     rules = (ROOT / "docs" / "rules.md").read_text(encoding="utf-8")
     headings = {line.removeprefix("## ").lower() for line in rules.splitlines() if line.startswith("## ")}
