@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -24,15 +23,13 @@ def run(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["-h"], [], ["render", "--help"]])
-def test_help_loads_nothing_heavy_and_is_quick(arguments):
+def test_help_loads_nothing_heavy(arguments):
     program = (
         "import sys; from vidstyle.cli import main; code = main(sys.argv[1:]);"
         f"print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr); sys.exit(code)"
     )
     command = [sys.executable, "-c", program, *arguments]
-    began = time.perf_counter()
     ended = subprocess.run(command, capture_output=True, text=True)
-    assert time.perf_counter() - began < 3  # 0.1 s here; the figure is for the bench, this is for accidents
     assert (ended.returncode, ended.stderr) == (0, "[]\n")
     assert "Usage: vidstyle" in ended.stdout
 

@@ -6,7 +6,6 @@ import os
 import struct
 import subprocess
 import sys
-import time
 import zlib
 from pathlib import Path
 
@@ -46,9 +45,7 @@ def test_2_an_input_that_may_not_be_read(program: Program):
 def test_3_no_film_at_all(program: Program, content):
     path = program.folder / "film.mp4"
     path.write_bytes(content)
-    began = time.monotonic()
     program.refused(3, "not a readable video", path)
-    assert time.monotonic() - began < 1
 
 
 def test_4_sound_alone(program: Program):

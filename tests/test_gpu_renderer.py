@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import gc
 import threading
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -183,10 +182,10 @@ def test_a_gpu_that_hangs_is_left(
     renderer._device = replace(renderer._device, software=False)
     assert renderer._session is not None
     awake = threading.Event()
-    renderer._session._thread.submit(awake.wait, 20)
-    began, source = time.monotonic(), codes(VIDEO, 24, 36)
+    hanging = renderer._session._thread.submit(awake.wait, 60)
+    source = codes(VIDEO, 24, 36)
     assert differ(renderer.run(source), by_cpu(source)) == 0
-    assert time.monotonic() - began < 10
+    assert not hanging.done()
     assert "no picture for 0.2 s" in caplog.records[0].message
     awake.set()
 

@@ -30,6 +30,7 @@ def main() -> None:
     )
     parser.add_argument("--times", type=int, default=20)
     parser.add_argument("--repeats", type=int, default=6, help="length of the film, in fours of seconds")
+    parser.add_argument("--film", type=Path, help="film to render, instead of one that is made")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
         "--within", type=float, default=4.0, help="kill at most so many seconds after the start"
@@ -39,8 +40,9 @@ def main() -> None:
     delays = random.Random(arguments.seed)
     good = 0
     with tempfile.TemporaryDirectory() as folder:
-        film = Path(folder, "film.mp4")
-        make_film(film, repeats=arguments.repeats)
+        film = arguments.film or Path(folder, "film.mp4")
+        if not arguments.film:
+            make_film(film, repeats=arguments.repeats)
         for number in range(arguments.times):
             target = Path(folder, f"killed-{number}.mp4")
             reached = kill_render(
