@@ -5,6 +5,7 @@ The one place that knows colour matrices, ranges and chroma siting.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -171,6 +172,24 @@ class Picture:
         plane = self.color if self.luma is None else self.luma
         assert plane is not None
         return plane.shape[0], plane.shape[1]
+
+    def map_planes(
+        self, change: Callable[[np.ndarray, str], np.ndarray], encoding: Encoding | None = None
+    ) -> Picture:
+        """The picture with each plane replaced by `change(plane, kind)`.
+
+        Args:
+            change: is given the planes in the order of the attributes, and the attribute's name.
+            encoding: of the result; None: that of the picture.
+        """
+
+        def changed(plane: np.ndarray | None, kind: str) -> np.ndarray | None:
+            return None if plane is None else change(plane, kind)
+
+        luma = changed(self.luma, "luma")
+        chroma = self.chroma and (change(self.chroma[0], "chroma"), change(self.chroma[1], "chroma"))
+        color, alpha = changed(self.color, "color"), changed(self.alpha, "alpha")
+        return Picture(encoding or self.encoding, luma, chroma, color, alpha)
 
     @classmethod
     def from_array(cls, array: np.ndarray) -> Picture:

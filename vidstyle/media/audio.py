@@ -13,7 +13,7 @@ import av
 import numpy as np
 from av.audio.resampler import AudioResampler
 
-from vidstyle.media.write.transcode import BIT_RATES, SAMPLES_AT_ONCE
+from vidstyle.media.write.transcode import SAMPLES_AT_ONCE, add_audio_stream
 
 log = logging.getLogger("vidstyle")
 
@@ -95,15 +95,8 @@ class AudioEncoder:
 
     def __init__(self, container: av.container.OutputContainer, encoder: str) -> None:
         """Add it; before the container's header is written."""
-        codec = av.Codec(encoder, "w")
-        stream: Any = container.add_stream(encoder, rate=RATE)  # type: ignore[call-overload]
-        stream.layout = "stereo"
-        stream.format = codec.audio_formats[0] if codec.audio_formats else "s16"
-        if encoder in BIT_RATES:
-            stream.bit_rate = 2 * BIT_RATES[encoder]
-        stream.codec_context.open()
-        self._stream = stream
-        context = stream.codec_context
+        self._stream = add_audio_stream(container, encoder, RATE, "stereo", "s16")
+        context = self._stream.codec_context
         self._resampler = _resampler(context.format, context.frame_size or SAMPLES_AT_ONCE)
         self._end, self._begun = 0, False
 

@@ -83,13 +83,7 @@ class Orientation:
         """The picture upright; its planes are copies unless it is so already."""
         if self.is_upright:
             return picture
-        return Picture(
-            self.encoding(picture),
-            luma=self._maybe(picture.luma),
-            chroma=picture.chroma and (self.plane(picture.chroma[0]), self.plane(picture.chroma[1])),
-            color=self._maybe(picture.color),
-            alpha=self._maybe(picture.alpha),
-        )
+        return picture.map_planes(lambda plane, _: self.plane(plane), self.encoding(picture))
 
     def plane(self, plane: np.ndarray) -> np.ndarray:
         """One plane upright, H x W or H x W x 3."""
@@ -110,9 +104,6 @@ class Orientation:
             x = _mirrored(x, across, width) if self.mirror_x else x
             y = _mirrored(y, down, height) if self.mirror_y else y
         return replace(encoding, step=(across, down), siting=(x, y))
-
-    def _maybe(self, plane: np.ndarray | None) -> np.ndarray | None:
-        return None if plane is None else self.plane(plane)
 
 
 def _mirrored(first: float, step: int, pixels: int) -> float:

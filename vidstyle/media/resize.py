@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import cv2
@@ -45,20 +44,15 @@ def resized(picture: Picture, width: int, height: int) -> Picture:
     old_height, old_width = picture.shape
     if (old_width, old_height) == (width, height):
         return picture
-    shape = (height, width)
-    chroma = picture.chroma
-    if chroma is not None:
-        scales = width / old_width, height / old_height
-        shape_chroma = picture.encoding.chroma_shape(height, width)
-        blue, red = (_chroma(plane, picture.encoding, scales, shape_chroma) for plane in chroma)
-        chroma = (blue, red)
-    return replace(
-        picture,
-        luma=None if picture.luma is None else _plane(picture.luma, shape),
-        chroma=chroma,
-        color=None if picture.color is None else _plane(picture.color, shape),
-        alpha=None if picture.alpha is None else _plane(picture.alpha, shape),
-    )
+    scales = width / old_width, height / old_height
+    chroma_shape = picture.encoding.chroma_shape(height, width)
+
+    def resize(plane: np.ndarray, kind: str) -> np.ndarray:
+        if kind == "chroma":
+            return _chroma(plane, picture.encoding, scales, chroma_shape)
+        return _plane(plane, (height, width))
+
+    return picture.map_planes(resize)
 
 
 def letterboxed(picture: Picture, width: int, height: int) -> Picture:
@@ -71,25 +65,19 @@ def letterboxed(picture: Picture, width: int, height: int) -> Picture:
     across, down = picture.encoding.step
     left = (width - inner_width) // 2 // across * across
     top = (height - inner_height) // 2 // down * down
-    shape, corner = (height, width), (top, left)
-    black = round(picture.encoding.luma_levels[0])
-    neutral = round(picture.encoding.chroma_levels[0])
-    chroma = inner.chroma
-    if chroma is not None:
-        shape_chroma, corner_chroma = (
-            picture.encoding.chroma_shape(height, width),
-            (top // down, left // across),
-        )
-        blue, red = (_framed(plane, shape_chroma, corner_chroma, neutral) for plane in chroma)
-        chroma = (blue, red)
-    opaque = 2 ** max(picture.encoding.depth, 0) - 1 if picture.encoding.depth else 1
-    return replace(
-        inner,
-        luma=None if inner.luma is None else _framed(inner.luma, shape, corner, black),
-        chroma=chroma,
-        color=None if inner.color is None else _framed(inner.color, shape, corner, 0),
-        alpha=None if inner.alpha is None else _framed(inner.alpha, shape, corner, opaque),
-    )
+    encoding = picture.encoding
+    opaque = 2**encoding.depth - 1 if encoding.depth else 1
+    black, neutral = round(encoding.luma_levels[0]), round(encoding.chroma_levels[0])
+    fills = {"luma": black, "chroma": neutral, "color": 0, "alpha": opaque}
+
+    def frame(plane: np.ndarray, kind: str) -> np.ndarray:
+        if kind == "chroma":
+            shape, corner = encoding.chroma_shape(height, width), (top // down, left // across)
+        else:
+            shape, corner = (height, width), (top, left)
+        return _framed(plane, shape, corner, fills[kind])
+
+    return inner.map_planes(frame)
 
 
 def square_pixels(color: np.ndarray, sample_aspect: Fraction | None) -> np.ndarray:

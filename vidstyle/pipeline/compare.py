@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
@@ -51,56 +50,39 @@ def _whole_chroma(width: int, step: int) -> int:
 
 
 def _widened(picture: Picture, missing: int) -> Picture:
-    def widen(plane: np.ndarray, step: int) -> np.ndarray:
-        # Chroma planes end on whole samples as they are.
-        return plane if step > 1 else np.concatenate([plane, *[plane[:, -1:]] * missing], axis=1)
+    def widen(plane: np.ndarray, kind: str) -> np.ndarray:
+        # Subsampled chroma ends on a whole sample as it is.
+        if kind == "chroma" and picture.encoding.step[0] > 1:
+            return plane
+        return np.concatenate([plane, *[plane[:, -1:]] * missing], axis=1)
 
-    return _each_plane(picture, widen)
+    return picture.map_planes(widen)
 
 
 def _columns(picture: Picture, start: int, end: int) -> Picture:
-    return _each_plane(picture, lambda plane, step: plane[:, start // step : -(-end // step)])
+    def cut(plane: np.ndarray, kind: str) -> np.ndarray:
+        step = picture.encoding.step[0] if kind == "chroma" else 1
+        return plane[:, start // step : -(-end // step)]
+
+    return picture.map_planes(cut)
 
 
 def _white(picture: Picture) -> Picture:
     encoding = picture.encoding
     top = 1.0 if encoding.depth == 0 else 2**encoding.depth - 1
     luma, neutral = encoding.luma_levels[1], encoding.chroma_levels[0]
-    return replace(
-        picture,
-        luma=None if picture.luma is None else np.full_like(picture.luma, luma),
-        chroma=picture.chroma and (np.full_like(picture.chroma[0], neutral),) * 2,
-        color=None if picture.color is None else np.full_like(picture.color, top),
-        alpha=None if picture.alpha is None else np.full_like(picture.alpha, top),
+    values = {"luma": luma, "chroma": neutral, "color": top, "alpha": top}
+    return picture.map_planes(lambda plane, kind: np.full_like(plane, values[kind]))
+
+
+def _beside(first: Picture, *others: Picture) -> Picture:
+    planes = [iter(_planes(other)) for other in others]
+    return first.map_planes(
+        lambda plane, _: np.concatenate([plane, *(next(each) for each in planes)], axis=1)
     )
 
 
-def _each_plane(picture: Picture, change: Callable[[np.ndarray, int], np.ndarray]) -> Picture:
-    """The picture with every plane changed; `change` also gets the luma pixels for each of its columns."""
-    across = picture.encoding.step[0]
-    chroma = picture.chroma and (change(picture.chroma[0], across), change(picture.chroma[1], across))
-    whole = (
-        None if plane is None else change(plane, 1) for plane in (picture.luma, picture.color, picture.alpha)
-    )
-    luma, color, alpha = whole
-    return Picture(picture.encoding, luma=luma, chroma=chroma, color=color, alpha=alpha)
-
-
-def _beside(*pictures: Picture) -> Picture:
-    def join(planes: list[np.ndarray | None]) -> np.ndarray | None:
-        there = [plane for plane in planes if plane is not None]
-        return np.concatenate(there, axis=1) if there else None
-
-    chromas = [picture.chroma for picture in pictures if picture.chroma]
-    return Picture(
-        pictures[0].encoding,
-        luma=join([picture.luma for picture in pictures]),
-        chroma=(
-            np.concatenate([blue for blue, _ in chromas], axis=1),
-            np.concatenate([red for _, red in chromas], axis=1),
-        )
-        if chromas
-        else None,
-        color=join([picture.color for picture in pictures]),
-        alpha=join([picture.alpha for picture in pictures]),
-    )
+def _planes(picture: Picture) -> list[np.ndarray]:
+    """All planes, in the order of `map_planes`."""
+    planes = picture.luma, *(picture.chroma or ()), picture.color, picture.alpha
+    return [plane for plane in planes if plane is not None]

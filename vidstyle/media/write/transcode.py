@@ -66,6 +66,19 @@ SAMPLES_AT_ONCE = 1024
 """In a frame for encoders that do not mind."""
 
 
+def add_audio_stream(
+    container: av.container.OutputContainer, encoder: str, rate: int, layout: str, sample_format: str
+) -> AudioStream:
+    """A new stream with its encoder opened; `sample_format` is for encoders that name none of their own."""
+    stream: AudioStream = container.add_stream(encoder, rate=rate)  # type: ignore[call-overload, assignment]
+    stream.layout = layout  # type: ignore[assignment, list-item]
+    stream.format = (av.Codec(encoder, "w").audio_formats or [sample_format])[0]  # type: ignore[assignment, list-item]
+    if encoder in BIT_RATES:
+        stream.bit_rate = BIT_RATES[encoder] * stream.layout.nb_channels
+    stream.codec_context.open()
+    return stream
+
+
 class SoundEncoder:
     """Decodes the packets of one audio stream and encodes them into another, at the same times.
 
@@ -77,16 +90,10 @@ class SoundEncoder:
     def __init__(self, container: av.container.OutputContainer, template: AudioStream, encoder: str) -> None:
         self.lost = 0
         self._template = template
-        codec = av.Codec(encoder, "w")
         channels = min(template.layout.nb_channels, MAX_CHANNELS.get(encoder, 8))
         layout = {1: "mono", 2: "stereo"}.get(channels, template.layout.name)
-        rate = _nearest(template.rate, codec.audio_rates or [])
-        self.stream: AudioStream = container.add_stream(encoder, rate=rate)  # type: ignore[call-overload, assignment]
-        self.stream.layout = layout
-        self.stream.format = (codec.audio_formats or [template.format])[0]
-        if encoder in BIT_RATES:
-            self.stream.bit_rate = BIT_RATES[encoder] * channels
-        self.stream.codec_context.open()
+        rate = _nearest(template.rate, av.Codec(encoder, "w").audio_rates or [])
+        self.stream = add_audio_stream(container, encoder, rate, layout, template.format.name)
         self._resampler = self._new_resampler()
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
