@@ -15,14 +15,13 @@ import pytest
 from media import photograph
 from pictures import noise
 
-from vidstyle.blade.apply import apply_filters, padded_filters
 from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
-from vidstyle.blade.features import Bins, choose_filters, window_radius, window_weights
-from vidstyle.blade.fidelity import mssim, psnr
-from vidstyle.blade.learn import Sums, TrainingConfig, look_at, residuals, solve
-from vidstyle.blade.run import BankRun
-from vidstyle.blade.show import draw_bank
-from vidstyle.blade.symmetry import SYMMETRIES, pairs
+from vidstyle.blade.draw import draw_bank
+from vidstyle.blade.inference import BankRun, apply_filters, padded_filters
+from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
+from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius, window_weights
+from vidstyle.blade.symmetry import SYMMETRIES, pixel_pairs
+from vidstyle.blade.training import mssim, psnr
 
 BINS = Bins(24, 3, 3)
 IMAGES = {
@@ -53,12 +52,12 @@ def slowly_filtered(luma: np.ndarray, chosen: np.ndarray, filters: np.ndarray) -
     return np.einsum("yxij,yxij->yx", windows, filters[chosen].astype(np.float64))
 
 
-def learned(lesson: TrainingConfig, pictures: list[np.ndarray], teach: object) -> np.ndarray:
-    sums = Sums.empty(lesson)
+def learned(config: TrainingConfig, pictures: list[np.ndarray], apply: object) -> np.ndarray:
+    sums = NormalEquations.empty(config)
     with ThreadPoolExecutor(2) as pool:
         for luma in pictures:
-            sums.add(look_at(lesson, luma, teach(luma), pool))  # type: ignore[operator]
-    return solve(lesson, sums)
+            sums.add(accumulate(config, luma, apply(luma), pool))  # type: ignore[operator]
+    return solve(config, sums)
 
 
 @pytest.mark.parametrize("rho", [0.3, 0.5, 1.0, 1.5, 2.3, 4.0])
@@ -72,8 +71,8 @@ def test_the_window_is_even_and_sums_to_one(rho: float) -> None:
 def test_a_turned_picture_chooses_the_turned_bins(name: str) -> None:
     turn, becomes = IMAGES[name]
     luma = face() + noise(301, 241, high=1e-3)
-    before = turn(choose_filters(luma, BINS, 1.5))
-    after = choose_filters(np.ascontiguousarray(turn(luma)), BINS, 1.5)
+    before = turn(select_filters(luma, BINS, 1.5))
+    after = select_filters(np.ascontiguousarray(turn(luma)), BINS, 1.5)
     rest = BINS.strengths * BINS.coherences
     expected = becomes(before // rest, BINS.orientations) * rest + before % rest
     assert (expected != after).mean() < 1e-4
@@ -84,7 +83,7 @@ def test_directions_strengths_and_coherence_are_what_they_are_called() -> None:
     for degrees in range(0, 180, 15):
         angle = np.radians(degrees)
         luma = 22 / 255 * (ramp[None, :] * np.cos(angle) + ramp[:, None] * np.sin(angle))
-        chosen = choose_filters(luma.astype(np.float32), Bins(24, 6, 4, (10, 40), (0.2, 0.8)), 1.5)[
+        chosen = select_filters(luma.astype(np.float32), Bins(24, 6, 4, (10, 40), (0.2, 0.8)), 1.5)[
             20:44, 20:44
         ]
         orientation, strength, coherence = chosen // 24, chosen // 4 % 6, chosen % 4
@@ -92,7 +91,7 @@ def test_directions_strengths_and_coherence_are_what_they_are_called() -> None:
         assert (strength == 2).all() and (coherence == 3).all(), (
             "a gradient of 22 levels, all in one direction"
         )
-    flat = choose_filters(np.full((9, 9), 0.5, np.float32), Bins(24, 6, 4), 1.5)
+    flat = select_filters(np.full((9, 9), 0.5, np.float32), Bins(24, 6, 4), 1.5)
     assert (flat == 0).all()
 
 
@@ -104,7 +103,7 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
         1e4 * noise(30, 30) - 5e3,
         np.zeros((7, 7), np.float32),
     ):
-        chosen = choose_filters(luma, BINS, 1.5)
+        chosen = select_filters(luma, BINS, 1.5)
         assert chosen.min() >= 0 and chosen.max() < BINS.count
 
 
@@ -140,15 +139,15 @@ def test_parts_and_the_picture_itself_are_weighted() -> None:
 def test_learning_finds_a_filter_that_is_one() -> None:
     """What is linear and symmetric is learned exactly, in bins that nobody has seen too."""
     kernel = cv2.getGaussianKernel(5, 1)
-    lesson = TrainingConfig(BINS, 1.5, 5, smoothness=1e-9)
+    config = TrainingConfig(BINS, 1.5, 5, smoothness=1e-9)
     luma = face() + noise(301, 241, high=0.02)
-    found = learned(lesson, [luma], lambda z: [cv2.sepFilter2D(z, -1, kernel, kernel)])
+    found = learned(config, [luma], lambda z: [cv2.sepFilter2D(z, -1, kernel, kernel)])
     np.testing.assert_allclose(found[0], np.broadcast_to(kernel @ kernel.T, found[0].shape), atol=2e-3)
 
 
 def test_constants_stay_or_vanish_whatever_is_learned() -> None:
-    lesson = TrainingConfig(BINS, 1.5, 7, (1, 0))
-    found = learned(lesson, [face()], lambda z: [np.sqrt(np.abs(z)), np.sin(9 * z)])
+    config = TrainingConfig(BINS, 1.5, 7, (1, 0))
+    found = learned(config, [face()], lambda z: [np.sqrt(np.abs(z)), np.sin(9 * z)])
     np.testing.assert_allclose(found[0].sum(axis=(1, 2)), 1, atol=1e-5)
     np.testing.assert_allclose(found[1].sum(axis=(1, 2)), 0, atol=1e-5)
 
@@ -168,32 +167,32 @@ def test_filters_have_the_eight_symmetries() -> None:
 
 
 def test_learning_from_turned_pictures_gives_the_same_filters() -> None:
-    lesson = TrainingConfig(Bins(8, 2, 2), 1.0, 5)
+    config = TrainingConfig(Bins(8, 2, 2), 1.0, 5)
     blur = lambda z: [cv2.bilateralFilter(np.ascontiguousarray(z), 5, 0.1, 2)]  # noqa: E731
-    upright = learned(lesson, [face()], blur)
-    turned = learned(lesson, [np.ascontiguousarray(np.rot90(face()))], blur)
+    upright = learned(config, [face()], blur)
+    turned = learned(config, [np.ascontiguousarray(np.rot90(face()))], blur)
     np.testing.assert_allclose(turned, upright, atol=2e-3)
 
 
 def test_the_number_of_threads_changes_no_digit() -> None:
-    lesson, luma = TrainingConfig(BINS, 1.5, 5), face()
+    config, luma = TrainingConfig(BINS, 1.5, 5), face()
     sums = []
     for threads in (1, 3):
         with ThreadPoolExecutor(threads) as pool:
-            sums.append(look_at(lesson, luma, [luma * luma], pool))
+            sums.append(accumulate(config, luma, [luma * luma], pool))
     np.testing.assert_array_equal(sums[0].matrices, sums[1].matrices)
     np.testing.assert_array_equal(sums[0].vectors, sums[1].vectors)
 
 
 def test_residuals_are_the_error_on_the_samples() -> None:
-    lesson, luma = TrainingConfig(Bins(8, 1, 1), 1.5, 5), face()
+    config, luma = TrainingConfig(Bins(8, 1, 1), 1.5, 5), face()
     target = cv2.bilateralFilter(luma, 9, 0.1, 3)
     with ThreadPoolExecutor(2) as pool:
-        sums = look_at(lesson, luma, [target], pool)
-    filters = solve(lesson, sums)
-    bank = Bank(lesson.bins, 1.5, filters)
+        sums = accumulate(config, luma, [target], pool)
+    filters = solve(config, sums)
+    bank = Bank(config.bins, 1.5, filters)
     error = (BankRun(bank).run(luma) - target)[4:-4, 4:-4]
-    mean = (residuals(lesson, sums, filters)[0] * sums.samples).sum() / sums.samples.sum()
+    mean = (residuals(config, sums, filters)[0] * sums.samples).sum() / sums.samples.sum()
     assert mean == pytest.approx(float(np.mean(error.astype(np.float64) ** 2)), rel=0.05)
 
 
@@ -295,5 +294,5 @@ def test_a_bank_is_drawn_with_its_bins_in_rows_and_columns() -> None:
 
 def test_pairs_cover_a_filter_once() -> None:
     for size in (3, 5, 9):
-        both = {pixel for down, right in pairs(size) for pixel in ((down, right), (-down, -right))}
+        both = {pixel for down, right in pixel_pairs(size) for pixel in ((down, right), (-down, -right))}
         assert len(both) == size * size - 1 and (0, 0) not in both

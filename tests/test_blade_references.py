@@ -12,10 +12,8 @@ import pytest
 from pictures import noise
 
 from vidstyle.blade.references import (
-    detail,
     detail_base,
     edge_tangent_flow,
-    flow_dog,
     flow_dog_parts,
     tv_flow,
 )
@@ -24,6 +22,19 @@ from vidstyle.errors import UsageError
 Y, X = np.mgrid[-40:41, -40:41].astype(float)
 INSIDE = np.s_[16:-16, 16:-16]
 """Where no line that starts there reaches the border."""
+
+
+def flow_dog(luma: np.ndarray, sigma: float, p: float, sigma_m: float = 2, rho: float = 2) -> np.ndarray:
+    """The high-emphasis filter of Flow-XDoG, as the block combines it from its parts."""
+    smooth, difference = flow_dog_parts(luma, sigma, sigma_m, rho)
+    return smooth + np.float32(p) * difference
+
+
+def detail(luma: np.ndarray, delta: float) -> np.ndarray:
+    """Detail control, as the block combines it from the picture and its base."""
+    fine = luma.astype(np.float64)
+    return (fine + delta / 100 * (fine - detail_base(luma))).astype(np.float32)
+
 
 ALL: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "edge tangent flow": edge_tangent_flow,

@@ -10,7 +10,7 @@ from gpu import film_picture
 from pictures import step, style
 
 from vidstyle.blade.bank import shipped_bank
-from vidstyle.blade.features import choose_filters
+from vidstyle.blade.structure_tensor import select_filters
 from vidstyle.core.planes import luma_rows
 from vidstyle.gpu.compile.explain import plan_for_video
 from vidstyle.gpu.compile.formats import working_format
@@ -70,7 +70,7 @@ def test_gpu_and_cpu_choose_the_same_filters(form: Form, shape: tuple[int, int])
     """But where structure lies just upon the border of two bins."""
     session = drawn(ONCE, form, shape)
     picture, bank = film_picture(*shape), shipped_bank("etf")
-    expected = choose_filters(luma_rows(picture, 0, shape[0]), bank.bins, 2.0)
+    expected = select_filters(luma_rows(picture, 0, shape[0]), bank.bins, 2.0)
     found = numbers_in(session)
     session.close()
     assert (found == expected).mean() >= 0.99

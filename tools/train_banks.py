@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.blade.bank import Bank, load_bank, save_bank
-from vidstyle.blade.features import Bins
-from vidstyle.blade.learn import TrainingConfig
+from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import Photograph, photographs_in
 from vidstyle.blade.reference_filter import ReferenceFilter, reference_by_name
-from vidstyle.blade.run import BankRun
-from vidstyle.blade.train import measure, train
+from vidstyle.blade.regression import TrainingConfig
+from vidstyle.blade.structure_tensor import Bins
+from vidstyle.blade.training import measure, train
 
 FOLDER = Path(__file__).parent.parent / "filters_bank"
 LONG_SIDE = 1000
@@ -33,8 +33,8 @@ class Plan:
     """
 
     name: str
-    teacher: ReferenceFilter
-    lesson: TrainingConfig
+    reference: ReferenceFilter
+    config: TrainingConfig
     uses: dict[str, tuple[tuple[float, ...], float]]
 
 
@@ -94,10 +94,10 @@ def main() -> None:
 
 def make(plan: Plan, pictures: list[Photograph], held_out: list[Photograph]) -> None:
     """One bank."""
-    bank, report = train(plan.lesson, plan.teacher, pictures)
+    bank, report = train(plan.config, plan.reference, pictures)
     print(f"{plan.name}: {report}", flush=True)
     bank.about["fidelity"] = {
-        use: measured(bank, plan.teacher, weights, identity, held_out)
+        use: measured(bank, plan.reference, weights, identity, held_out)
         for use, (weights, identity) in plan.uses.items()
     }
     save_bank(bank, FOLDER / f"{plan.name}.npz")
@@ -107,14 +107,14 @@ def make(plan: Plan, pictures: list[Photograph], held_out: list[Photograph]) -> 
 
 def measured(
     bank: Bank,
-    teacher: ReferenceFilter,
+    reference: ReferenceFilter,
     weights: tuple[float, ...],
     identity: float,
     pictures: list[Photograph],
 ) -> dict[str, float]:
     """How close one use of a bank comes to the same use of its reference."""
     run = BankRun(bank, weights, identity)
-    return measure(run, teacher, pictures, weights, identity)
+    return measure(run, reference, pictures, weights, identity)
 
 
 def write_readme(banks: dict[str, Bank]) -> None:
@@ -150,7 +150,7 @@ learned from photographs by `python tools/train_banks.py --images DIR`, which al
 same photographs give the same bytes. `vidstyle train etf --show etf.png` draws one. The files are NumPy
 archives without pickled objects and are checked when they are read.
 
-| bank | imitates | parts | bins | filters | rho |
+| bank | reference | parts | bins | filters | rho |
 |---|---|---|---|---|---|"""
 FIDELITY = """
 ## Fidelity

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from vidstyle.assets import asset_folder
-from vidstyle.blade.features import Bins
-from vidstyle.blade.symmetry import as_weights
+from vidstyle.blade.structure_tensor import Bins
+from vidstyle.blade.symmetry import pair_weights
 
 FORMAT = 1
 """The version of the file's format."""
@@ -56,7 +56,7 @@ class Bank:
     @cached_property
     def packed(self) -> tuple[np.ndarray, ...]:
         """The weights of the pairs of opposite pixels, a bins x texels x 4 float32 array for each part."""
-        weights = as_weights(self.filters, self.size)
+        weights = pair_weights(self.filters, self.size)
         packed = np.zeros((*weights.shape[:2], -(-weights.shape[2] // 4) * 4), np.float32)
         packed[:, :, : weights.shape[2]] = weights
         return tuple(packed.reshape(*packed.shape[:2], -1, 4))

@@ -1,9 +1,8 @@
-"""The pictures that banks are learned from."""
+"""The pictures that banks are trained on."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,8 +15,8 @@ from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import open_reader
 
-ENDINGS = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
-"""What counts as a picture in a folder."""
+SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
+"""The suffixes of pictures in a folder."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class Photograph:
     """A picture in a file.
 
     Attributes:
-        long_side: pixels to which its longer side is reduced; shorter ones stay as they are.
+        long_side: length in pixels to which its longer side is reduced, if it is longer.
     """
 
     path: Path
@@ -67,13 +66,7 @@ def photographs_in(folder: Path, long_side: int) -> list[Photograph]:
     Raises:
         InputError: there are none.
     """
-    found = sorted(path for path in folder.glob("*") if path.suffix.lower() in ENDINGS)
+    found = sorted(path for path in folder.glob("*") if path.suffix.lower() in SUFFIXES)
     if not found:
-        raise InputError(folder, "holds no pictures", f"put some there: {', '.join(ENDINGS)}")
+        raise InputError(folder, "holds no pictures", f"put some there: {', '.join(SUFFIXES)}")
     return [Photograph(path, long_side) for path in found]
-
-
-def checksums(photographs: list[Photograph]) -> Iterator[tuple[str, str]]:
-    """Name and checksum of each."""
-    for photograph in photographs:
-        yield photograph.path.name, photograph.checksum

@@ -1,4 +1,4 @@
-"""What a bank can learn from: our own references, a command, a function, or pairs of pictures."""
+"""Reference filters that banks approximate: built-in ones, commands, functions, or pairs of pictures."""
 
 from __future__ import annotations
 
@@ -18,57 +18,59 @@ from vidstyle.blade import references
 from vidstyle.blade.photographs import Photograph, luma_of
 from vidstyle.errors import InputError, UsageError
 
-COMMAND_SECONDS = 600
-"""How long a command may take for one picture."""
+_BUILT_IN: dict[str, tuple[Callable[..., Any], tuple[str, ...], tuple[int, ...]]] = {
+    "edge_tangent_flow": (references.edge_tangent_flow, ("all",), (1,)),
+    "tv_flow": (references.tv_flow, ("all",), (1,)),
+    "detail_base": (references.detail_base, ("all",), (1,)),
+    "flow_dog": (references.flow_dog_parts, ("smooth", "difference"), (1, 0)),
+}
+
+COMMAND_TIMEOUT = 600
+"""Seconds that a command may take for one picture."""
 
 
 @dataclass(frozen=True)
 class ReferenceFilter:
-    """Turns a picture into what a bank is to make of its luma.
+    """The filter that a bank approximates.
 
     Attributes:
-        imitates: in words.
-        parts: the names of a bank's parts; a bank has filters for each.
-        sums: for each part, what becomes of a constant: 1 where it stays, 0 where it vanishes.
-        teach: from RGB, H x W x 3 float32 0..1, and the photograph it comes from, to each part's target,
-            H x W float32.
+        name: names it in the bank.
+        apply: from RGB, H x W x 3 float32 0..1, and the photograph it comes from, to the target of each
+            part, H x W float32.
+        parts: the names of the bank's parts; a bank has filters for each.
+        sums: for each part the response to a constant 1: 1 where a constant stays, 0 where it vanishes.
+        settings: the filter's own settings, for the record.
     """
 
-    imitates: str
-    teach: Callable[[np.ndarray, Photograph], list[np.ndarray]]
+    name: str
+    apply: Callable[[np.ndarray, Photograph], list[np.ndarray]]
     parts: tuple[str, ...] = ("all",)
     sums: tuple[int, ...] = (1,)
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
-    """One of our references by name; settings are those of its function.
+    """A built-in reference filter; settings are those of its function.
 
     Raises:
-        UsageError: there is no such reference, or it has no such setting.
+        UsageError: there is no such reference filter, or it has no such setting.
     """
-    found: dict[str, tuple[Callable[..., Any], tuple[str, ...], tuple[int, ...]]] = {
-        "edge_tangent_flow": (references.edge_tangent_flow, ("all",), (1,)),
-        "tv_flow": (references.tv_flow, ("all",), (1,)),
-        "detail_base": (references.detail_base, ("all",), (1,)),
-        "flow_dog": (references.flow_dog_parts, ("smooth", "difference"), (1, 0)),
-    }
-    if name not in found:
-        raise UsageError(name, "is not a reference", f"choose one of {', '.join(found)}")
-    function, parts, sums = found[name]
+    if name not in _BUILT_IN:
+        raise UsageError(name, "is not a reference", f"choose one of {', '.join(_BUILT_IN)}")
+    function, parts, sums = _BUILT_IN[name]
 
-    def teach(color: np.ndarray, _: Photograph) -> list[np.ndarray]:
+    def apply(color: np.ndarray, _: Photograph) -> list[np.ndarray]:
         try:
             result = function(luma_of(color), **settings)
         except TypeError as error:
             raise UsageError(name, str(error).rpartition("() ")[2], "see its function") from None
         return list(result) if len(parts) > 1 else [result]
 
-    return ReferenceFilter(name, teach, parts, sums, settings)
+    return ReferenceFilter(name, apply, parts, sums, settings)
 
 
 def reference_by_command(command: str) -> ReferenceFilter:
-    """Any program that reads a picture and writes one: "convert {in} -paint 4 {out}"; no shell.
+    """A program that reads a picture and writes one: "convert {in} -paint 4 {out}"; not run in a shell.
 
     Raises:
         UsageError: {in} or {out} is missing.
@@ -77,20 +79,20 @@ def reference_by_command(command: str) -> ReferenceFilter:
     if not all(any(mark in word for word in words) for mark in ("{in}", "{out}")):
         raise UsageError(command, "does not say where its pictures are", "write {in} and {out}")
 
-    def teach(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
+    def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder, "in.png"), Path(folder, "out.png")
             cv2.imwrite(str(source), (color[..., ::-1] * 65535 + 0.5).astype(np.uint16))
             _run([word.replace("{in}", str(source)).replace("{out}", str(target)) for word in words])
             if not target.exists():
                 raise InputError(words[0], f"wrote no picture for {photograph.path.name}", "try it by hand")
-            return [_fitting(Photograph(target, 1 << 20).color(), color, words[0])]
+            return [_luma_of_result(Photograph(target, 1 << 20).color(), color, words[0])]
 
-    return ReferenceFilter(command, teach)
+    return ReferenceFilter(command, apply)
 
 
 def reference_by_function(name: str) -> ReferenceFilter:
-    """A Python function "module:function" that takes RGB, H x W x 3 uint8, and returns such a picture.
+    """A Python function, "module:function", from RGB, H x W x 3 uint8, to such a picture.
 
     Raises:
         UsageError: there is no such function.
@@ -101,38 +103,38 @@ def reference_by_function(name: str) -> ReferenceFilter:
     except (ImportError, AttributeError, ValueError) as error:
         raise UsageError(name, f"is not a function ({error})", "write module:function") from None
 
-    def teach(color: np.ndarray, _: Photograph) -> list[np.ndarray]:
+    def apply(color: np.ndarray, _: Photograph) -> list[np.ndarray]:
         result = np.asarray(function((color * 255 + 0.5).astype(np.uint8)))
         scale = 1 / 255 if result.dtype == np.uint8 else 1
-        return [_fitting(result.astype(np.float32) * np.float32(scale), color, name)]
+        return [_luma_of_result(result.astype(np.float32) * np.float32(scale), color, name)]
 
-    return ReferenceFilter(name, teach)
+    return ReferenceFilter(name, apply)
 
 
 def reference_by_pairs(folder: Path) -> ReferenceFilter:
-    """Pictures of the same names as those learned from, in another folder, filtered by whatever it may be."""
+    """Filtered pictures in another folder, of the same names as those that the bank is trained on."""
 
-    def teach(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
+    def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         target = folder / photograph.path.name
-        return [_fitting(Photograph(target, photograph.long_side).color(), color, str(target))]
+        return [_luma_of_result(Photograph(target, photograph.long_side).color(), color, str(target))]
 
-    return ReferenceFilter(f"the pictures in {folder.name}", teach)
+    return ReferenceFilter(f"the pictures in {folder.name}", apply)
 
 
 def _run(words: list[str]) -> None:
     try:
-        run = subprocess.run(words, capture_output=True, timeout=COMMAND_SECONDS)
+        run = subprocess.run(words, capture_output=True, timeout=COMMAND_TIMEOUT)
     except OSError as error:
         raise UsageError(words[0], f"cannot be run ({error.strerror})", "give its full path") from None
     except subprocess.TimeoutExpired:
-        raise InputError(words[0], f"took more than {COMMAND_SECONDS} s", "use smaller pictures") from None
+        raise InputError(words[0], f"took more than {COMMAND_TIMEOUT} s", "use smaller pictures") from None
     if run.returncode:
         said = run.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise InputError(words[0], f"failed with exit code {run.returncode} ({said})", "try it by hand")
 
 
-def _fitting(result: np.ndarray, color: np.ndarray, name: str) -> np.ndarray:
-    """Its luma, if it has the size of the picture that it was made from."""
+def _luma_of_result(result: np.ndarray, color: np.ndarray, name: str) -> np.ndarray:
+    """Its luma; raises InputError if its size is not that of the original."""
     if result.shape[:2] != color.shape[:2]:
         raise InputError(
             name, f"is {result.shape[1]} x {result.shape[0]}, its original is not", "keep the size"

@@ -1,23 +1,22 @@
-"""The eight symmetries of a square, acting on filters and on bins.
+"""The eight symmetries of a square, applied to filters and bins.
 
-With bins of orientation that are centred on multiples of their width, and a window centred on the pixel, a
-turned or mirrored picture chooses the turned or mirrored filters. So what is learned from one picture holds
-for its seven images too, without looking at them.
+A rotated or mirrored picture selects the rotated or mirrored filters, since bins of orientation are centred
+on multiples of their width and windows on the pixel. So the sums over a picture give those over its seven
+images (paper, section 5.2) without visiting them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.blade.features import Bins
+from vidstyle.blade.structure_tensor import Bins
 
 
 @dataclass(frozen=True)
 class Symmetry:
-    """A turn or mirroring: x' = a x + b y, y' = c x + d y, and what becomes of a gradient's direction.
+    """A rotation or reflection: x' = a x + b y, y' = c x + d y.
 
     Attributes:
         matrix: (a, b), (c, d).
@@ -26,12 +25,12 @@ class Symmetry:
     matrix: tuple[tuple[int, int], tuple[int, int]]
 
     def moved(self, down: int, right: int) -> tuple[int, int]:
-        """Where a pixel goes: rows down and columns right of the middle."""
+        """The image of a pixel, as rows down and columns right of the middle."""
         (a, b), (c, d) = self.matrix
         return c * right + d * down, a * right + b * down
 
     def bin_of(self, bins: Bins, number: int) -> int:
-        """The bin that a bin becomes."""
+        """The image of a bin."""
         rest = bins.strengths * bins.coherences
         orientation = number // rest
         (a, b), (c, d) = self.matrix
@@ -44,13 +43,13 @@ class Symmetry:
 SYMMETRIES = tuple(
     Symmetry(matrix) for x in (1, -1) for y in (1, -1) for matrix in (((x, 0), (0, y)), ((0, x), (y, 0)))
 )
-"""All eight; a turn by half changes no direction, since directions have a period of half a turn."""
+"""All eight. A rotation by 180 degrees changes no orientation."""
 
 
-def pairs(size: int) -> list[tuple[int, int]]:
-    """One pixel, down and right, of each pair that lies symmetric about the middle of a filter.
+def pixel_pairs(size: int) -> list[tuple[int, int]]:
+    """One pixel, as rows down and columns right of the middle, of each pair symmetric about the middle.
 
-    >>> pairs(3)
+    >>> pixel_pairs(3)
     [(0, 1), (1, -1), (1, 0), (1, 1)]
     """
     radius = size // 2
@@ -62,15 +61,17 @@ def pairs(size: int) -> list[tuple[int, int]]:
     ]
 
 
-def as_weights(filters: np.ndarray, size: int) -> np.ndarray:
+def pair_weights(filters: np.ndarray, size: int) -> np.ndarray:
     """The weight of each pair: parts x bins x pairs, of parts x bins x size x size symmetric filters."""
     radius = size // 2
     return np.stack(
-        [filters[:, :, radius + down, radius + right] for down, right in pairs(size)], axis=-1
+        [filters[:, :, radius + down, radius + right] for down, right in pixel_pairs(size)], axis=-1
     ).astype(np.float64)
 
 
-def folded(matrices: np.ndarray, vectors: np.ndarray, bins: Bins, size: int) -> tuple[np.ndarray, np.ndarray]:
+def symmetrized(
+    matrices: np.ndarray, vectors: np.ndarray, bins: Bins, size: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Sums over samples, each with those of its seven images added.
 
     Args:
@@ -87,11 +88,9 @@ def folded(matrices: np.ndarray, vectors: np.ndarray, bins: Bins, size: int) -> 
 
 
 def _order(symmetry: Symmetry, size: int) -> list[int]:
-    """For each pair the number of the pair that it becomes."""
-    return list(_numbers(symmetry, pairs(size)))
-
-
-def _numbers(symmetry: Symmetry, there: list[tuple[int, int]]) -> Iterator[int]:
-    for pixel in there:
-        down, right = symmetry.moved(*pixel)
-        yield there.index((down, right) if (down, right) in there else (-down, -right))
+    """For each pair the index of its image."""
+    pairs = pixel_pairs(size)
+    images = (symmetry.moved(*pixel) for pixel in pairs)
+    return [
+        pairs.index((down, right) if (down, right) in pairs else (-down, -right)) for down, right in images
+    ]

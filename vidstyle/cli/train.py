@@ -1,4 +1,4 @@
-"""vidstyle train: make a bank of learned filters out of any filter."""
+"""vidstyle train: train a bank of learned filters to approximate any filter."""
 
 from __future__ import annotations
 
@@ -8,44 +8,41 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.errors import UsageError
+from vidstyle.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from vidstyle.blade.bank import Bank
-    from vidstyle.blade.learn import TrainingConfig
     from vidstyle.blade.reference_filter import ReferenceFilter
+    from vidstyle.blade.regression import TrainingConfig
 
-SHOWN_EVERY = 5
+PROGRESS_INTERVAL = 5
 """Pictures between two lines of progress."""
 
 
-@click.command(short_help="Make a bank of learned filters from a filter, a command or pairs of pictures.")
+@click.command(short_help="Train a bank of learned filters on a filter or on pairs of pictures.")
 @click.argument("bank", metavar="BANK.npz", type=click.Path(path_type=Path))
-@click.option("--images", metavar="DIR", type=click.Path(path_type=Path), help="The pictures to learn from.")
-@click.option("--reference", metavar="NAME", help="Imitate one of our references, such as tv_flow.")
-@click.option("--set", "settings", metavar="NAME=NUMBER", multiple=True, help="A setting of the reference.")
-@click.option("--command", metavar="COMMAND", help="Imitate a program: 'convert {in} -paint 4 {out}'.")
-@click.option("--function", metavar="MODULE:NAME", help="Imitate a Python function of an RGB picture, uint8.")
-@click.option(
-    "--pairs",
-    metavar="DIR",
-    type=click.Path(path_type=Path),
-    help="Imitate pictures of the same names in DIR.",
-)
-@click.option("--bins", metavar="OxSxC", default="16x5x3", show_default=True, help="Bins of structure.")
-@click.option("--size", type=int, default=7, show_default=True, help="Rows and columns of a filter, odd.")
-@click.option("--rho", type=float, default=1.5, show_default=True, help="Window for structure, in pixels.")
-@click.option(
-    "--hold-out", type=int, default=2, show_default=True, help="Pictures to measure with, the last."
-)
-@click.option("--long-side", type=int, default=1000, show_default=True, help="Reduce pictures to this.")
-@click.option("-y", "--overwrite", is_flag=True, help="Replace BANK.npz if it exists.")
-@click.option(
-    "--show", metavar="PICTURE", type=click.Path(path_type=Path), help="Draw BANK.npz into a picture."
-)
+@click.option("--images", metavar="DIR", type=click.Path(path_type=Path), help="Folder of training pictures.")
+@click.option("--reference", metavar="NAME", help="Approximate a built-in reference filter, such as tv_flow.")
+@click.option("--set", "settings", metavar="NAME=NUMBER", multiple=True, help="Setting of the reference.")
+@click.option("--command", metavar="COMMAND", help="Approximate a program: 'convert {in} -paint 4 {out}'.")
+@click.option("--function", metavar="MODULE:NAME",
+              help="Approximate a Python function from RGB, uint8, to RGB.")  # fmt: skip
+@click.option("--pairs", metavar="DIR", type=click.Path(path_type=Path),
+              help="Approximate the pictures of the same names in DIR.")  # fmt: skip
+@click.option("--bins", metavar="OxSxC", default="16x5x3", show_default=True,
+              help="Bins of orientation, strength and coherence.")  # fmt: skip
+@click.option("--size", type=int, default=7, show_default=True, help="Filter size in pixels, odd.")
+@click.option("--rho", type=float, default=1.5, show_default=True,
+              help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
+@click.option("--hold-out", type=int, default=2, show_default=True,
+              help="Number of pictures, the last ones, that only measure fidelity.")  # fmt: skip
+@click.option("--long-side", type=int, default=1000, show_default=True,
+              help="Reduce pictures to this length of their longer side.")  # fmt: skip
+@click.option("-y", "--overwrite", is_flag=True, help="Overwrite BANK.npz if it exists.")
+@click.option("--show", metavar="PICTURE", type=click.Path(path_type=Path),
+              help="Draw the filters of BANK.npz as a picture.")  # fmt: skip
 @reporting_options
 def train(bank: Path, **options: Any) -> None:
-    """Learn BANK.npz, or with --show draw what it holds.
+    """Train BANK.npz, or with --show draw its filters.
 
     A style uses it as block = "learned", bank = "BANK.npz", from the style's own folder.
     """
@@ -57,43 +54,41 @@ def train(bank: Path, **options: Any) -> None:
 
 def _train(path: Path, options: dict[str, Any]) -> None:
     from vidstyle.blade.bank import save_bank
+    from vidstyle.blade.inference import BankRun
     from vidstyle.blade.photographs import photographs_in
-    from vidstyle.blade.run import BankRun
-    from vidstyle.blade.train import measure
-    from vidstyle.blade.train import train as learn
+    from vidstyle.blade.training import measure
+    from vidstyle.blade.training import train as train_bank
 
-    teacher, lesson = _teacher(options), _lesson(options)
+    reference = _reference(options)
+    config = _config(options, reference)
     if path.exists() and not options["overwrite"]:
         raise UsageError(path, "exists", "add -y to replace it")
     if options["images"] is None:
         raise UsageError("--images", "is missing", "name a folder of pictures")
     pictures = photographs_in(options["images"], options["long_side"])
-    held = min(options["hold_out"], len(pictures) - 1)
-    learned, report = learn(
-        _for_teacher(lesson, teacher), teacher, pictures[: len(pictures) - held], _tell_progress
-    )
+    held_out = min(options["hold_out"], len(pictures) - 1)
+    bank, report = train_bank(config, reference, pictures[: len(pictures) - held_out], _print_progress)
     say(str(report))
-    if held > 0:
-        weights = (1.0,) * len(teacher.parts)
-        fidelity = measure(
-            BankRun(learned, weights), teacher, pictures[-held:], weights, on_picture=_tell_progress
-        )
-        learned.about["fidelity"] = fidelity
-        say(_fidelity_text(fidelity, held))
-    save_bank(learned, path)
-    say(f"{path}: {learned.bins.count} filters of {learned.size} x {learned.size}")
+    if held_out > 0:
+        weights = (1.0,) * len(reference.parts)
+        run = BankRun(bank, weights)
+        fidelity = measure(run, reference, pictures[-held_out:], weights, on_picture=_print_progress)
+        bank.about["fidelity"] = fidelity
+        say(_fidelity_text(fidelity, held_out))
+    save_bank(bank, path)
+    say(f"{path}: {bank.bins.count} filters of {bank.size} x {bank.size}")
 
 
-def _teacher(options: dict[str, Any]) -> ReferenceFilter:
-    from vidstyle.blade import reference_filter as teachers
+def _reference(options: dict[str, Any]) -> ReferenceFilter:
+    from vidstyle.blade import reference_filter
 
     sources = ("reference", "command", "function", "pairs")
     given = [name for name in sources if options[name]]
     if len(given) != 1:
-        raise UsageError("train", "learns from one thing", f"give one of --{', --'.join(sources)}")
+        raise UsageError("train", "learns from one reference", f"give one of --{', --'.join(sources)}")
     if given[0] == "reference":
-        return teachers.reference_by_name(options["reference"], **_settings(options["settings"]))
-    make = getattr(teachers, f"reference_by_{given[0]}")
+        return reference_filter.reference_by_name(options["reference"], **_settings(options["settings"]))
+    make = getattr(reference_filter, f"reference_by_{given[0]}")
     return make(options[given[0]])
 
 
@@ -104,58 +99,46 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
         raise UsageError(" ".join(texts), "is not NAME=NUMBER", "write it so, as --set sigma=2") from None
 
 
-def _lesson(options: dict[str, Any]) -> TrainingConfig:
-    from vidstyle.blade.features import Bins
-    from vidstyle.blade.learn import TrainingConfig
+def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConfig:
+    from vidstyle.blade.regression import TrainingConfig
+    from vidstyle.blade.structure_tensor import Bins
 
     try:
         orientations, strengths, coherences = (int(part) for part in options["bins"].split("x"))
     except ValueError:
         raise UsageError(options["bins"], "is not three numbers", "write 16x5x3") from None
+    size, rho = options["size"], options["rho"]
     if orientations < 2 or orientations % 2 or min(strengths, coherences) < 1:
-        raise UsageError(
-            options["bins"], "has bins that cannot be", "orientations are even, the rest above 0"
-        )
-    if options["size"] % 2 == 0 or not 3 <= options["size"] <= 15:
-        raise UsageError(str(options["size"]), "is no size of a filter", "choose an odd number from 3 to 15")
-    if not 0.3 <= options["rho"] <= 8:
-        raise UsageError(f"{options['rho']:g}", "is no window", "choose a rho from 0.3 to 8")
-    return TrainingConfig(Bins(orientations, strengths, coherences), options["rho"], options["size"])
-
-
-def _for_teacher(lesson: TrainingConfig, teacher: ReferenceFilter) -> TrainingConfig:
-    from dataclasses import replace
-
-    return replace(lesson, sums=teacher.sums)
+        hint = "orientations are even, the rest above 0"
+        raise UsageError(options["bins"], "has bins that cannot be", hint)
+    if size % 2 == 0 or not 3 <= size <= 15:
+        raise UsageError(str(size), "is no size of a filter", "choose an odd number from 3 to 15")
+    if not 0.3 <= rho <= 8:
+        raise UsageError(f"{rho:g}", "is no window", "choose a rho from 0.3 to 8")
+    return TrainingConfig(Bins(orientations, strengths, coherences), rho, size, reference.sums)
 
 
 def _show(path: Path, target: Path) -> None:
     import cv2
 
-    from vidstyle.blade.show import draw_bank
+    from vidstyle.blade.bank import load_bank, shipped_banks
+    from vidstyle.blade.draw import draw_bank
 
-    drawn = draw_bank(_load(path))
-    if not cv2.imwrite(str(target), drawn[..., ::-1]):
+    try:
+        bank = load_bank(shipped_banks().get(str(path), path))
+    except (ValueError, OSError) as error:
+        raise InputError(path, str(error), "name a bank file, or a shipped bank") from None
+    if not cv2.imwrite(str(target), draw_bank(bank)[..., ::-1]):
         raise UsageError(target, "cannot be written", "name a picture file, such as bank.png")
 
 
-def _load(path: Path) -> Bank:
-    from vidstyle.blade.bank import load_bank, shipped_banks
-    from vidstyle.errors import InputError
-
-    try:
-        return load_bank(shipped_banks().get(str(path), path))
-    except (ValueError, OSError) as error:
-        raise InputError(path, str(error), "name a bank file, or one of ours") from None
-
-
-def _fidelity_text(fidelity: dict[str, float], held: int) -> str:
+def _fidelity_text(fidelity: dict[str, float], held_out: int) -> str:
     return (
-        f"on {held} pictures not learned from: {fidelity['psnr']:.1f} dB, MSSIM {fidelity['mssim']:.4f} "
+        f"on {held_out} pictures not learned from: {fidelity['psnr']:.1f} dB, MSSIM {fidelity['mssim']:.4f} "
         f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f})"
     )
 
 
-def _tell_progress(what: str, done: int, count: int) -> None:
-    if done % SHOWN_EVERY == 0 or done == count:
+def _print_progress(what: str, done: int, count: int) -> None:
+    if done % PROGRESS_INTERVAL == 0 or done == count:
         say(f"{what}: {done} of {count} pictures")

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vidstyle.blade.run import BankRun
+from vidstyle.blade.inference import BankRun
 from vidstyle.core.bands import CORES
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.blade.run import BankRun
+from vidstyle.blade.inference import BankRun
 from vidstyle.block import LumaWeights, Measured, PageRegion, SavedRef
 from vidstyle.core.bands import in_bands
 from vidstyle.core.picture import Picture

@@ -1,12 +1,12 @@
-"""The slow, clear originals that learned filters imitate.
+"""The reference filters that the shipped banks approximate: slow, and written for clarity.
 
 All take luma, H x W, 0..1 and gamma-encoded as video is, and return new H x W float32; lengths are in pixels,
 the border is repeated. They commute with turns and mirroring, as does a bank that learns from all eight.
 """
 
-from vidstyle.blade.references.detail import detail, detail_base
+from vidstyle.blade.references.detail_base import detail_base
 from vidstyle.blade.references.edge_tangent_flow import edge_tangent_flow
-from vidstyle.blade.references.flow_dog import flow_dog, flow_dog_parts
+from vidstyle.blade.references.flow_dog_parts import flow_dog_parts
 from vidstyle.blade.references.tv_flow import tv_flow
 
-__all__ = ["detail", "detail_base", "edge_tangent_flow", "flow_dog", "flow_dog_parts", "tv_flow"]
+__all__ = ["detail_base", "edge_tangent_flow", "flow_dog_parts", "tv_flow"]

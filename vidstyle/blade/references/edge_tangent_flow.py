@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidstyle.blade.references.flow_lines import average_along_lines, structure_tensor
+from vidstyle.blade.references.line_integral import average_along_lines, structure_tensor
 from vidstyle.blade.references.rows import require_positive
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vidstyle.blade.features import window_radius, window_weights
-from vidstyle.blade.run import BankRun
+from vidstyle.blade.inference import BankRun
+from vidstyle.blade.structure_tensor import window_radius, window_weights
 from vidstyle.block import Block, Choice, LumaWeights, SavedRef
 from vidstyle.core.picture import Encoding
 from vidstyle.core.resample import METHODS, fitting_method
@@ -370,7 +370,7 @@ def choice_values(run: BankRun) -> dict[str, Any]:
     """The values of `chosen_filter`."""
     radius = window_radius(run.window)
     half = [float(weight) for weight in window_weights(run.window)[:radius]]
-    orientations, strengths, coherences, *ranges = (float(number) for number in run.bank.bins.numbers)
+    orientations, strengths, coherences, *ranges = (float(number) for number in run.bank.bins.as_array)
     return {
         "radius": radius,
         "window": half + [0.0] * (MAX_TAPS - len(half)),

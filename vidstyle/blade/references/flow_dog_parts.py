@@ -1,4 +1,4 @@
-"""Flow-guided difference of Gaussians: sharpened across the edges, smoothed along them."""
+"""Flow-guided difference of Gaussians: sharpening across the edges, smoothing along them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vidstyle.blade.references.flow_lines import (
+from vidstyle.blade.references.line_integral import (
     CUT,
     add_sample,
     average_along_lines,
@@ -17,32 +17,17 @@ from vidstyle.blade.references.rows import for_all_rows, require_positive
 from vidstyle.core.kernels import compiled
 
 WIDER = 1.6
-"""The second Gaussian by the first; their difference is nearly a Laplacian (Marr and Hildreth 1980)."""
-
-
-def flow_dog(luma: np.ndarray, sigma: float, p: float, sigma_m: float = 2.0, rho: float = 2.0) -> np.ndarray:
-    """The flow-guided high-emphasis filter of Flow-XDoG, before its soft threshold.
-
-    (1 + p) G_sigma - p G_1.6sigma across the edge, then a Gaussian along the flow (Kang and others 2009;
-    Winnemoeller and others 2012). The paper (section 5.4.3) prints the two Gaussians the other way round,
-    which would blur.
-
-    Args:
-        p: how much of the difference is added; 0 only smooths. The result is linear in it.
-
-    The others, and what is raised, as in `flow_dog_parts`.
-
-    Returns:
-        H x W float32, new. It goes far beyond 0..1 and is not cut off.
-    """
-    smooth, difference = _parts(luma, sigma, sigma_m, rho)
-    return (smooth + p * difference).astype(np.float32)
+"""Ratio of the two Gaussians, whose difference approximates a Laplacian (Marr and Hildreth 1980)."""
 
 
 def flow_dog_parts(
     luma: np.ndarray, sigma: float = 1.0, sigma_m: float = 2.0, rho: float = 2.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The two pictures of which `flow_dog` is smooth + p * difference.
+    """The two pictures of which the flow-guided high-emphasis filter is smooth + p * difference.
+
+    That filter, Flow-XDoG before its soft threshold, is (1 + p) G_sigma - p G_1.6sigma across the edge, then
+    a Gaussian along the flow (Kang and others 2009; Winnemoeller and others 2012). The paper (section 5.4.3)
+    prints the two Gaussians the other way round, which would blur. It goes far beyond 0..1.
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.
@@ -56,18 +41,13 @@ def flow_dog_parts(
     Raises:
         UsageError: a length is not above 0.
     """
-    smooth, difference = _parts(luma, sigma, sigma_m, rho)
-    return smooth.astype(np.float32), difference.astype(np.float32)
-
-
-def _parts(luma: np.ndarray, sigma: float, sigma_m: float, rho: float) -> tuple[np.ndarray, np.ndarray]:
     require_positive(sigma=sigma, sigma_m=sigma_m, rho=rho)
     tensor = structure_tensor(luma, rho)
     across = np.empty((*luma.shape, 2))
     plane = luma.astype(np.float64)[..., np.newaxis]
     for_all_rows(_filter_across, luma.shape[0], plane, tensor, sigma, math.ceil(1 / sigma), across)
-    parts = average_along_lines(across, tensor, sigma_m)
-    return parts[..., 0], parts[..., 1]
+    parts = average_along_lines(across, tensor, sigma_m).astype(np.float32)
+    return parts[..., 0].copy(), parts[..., 1].copy()
 
 
 @compiled(fastmath=True)

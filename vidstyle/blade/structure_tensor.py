@@ -1,4 +1,4 @@
-"""The local structure of a picture, and the filter that is chosen from it.
+"""Structure tensor features, and the selection of filters by them.
 
 Paper, section 5.3, equations 6 to 10: gradients from differences along the diagonals of 2 x 2 pixels, the
 structure tensor smoothed by a Gaussian, and its orientation, strength and coherence in uniform bins. The
@@ -18,20 +18,20 @@ import numpy as np
 from vidstyle.core.kernels import compiled
 
 LANES = 8
-"""Pixels that are filtered at once."""
-LEAST = 1e-12
-"""Added to what divides, so that a flat picture is not undefined; it has coherence 0."""
+"""Pixels that are filtered together in vector registers."""
+EPSILON = 1e-12
+"""Added to divisors: a flat picture has coherence 0."""
 
 
 @dataclass(frozen=True)
 class Bins:
-    """How structure is divided. What lies outside a range falls into the bin at its end.
+    """The quantization of the features. Values outside a range fall into the bin at its end.
 
     Attributes:
         orientations: bins of the gradient's direction over half a turn, the first centred on "to the right".
         strengths: bins of the square root of the larger eigenvalue, in levels of 255 per pixel.
         coherences: bins of (a - b) / (a + b), where a and b are the roots of the two eigenvalues.
-        strength_range, coherence_range: where the uniform bins begin and end.
+        strength_range, coherence_range: the ranges of the uniform bins.
     """
 
     orientations: int = 24
@@ -42,12 +42,12 @@ class Bins:
 
     @property
     def count(self) -> int:
-        """How many filters there are: orientation x strength x coherence, the last counting fastest."""
+        """The number of filters: orientation x strength x coherence, the last varying fastest."""
         return self.orientations * self.strengths * self.coherences
 
     @property
-    def numbers(self) -> np.ndarray:
-        """All that selection needs, seven float32: the counts, then start and bins per unit of the ranges."""
+    def as_array(self) -> np.ndarray:
+        """For kernels, seven float32: the counts, then start and bins per unit of both ranges."""
         low, high = self.strength_range
         first, last = self.coherence_range
         return np.array(
@@ -65,7 +65,7 @@ class Bins:
 
 
 def window_radius(rho: float) -> int:
-    """How many pixels around its own the structure of a pixel reaches."""
+    """The radius of the tensor's window in pixels."""
     return max(1, math.ceil(2 * rho))
 
 
@@ -81,36 +81,37 @@ def window_weights(rho: float) -> np.ndarray:
     return (weights / weights.sum()).astype(np.float32)
 
 
-def choose_filters(luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
-    """The number of the filter for each pixel.
+def select_filters(luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
+    """The index of the filter for each pixel.
 
     Args:
         luma: H x W float32 0..1; beyond its border the border is repeated.
-        bins: how structure is divided.
+        bins: the quantization of the features.
         rho: standard deviation of the window in pixels.
-        margin: how many of the first and last rows need no filter.
+        margin: first and last rows that need no filter.
 
     Returns:
-        H x W int32, rows of a multiple of `LANES` columns; those of the margin mean nothing.
+        H x W int32, part of an array whose width is a multiple of `LANES`; undefined in the margin.
     """
     weights, (height, width) = window_weights(rho), luma.shape
-    # A few columns more than asked, on filter 0, for who filters several pixels at once.
-    chosen = np.zeros((height, -(-width // LANES) * LANES), np.int32)[:, :width]
-    _choose(repeated(luma, len(weights) // 2), weights, bins.numbers, margin[0], height - margin[1], chosen)
-    return chosen
+    # Padded by columns of filter 0 for `apply_filters`, which filters several pixels together.
+    selected = np.zeros((height, -(-width // LANES) * LANES), np.int32)[:, :width]
+    padded = pad_edges(luma, len(weights) // 2)
+    _select(padded, weights, bins.as_array, margin[0], height - margin[1], selected)
+    return selected
 
 
-def repeated(luma: np.ndarray, margin: int, right: int = 0) -> np.ndarray:
-    """Luma with its border repeated on all sides, on the right some columns more."""
+def pad_edges(luma: np.ndarray, margin: int, right: int = 0) -> np.ndarray:
+    """Luma with its border repeated on all sides, by some more columns on the right."""
     sides = margin, margin, margin, margin + right
     return cv2.copyMakeBorder(np.ascontiguousarray(luma), *sides, cv2.BORDER_REPLICATE)
 
 
 @compiled(fastmath=True)
-def _choose(padded, weights, bins, top, bottom, chosen):  # type: ignore[no-untyped-def]
-    """Row by row; the products of the last rows are kept, the window is applied down, then across.
+def _select(padded, weights, bins, top, bottom, selected):  # type: ignore[no-untyped-def]
+    """Row by row; the products of the last rows are kept, the window is applied vertically, then across.
 
-    The three products lie one behind the other in one row, so that one loop goes through them all.
+    The three products of a row are contiguous, so that one loop covers them all.
     """
     taps, columns = len(weights), padded.shape[1] - 1
     products, tensor = np.empty((taps, 3, columns), np.float32), np.empty((3, columns), np.float32)
@@ -132,12 +133,12 @@ def _choose(padded, weights, bins, top, bottom, chosen):  # type: ignore[no-unty
                 left, right = narrow[tap:], narrow[taps - 1 - tap :]
                 inner, outer = narrow[beside:], narrow[taps - 1 - beside :]
                 _weigh(left, right, weights[tap], inner, outer, second, tap == 0, sums)
-            _divide(tensor, bins, chosen[row])
+            _quantize(tensor, bins, selected[row])
 
 
 @compiled(fastmath=True)
 def _weigh(one, other, weight, inner, outer, second, first, total):  # type: ignore[no-untyped-def]
-    """Add two pairs of rows, each of one weight, to a total, or begin it with them."""
+    """Add two weighted pairs of rows to a total, or start it with them."""
     if first:
         for x in range(total.shape[0]):
             total[x] = weight * (one[x] + other[x]) + second * (inner[x] + outer[x])
@@ -158,14 +159,14 @@ def _multiply(above, below, products):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _divide(tensor, bins, chosen):  # type: ignore[no-untyped-def]
-    """The bins of a row. In the turned axes of the differences, gx^2 - gy^2 is 2 b and 2 gx gy is a - c."""
+def _quantize(tensor, bins, selected):  # type: ignore[no-untyped-def]
+    """The bins of a row. In the rotated axes of the differences, gx^2 - gy^2 is 2 b and 2 gx gy is a - c."""
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     orientations, strengths, coherences = np.int32(bins[0]), np.int32(bins[1]), np.int32(bins[2])
     per_turn = bins[0] * np.float32(1 / (2 * math.pi))
     pi, straight = np.float32(math.pi), np.float32(math.pi / 2)
-    least = np.float32(LEAST)
-    for x in range(chosen.shape[0]):
+    least = np.float32(EPSILON)
+    for x in range(selected.shape[0]):
         a, b, c = tensor[0, x], tensor[1, x], tensor[2, x]
         right, up, total = b + b, a - c, a + c
         spread = np.sqrt(right * right + up * up)
@@ -183,4 +184,4 @@ def _divide(tensor, bins, chosen):  # type: ignore[no-untyped-def]
         orientation = orientation + orientations if orientation < 0 else orientation
         level = np.int32(min(max((strength - bins[3]) * bins[4], zero), bins[1] - half))
         clearness = np.int32(min(max((coherence - bins[5]) * bins[6], zero), bins[2] - half))
-        chosen[x] = (orientation * strengths + level) * coherences + clearness
+        selected[x] = (orientation * strengths + level) * coherences + clearness

@@ -1,10 +1,16 @@
-"""Detail control: what an edge-aware smoothing takes away is taken away in part, or added once more."""
+"""Detail control: an edge-aware smoothing, whose residual is the detail.
+
+Talebi and Milanfar 2016: W z + (W2 z - W z) + ... + (z - Wk z) with ever finer kernels, each layer of detail
+times its own factor. The factors here are all 1 + delta / 100, so the sum is z + delta / 100 (z - W z), as in
+the paper (section 4.2 C), and only the widest kernel counts. A block combines the base W z that is computed
+here with the picture.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vidstyle.blade.references.flow_lines import gaussian
+from vidstyle.blade.references.line_integral import gaussian
 from vidstyle.blade.references.rows import for_all_rows, require_positive
 from vidstyle.core.kernels import compiled
 
@@ -12,31 +18,12 @@ RADIUS = 4
 """Pixels to each side from which the base is averaged: windows of 9 x 9."""
 
 
-def detail(luma: np.ndarray, delta: float) -> np.ndarray:
-    """Luma with less detail or with more.
-
-    Talebi and Milanfar 2016: W z + (W2 z - W z) + ... + (z - Wk z) with ever finer kernels, each layer of
-    detail times its own factor. The factors here are all 1 + delta / 100, so the sum is
-    z + delta / 100 (z - W z), as the paper says in section 4.2 C, and only the widest kernel counts.
-    It is linear in delta.
-
-    Args:
-        luma: H x W, 0..1; beyond its border the border is repeated.
-        delta: percent of detail to add: -100 leaves the base, 0 changes nothing, more than 0 enhances.
-
-    Returns:
-        H x W float32, new; with delta above 0 it may go beyond 0..1 and is not cut off.
-    """
-    fine = luma.astype(np.float64)
-    return (fine + delta / 100 * (fine - detail_base(luma))).astype(np.float32)
-
-
 def detail_base(luma: np.ndarray, contrast: float = 20.0, spread: float = 2.0) -> np.ndarray:
-    """Luma without its detail: averages over those pixels nearby whose surroundings look alike.
+    """Luma without its detail: the average of nearby pixels with similar neighbourhoods.
 
     The non-local means kernel of Talebi and Milanfar 2016 (Buades and others 2005) over 9 x 9 pixels,
-    comparing squares of 3 x 3, which flattens speckles that a bilateral filter leaves. Divided by the sum of
-    its weights; their form without a division can overshoot where many pixels are alike.
+    comparing squares of 3 x 3, which also flattens the speckles that a bilateral filter leaves. Normalized by
+    the sum of its weights; their form without a division can overshoot where many pixels are similar.
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.

@@ -11,11 +11,11 @@ import importlib
 from functools import cached_property
 from typing import Any
 
-from vidstyle.blade.features import LANES
+from vidstyle.blade.structure_tensor import LANES
 
 
-class EightPixels:
-    """`eight_pixels(bank, bins, luma, row, column, rows, out)` for compiled functions.
+class PixelBlockIntrinsic:
+    """`filter_pixel_block(bank, bins, luma, row, column, rows, out)` for compiled functions.
 
     Writes the filtered pixels column..column + 7 of a row into `out`.
 
@@ -41,13 +41,13 @@ class EightPixels:
         numba: Any = importlib.import_module("numba")
         extending: Any = importlib.import_module("numba.extending")
 
-        def eight_pixels(
+        def filter_pixel_block(
             typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any, out: Any
         ) -> Any:
             signature = numba.types.void(bank, bins, luma, row, column, rows, out)
             return signature, _write_code
 
-        return extending.intrinsic(eight_pixels)
+        return extending.intrinsic(filter_pixel_block)
 
 
 def _write_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -142,4 +142,4 @@ class _Code:
         return self._ir.Constant(self._integer, number) if isinstance(number, int) else number
 
 
-eight_pixels: Any = EightPixels()
+filter_pixel_block: Any = PixelBlockIntrinsic()

@@ -1,0 +1,128 @@
+"""Inference of a bank on the CPU: at each pixel one filter is selected and applied.
+
+Paper, section 5.1, equation 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.simd import filter_pixel_block
+from vidstyle.blade.structure_tensor import LANES, pad_edges, select_filters, window_radius
+from vidstyle.core.kernels import compiled
+
+
+@dataclass(frozen=True)
+class BankRun:
+    """One use of a bank: identity * luma + the weighted sum of the bank's parts.
+
+    Attributes:
+        weights: one for each part.
+        identity: weight of the picture itself.
+        rho: standard deviation of the structure tensor's window in pixels; None for the bank's own.
+        passes: number of passes, each on the result of the previous one.
+        reselect: whether filters are selected in each pass; else the first selection holds for all.
+        scale: the part of the size, 0..1, at which it runs; the result is enlarged again.
+        is_wide: whether the result may go far beyond black and white.
+    """
+
+    bank: Bank
+    weights: tuple[float, ...] = (1.0,)
+    identity: float = 0.0
+    rho: float | None = None
+    passes: int = 1
+    reselect: bool = True
+    scale: float = 1.0
+    is_wide: bool = False
+
+    @property
+    def window(self) -> float:
+        """Standard deviation of the structure tensor's window, in pixels."""
+        return self.bank.rho if self.rho is None else self.rho
+
+    @property
+    def radius(self) -> int:
+        """How many pixels around its own a pixel of the result depends on, at the size at which it runs."""
+        of_pass, of_selection = self.bank.size // 2, window_radius(self.window)
+        if self.reselect:
+            return self.passes * max(of_pass, of_selection)
+        return (self.passes - 1) * of_pass + max(of_pass, of_selection)
+
+    def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
+        """The height and width at which it runs on a picture of this size."""
+        height, width = (max(1, int(side * self.scale + 0.5)) for side in shape)
+        return height, width
+
+    @cached_property
+    def filters(self) -> np.ndarray:
+        """The filters of a pass: bins x size x size float32."""
+        filters = self.bank.combined(self.weights)
+        middle = self.bank.size // 2
+        filters[:, middle, middle] += np.float32(self.identity)
+        return filters
+
+    @cached_property
+    def _padded(self) -> np.ndarray:
+        return padded_filters(self.filters)
+
+    def run(self, luma: np.ndarray, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
+        """The result at the size of the picture.
+
+        Args:
+            luma: H x W float32; beyond its border the border is repeated.
+            margin: first and last rows that are only there to be read.
+        """
+        step = self.radius // self.passes if self.reselect else self.bank.size // 2
+        selected: np.ndarray | None = None
+        for left in range(self.passes - 1, -1, -1):
+            # The passes still to come read rows around those that are needed.
+            above, below = (max(0, rows - left * step) for rows in margin)
+            if selected is None or self.reselect:
+                selected = select_filters(luma, self.bank.bins, self.window, (above, below))
+            luma = apply_filters(luma, selected, self._padded, (above, below))
+        return luma
+
+
+def padded_filters(filters: np.ndarray) -> np.ndarray:
+    """Filters, count x size x size, as float32 with rows padded by zeros for vector registers."""
+    return np.pad(filters, ((0, 0), (0, 0), (0, -filters.shape[2] % LANES))).astype(np.float32)
+
+
+def apply_filters(
+    luma: np.ndarray, selected: np.ndarray, padded: np.ndarray, margin: tuple[int, int] = (0, 0)
+) -> np.ndarray:
+    """Filter each pixel with the filter selected for it.
+
+    Args:
+        luma: H x W float32; beyond its border the border is repeated.
+        selected: H x W int32, the index of each pixel's filter.
+        padded: from `padded_filters`.
+        margin: first and last rows that are not needed.
+
+    Returns:
+        H x W float32, new; undefined in the rows of the margin.
+    """
+    height, width = luma.shape
+    size, columns = padded.shape[1], -(-width // LANES) * LANES
+    around = pad_edges(luma, size // 2, columns - width + padded.shape[2] + LANES)
+    out = np.empty((height, columns), np.float32)
+    _apply(around, _widened(selected, columns), padded, (0,) * size, margin[0], height - margin[1], out)
+    return out[:, :width]
+
+
+def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
+    """The indices with so many columns: the array that `select_filters` returned a part of, or a copy."""
+    if selected.base is not None and selected.base.shape == (len(selected), columns):
+        return selected.base
+    return np.pad(selected, ((0, 0), (0, columns - selected.shape[1]))).astype(np.int32)
+
+
+@compiled(fastmath=True)
+def _apply(around, selected, filters, rows, top, bottom, out):  # type: ignore[no-untyped-def]
+    for row in range(top, bottom):
+        for column in range(0, out.shape[1], 8):
+            filter_pixel_block(filters, selected[row], around, row, column, rows, out[row])

@@ -1,0 +1,227 @@
+"""Least-squares training: for each bin the filter that comes closest to the reference filter.
+
+Paper, section 5.2, equations 4 and 5. With the eight symmetries of the training pictures every filter is
+symmetric about its middle, so the unknowns are one weight for each pair of opposite pixels: that of the
+difference between the pair and the middle. By construction a constant stays a constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius
+from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrized
+from vidstyle.core.kernels import compiled
+
+STRIPES = 8
+"""Number of parts of a picture that are summed separately; fixed, so that results do not depend on cores."""
+
+
+@dataclass(frozen=True)
+class TrainingConfig:
+    """The shape of a bank and the regularization of its training.
+
+    Attributes:
+        bins, rho, size: of the bank.
+        sums: for each part, the sum of each filter: 1 where a constant stays, 0 where it vanishes.
+        smoothness: weight of the regularizer, the squared differences of neighbouring coefficients,
+            relative to the mean energy of a bin's samples.
+        prior_samples: weight, in samples, of the average over all bins of the same orientation in each
+            bin: rare bins then do not fit noise, and empty ones behave like the average.
+    """
+
+    bins: Bins
+    rho: float
+    size: int
+    sums: tuple[int, ...] = (1,)
+    smoothness: float = 1e-4
+    prior_samples: float = 50.0
+
+
+@dataclass
+class NormalEquations:
+    """The normal equations of each bin, summed over the samples so far.
+
+    Attributes:
+        matrices: bins x pairs x pairs.
+        vectors: bins x parts x pairs.
+        energies: bins x parts, the squared targets.
+        samples: number of samples of each bin.
+    """
+
+    matrices: np.ndarray
+    vectors: np.ndarray
+    energies: np.ndarray
+    samples: np.ndarray
+
+    @classmethod
+    def empty(cls, config: TrainingConfig) -> NormalEquations:
+        count, parts, unknowns = config.bins.count, len(config.sums), len(pixel_pairs(config.size))
+        return cls(
+            np.zeros((count, unknowns, unknowns)),
+            np.zeros((count, parts, unknowns)),
+            np.zeros((count, parts)),
+            np.zeros(count, np.int64),
+        )
+
+    def add(self, other: NormalEquations) -> None:
+        for mine, theirs in zip(self.arrays, other.arrays, strict=True):
+            mine += theirs
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        return self.matrices, self.vectors, self.energies, self.samples
+
+
+def accumulate(
+    config: TrainingConfig, luma: np.ndarray, targets: Sequence[np.ndarray], pool: Executor
+) -> NormalEquations:
+    """The normal equations of one picture.
+
+    Args:
+        luma: H x W float32 0..1.
+        targets: the target of each part, H x W; pixels near the border are left out.
+        pool: runs the stripes of the picture in parallel.
+    """
+    margin = max(config.size // 2, window_radius(config.rho)) + 1
+    height, width = luma.shape
+    total = NormalEquations.empty(config)
+    if min(height, width) <= 2 * margin:
+        return total
+    selected = select_filters(luma, config.bins, config.rho)
+    wanted = np.stack(
+        [target - constant * luma for target, constant in zip(targets, config.sums, strict=True)]
+    ).astype(np.float32)
+    offsets = np.array(pixel_pairs(config.size), np.int64)
+    edges = np.linspace(margin, height - margin, STRIPES + 1).astype(int)
+
+    def run(stripe: int) -> NormalEquations:
+        sums = NormalEquations.empty(config)
+        rows = edges[stripe], edges[stripe + 1]
+        _sum_up(luma, wanted, selected, offsets, margin, rows, *sums.arrays)
+        return sums
+
+    for sums in pool.map(run, range(STRIPES)):
+        total.add(sums)
+    return total
+
+
+def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
+    """The filters: parts x bins x size x size float32."""
+    matrices, vectors = symmetrized(sums.matrices, sums.vectors, config.bins, config.size)
+    samples = _symmetrized_counts(config, sums.samples)
+    matrices, vectors = _with_prior(config, matrices, vectors, samples)
+    smooth, bend = _regularizer(config)
+    # Relative to each bin's own energy: what suits strong edges would make flat places a box blur.
+    energy = np.trace(matrices, axis1=1, axis2=2)[:, None, None] / matrices.shape[1] + 1e-12
+    weight, ridge = config.smoothness * energy, 1e-9 * energy * np.eye(matrices.shape[1])
+    found = np.linalg.solve(matrices + weight * smooth + ridge, (vectors + weight * bend).transpose(0, 2, 1))
+    return _as_filters(config, found.transpose(2, 0, 1))
+
+
+def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> np.ndarray:
+    """The mean squared error of each part and bin on the training samples; NaN for empty bins."""
+    weights = pair_weights(filters, config.size)
+    with np.errstate(invalid="ignore"):
+        return np.stack(
+            [
+                (
+                    sums.energies[:, part]
+                    - 2 * np.einsum("bi,bi->b", weights[part], sums.vectors[:, part])
+                    + np.einsum("bi,bij,bj->b", weights[part], sums.matrices, weights[part])
+                )
+                / sums.samples
+                for part in range(len(filters))
+            ]
+        )
+
+
+def _symmetrized_counts(config: TrainingConfig, samples: np.ndarray) -> np.ndarray:
+    nothing = np.zeros((len(samples), 0, len(pixel_pairs(config.size))))
+    counted = np.broadcast_to(samples[:, None, None], (len(samples), *[len(pixel_pairs(config.size))] * 2))
+    return symmetrized(counted.astype(float), nothing, config.bins, config.size)[0][:, 0, 0]
+
+
+def _with_prior(
+    config: TrainingConfig, matrices: np.ndarray, vectors: np.ndarray, samples: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The equations with a prior added: the average over bins of the same orientation and over all bins."""
+    in_family = samples.reshape(config.bins.orientations, -1).sum(1)
+    results = []
+    for sums in (matrices, vectors):
+        of_all = sums.sum(0) / max(samples.sum(), 1)
+        families = sums.reshape(config.bins.orientations, -1, *sums.shape[1:]).sum(1)
+        families = (families + of_all) / (in_family + 1)[:, None, None]
+        shared = np.repeat(families, config.bins.count // config.bins.orientations, axis=0)
+        results.append(
+            (sums + config.prior_samples * shared) / (samples + config.prior_samples)[:, None, None]
+        )
+    return results[0], results[1]
+
+
+def _regularizer(config: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
+    """The squared differences of neighbouring coefficients: a matrix on the weights, and a linear part."""
+    size = config.size
+    index = np.arange(size * size).reshape(size, size)
+    steps = np.concatenate(
+        [
+            np.stack([one.ravel(), other.ravel()], axis=1)
+            for one, other in ((index[1:], index[:-1]), (index[:, 1:], index[:, :-1]))
+        ]
+    )
+    differences = np.zeros((len(steps), size * size))
+    differences[np.arange(len(steps)), steps[:, 0]] = 1
+    differences[np.arange(len(steps)), steps[:, 1]] = -1
+    from_weights = differences @ _coefficients_of_weights(size)
+    middle = differences[:, index[size // 2, size // 2]]
+    bend = -np.outer(config.sums, from_weights.T @ middle)
+    return from_weights.T @ from_weights, bend
+
+
+def _coefficients_of_weights(size: int) -> np.ndarray:
+    """From weights to coefficients: 1 at both pixels of a pair, -2 in the middle."""
+    matrix = np.zeros((size, size, len(pixel_pairs(size))))
+    radius = size // 2
+    for number, (down, right) in enumerate(pixel_pairs(size)):
+        matrix[radius + down, radius + right, number] = 1
+        matrix[radius - down, radius - right, number] = 1
+        matrix[radius, radius, number] = -2
+    return matrix.reshape(size * size, -1)
+
+
+def _as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
+    size = config.size
+    filters = (weights @ _coefficients_of_weights(size).T).reshape(*weights.shape[:2], size, size)
+    filters[:, :, size // 2, size // 2] += np.array(config.sums)[:, None]
+    return filters.astype(np.float32)
+
+
+@compiled(fastmath=True)
+def _sum_up(luma, wanted, selected, offsets, margin, rows, matrices, vectors, energies, samples):  # type: ignore[no-untyped-def]
+    unknowns, parts = len(offsets), len(wanted)
+    differences = np.empty(unknowns)
+    for row in range(rows[0], rows[1]):
+        for column in range(margin, luma.shape[1] - margin):
+            number, middle = selected[row, column], luma[row, column]
+            for k in range(unknowns):
+                down, right = offsets[k, 0], offsets[k, 1]
+                there = luma[row + down, column + right] + luma[row - down, column - right]
+                differences[k] = there - middle - middle
+            samples[number] += 1
+            for k in range(unknowns):
+                for j in range(k, unknowns):
+                    matrices[number, k, j] += differences[k] * differences[j]
+            for part in range(parts):
+                target = np.float64(wanted[part, row, column])
+                energies[number, part] += target * target
+                for k in range(unknowns):
+                    vectors[number, part, k] += target * differences[k]
+    # Only the upper triangle was summed.
+    for number in range(matrices.shape[0]):
+        for k in range(unknowns):
+            for j in range(k):
+                matrices[number, k, j] = matrices[number, j, k]

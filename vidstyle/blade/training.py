@@ -1,0 +1,135 @@
+"""Trains banks from photographs, one in memory at a time, and measures how close they come."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.inference import BankRun
+from vidstyle.blade.photographs import Photograph, luma_of
+from vidstyle.blade.reference_filter import ReferenceFilter
+from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
+
+SSIM_WINDOW = 11
+"""Side of the window of structural similarity in pixels, as in Wang and others 2004."""
+
+OnPicture = Callable[[str, int, int], None]
+"""Called after each picture with the name of the phase, the pictures done, and their total."""
+
+
+@dataclass(frozen=True)
+class TrainingReport:
+    """The outcome of a training.
+
+    Attributes:
+        samples: number of pixels.
+        empty: number of bins without pixels.
+        residual: root of the mean squared error of each part on the samples, in levels of 255.
+    """
+
+    samples: int
+    empty: int
+    residual: tuple[float, ...]
+
+    def __str__(self) -> str:
+        residual = ", ".join(f"{part:.2f}" for part in self.residual)
+        return f"{self.samples:,} samples, {self.empty} empty bins, residual {residual} levels of 255"
+
+
+def train(
+    config: TrainingConfig,
+    reference: ReferenceFilter,
+    photographs: Sequence[Photograph],
+    on_picture: OnPicture = lambda *_: None,
+) -> tuple[Bank, TrainingReport]:
+    """Train a bank.
+
+    Raises:
+        InputError: a picture cannot be read, or the reference filter fails.
+        UsageError: the reference filter's settings are invalid.
+    """
+    sums = NormalEquations.empty(config)
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for number, photograph in enumerate(photographs, 1):
+            color = photograph.color()
+            sums.add(accumulate(config, luma_of(color), reference.apply(color, photograph), pool))
+            on_picture("learning", number, len(photographs))
+    filters = solve(config, sums)
+    about = {
+        "imitates": reference.name,
+        "settings": dict(reference.settings),
+        "parts": list(reference.parts),
+        "smoothness": config.smoothness,
+        "kinship": config.prior_samples,
+        "long_side": photographs[0].long_side,
+        "pictures": [[photograph.path.name, photograph.checksum] for photograph in photographs],
+        "samples": int(sums.samples.sum()),
+    }
+    return Bank(config.bins, config.rho, filters, about), _report(config, sums, filters)
+
+
+def measure(
+    run: BankRun,
+    reference: ReferenceFilter,
+    photographs: Sequence[Photograph],
+    weights: Sequence[float] = (1.0,),
+    identity: float = 0.0,
+    on_picture: OnPicture = lambda *_: None,
+) -> dict[str, float]:
+    """The fidelity of a bank on pictures that it was not trained on.
+
+    Args:
+        run: the bank as it is used.
+        weights, identity: of the reference's parts and of the picture itself in the target.
+
+    Returns:
+        the means of "psnr" (dB) and "mssim", and of "untouched psnr" and "untouched mssim", those of the
+        unfiltered pictures.
+    """
+    rows = []
+    for number, photograph in enumerate(photographs, 1):
+        color = photograph.color()
+        luma, parts = luma_of(color), reference.apply(color, photograph)
+        target = np.tensordot(np.asarray(weights, np.float32), np.stack(parts), 1) + identity * luma
+        result = run.run(luma)
+        rows.append((psnr(result, target), mssim(result, target), psnr(luma, target), mssim(luma, target)))
+        on_picture("measuring", number, len(photographs))
+    names = ("psnr", "mssim", "untouched psnr", "untouched mssim")
+    return {name: round(float(mean), 4) for name, mean in zip(names, np.mean(rows, axis=0), strict=True)}
+
+
+def psnr(result: np.ndarray, target: np.ndarray) -> float:
+    """Peak signal-to-noise ratio in dB, for values whose peak is 1."""
+    error = float(np.mean(np.square(result.astype(np.float64) - target)))
+    return float("inf") if error == 0 else -10 * np.log10(error)
+
+
+def mssim(result: np.ndarray, target: np.ndarray) -> float:
+    """Mean structural similarity, Gaussian window of 1.5 px, borders left out; Wang and others 2004."""
+
+    def blurred(values: np.ndarray) -> np.ndarray:
+        return cv2.GaussianBlur(values, (SSIM_WINDOW,) * 2, 1.5, borderType=cv2.BORDER_REPLICATE)
+
+    one, two = result.astype(np.float64), target.astype(np.float64)
+    mean_one, mean_two = blurred(one), blurred(two)
+    variance_one = blurred(one * one) - mean_one**2
+    variance_two = blurred(two * two) - mean_two**2
+    covariance = blurred(one * two) - mean_one * mean_two
+    low, high = 0.01**2, 0.03**2
+    similarity = (2 * mean_one * mean_two + low) * (2 * covariance + high)
+    similarity /= (mean_one**2 + mean_two**2 + low) * (variance_one + variance_two + high)
+    inside = similarity[SSIM_WINDOW // 2 : -(SSIM_WINDOW // 2), SSIM_WINDOW // 2 : -(SSIM_WINDOW // 2)]
+    return float((inside if inside.size else similarity).mean())
+
+
+def _report(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> TrainingReport:
+    errors = np.nan_to_num(residuals(config, sums, filters)) * sums.samples
+    mean = errors.sum(axis=1) / max(int(sums.samples.sum()), 1)
+    levels = tuple(255 * float(np.sqrt(max(part, 0))) for part in mean)
+    return TrainingReport(int(sums.samples.sum()), int((sums.samples == 0).sum()), levels)
