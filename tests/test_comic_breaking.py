@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from vidstyle.comic.layout.cost import LayoutWeights
-from vidstyle.comic.layout.pagination import Pagination
+from vidstyle.comic.layout.pagination import Pagination, RowTypes
 from vidstyle.comic.layout.paper import Rectangle
-from vidstyle.comic.layout.row_types import RowTypes
 from vidstyle.comic.layout.slicing import LARGEST, PANEL, Grid, Placement, Tree, rows
 
 WIDE, HIGH, COLUMNS = 4, 5, 4

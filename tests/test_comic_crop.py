@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
-from vidstyle.comic.analyze.blobs import blobs
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import judge
+from vidstyle.comic.analyze.saliency import blobs
 from vidstyle.comic.layout.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
 from vidstyle.comic.moment import Box, Moment
 

@@ -16,9 +16,8 @@ from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
 from vidstyle.comic.analyze import film as film_file
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import Candidate, judge
+from vidstyle.comic.analyze.features import Candidate, between_bars, judge
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.letterbox import between_bars
 from vidstyle.comic.analyze.similarity import ALIKE, similarity
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.select.choose import choose

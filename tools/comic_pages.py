@@ -13,8 +13,7 @@ from tempfile import TemporaryDirectory
 import cv2
 import skimage.data
 
-from vidstyle.comic.make import make_comic
-from vidstyle.comic.options import ComicOptions
+from vidstyle.comic.make import ComicOptions, make_comic
 from vidstyle.demo.make import make_film, make_page
 
 STORY = (

@@ -111,8 +111,7 @@ def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
 
     OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
     """
-    from vidstyle.comic.make import make_comic
-    from vidstyle.comic.options import ComicOptions
+    from vidstyle.comic.make import ComicOptions, make_comic
     from vidstyle.comic.select.moments import KeyFrameOptions
 
     wishes = KeyFrameOptions(options.pop("panels") or None, options.pop("at"), options.pop("skip"))

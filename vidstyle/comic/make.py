@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.survey import Film
 from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
-from vidstyle.comic.layout.paper import BORDER, paper
+from vidstyle.comic.layout.paper import BORDER, DPI, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
@@ -22,13 +22,11 @@ from vidstyle.comic.lettering.letter import LetteredPanel, PanelText, TextStyle,
 from vidstyle.comic.lettering.subtitles import Line, lines_of_file, lines_of_film
 from vidstyle.comic.lettering.title import below_title, lowered, numbers, title_of
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.options import ComicOptions
-from vidstyle.comic.output.frames import Frames
-from vidstyle.comic.output.pages import PagePlan, drawn
-from vidstyle.comic.output.panel import PanelRenderer
+from vidstyle.comic.output.panel import PagePlan, PanelRenderer, drawn
 from vidstyle.comic.output.sheet import Label
-from vidstyle.comic.output.write import Output
-from vidstyle.comic.select.moments import find_moments
+from vidstyle.comic.output.write import Frames, Output
+from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
 Step = Callable[[str, int, int], None]
@@ -175,3 +173,46 @@ class _Job:
             growth=growth,
         )
         return lowered(layout, moments, self._paper, self._head) if self._head else layout
+
+
+@dataclass(frozen=True)
+class ComicOptions:
+    """What somebody wants of a comic.
+
+    Attributes:
+        wishes: which moments.
+        styles: of the panels, in turns; None: comic, or for a contact sheet none.
+        size: of the paper, see `paper`; None: A4, and for a web page a strip.
+        dpi: pixels per inch.
+        landscape: whether a page with a name lies on its side.
+        pages: how many; None: as suits the panels.
+        seed: another number, another layout.
+        right_to_left: whether it is read from the right.
+        bleeding: whether panels over the whole width go on to the paper's edges.
+        subtitles: a file of them, "none", or None for the film's own, if it has some.
+        title: above the first page, if not empty.
+        font: a file; None: the one that Pillow brings, or an installed one where that lacks letters.
+        frames: a folder for the frames themselves, and a table of their times.
+        storyboard: a plain contact sheet with times instead of a comic.
+        face_model: a cascade of OpenCV's (.xml) or a YuNet network (.onnx) that finds faces.
+        overwrite: whether files may be replaced.
+        device: what runs the style, as for `open_renderer`.
+    """
+
+    wishes: KeyFrameOptions = field(default_factory=KeyFrameOptions)
+    styles: tuple[StyleLike, ...] | None = None
+    size: str | None = None
+    dpi: float = DPI
+    landscape: bool = False
+    pages: int | None = None
+    seed: int = 0
+    right_to_left: bool = False
+    bleeding: bool = False
+    subtitles: str | None = None
+    title: str = ""
+    font: Path | None = None
+    frames: Path | None = None
+    storyboard: bool = False
+    face_model: Path | None = None
+    overwrite: bool = False
+    device: str = "auto"

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.comic.lettering.fonts import check_pillow
-from vidstyle.comic.make import make_comic
-from vidstyle.comic.options import ComicOptions
+from vidstyle.comic.make import ComicOptions, make_comic
 from vidstyle.comic.select.moments import KeyFrameOptions
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture

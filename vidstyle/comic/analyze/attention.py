@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.blobs import find_blobs
-from vidstyle.comic.analyze.saliency import rare_skin, saliency_map
+from vidstyle.comic.analyze.saliency import find_blobs, rare_skin, saliency_map
 from vidstyle.comic.analyze.survey import Film
 from vidstyle.comic.moment import Box, Moment
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import cv2
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.comic.analyze.faces import is_colorful, skin_map
 from vidstyle.comic.moment import Box
 
-MOST = 0.85
+BOX_SHARE = 0.85
 """The share of all salience that the box of a picture holds."""
 
 HEAD_ROOM = 0.25
@@ -50,7 +50,7 @@ def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     return _unit(seen)
 
 
-def smallest_box(salience: np.ndarray, share: float = MOST) -> Box:
+def smallest_box(salience: np.ndarray, share: float = BOX_SHARE) -> Box:
     """The smallest box that holds a share of a picture's salience, H x W, and room for a head above it.
 
     Of a map that is 0 everywhere: the whole picture.
@@ -114,3 +114,76 @@ def _middle(size: tuple[int, int]) -> np.ndarray:
 def _unit(plane: np.ndarray) -> np.ndarray:
     low, high = float(plane.min()), float(plane.max())
     return (plane - low) / max(high - low, 1e-6) if high - low > 1e-6 else np.zeros_like(plane)
+
+
+_BLOB_SIDE = 128
+_BLOB_SCALES = (1.5, 3.0, 6.0)
+"""Deviations of the Gaussians under which things are seen; their surroundings are twice as wide."""
+_BLOB_CONTRAST = 18.0
+"""A thing differs so much from its surroundings: of lightness and chroma together, of 255 each."""
+_MIN_BLOB, _MAX_BLOB = 0.0015, 0.12
+"""The part of the picture that a thing covers: less may be a light or a leaf, more is a ground."""
+
+
+_BLOB_GAP = 0.02
+"""Things are one if no more of the picture's longer side lies between them: the letters of a word."""
+
+
+def blobs(color: np.ndarray) -> list[Box]:
+    """Boxes about the things in a picture, H x W x 3 uint8, in its pixels; they do not meet."""
+    gap, apart = _BLOB_GAP * max(color.shape), list[Box]()
+    for thing in _parts(color):
+        while near := next((each for each in apart if _is_near(each, thing, gap)), None):
+            apart.remove(near)
+            thing = thing.union(near)
+        apart.append(thing)
+    return apart
+
+
+def find_blobs(color: np.ndarray) -> np.ndarray:
+    """How much each place of a picture, H x W x 3 uint8, differs from what is around it: H x W, 0..1."""
+    lab = _small_lab(color)
+    most = np.max([_standing_out(lab, scale) for scale in _BLOB_SCALES[1:]], axis=0)
+    return cv2.resize(np.minimum(1, most / (2 * _BLOB_CONTRAST)), (color.shape[1], color.shape[0]))
+
+
+def _small_lab(color: np.ndarray) -> np.ndarray:
+    """A small copy, float32."""
+    height, width = color.shape[:2]
+    factor = min(1.0, _BLOB_SIDE / max(height, width))
+    size = max(1, round(width * factor)), max(1, round(height * factor))
+    small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
+    return cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
+
+
+def _is_near(one: Box, other: Box, gap: float) -> bool:
+    across = max(one.left, other.left) - min(one.right, other.right)
+    return max(across, max(one.top, other.top) - min(one.bottom, other.bottom)) <= gap
+
+
+def _parts(color: np.ndarray) -> Iterator[Box]:
+    height, width = color.shape[:2]
+    small = _small_lab(color)
+    size = small.shape[1], small.shape[0]
+    for scale in _BLOB_SCALES:
+        out = _standing_out(small, scale) > _BLOB_CONTRAST
+        _, _, found, _ = cv2.connectedComponentsWithStats(out.astype(np.uint8), connectivity=8)
+        for left, top, wide, high, area in found[1:]:
+            if _MIN_BLOB < area / out.size and wide * high < _MAX_BLOB * out.size:
+                # What stands out is less than the thing by the width of its soft edge.
+                x, y = width / size[0], height / size[1]
+                yield Box(
+                    max(0.0, (left - scale) * x),
+                    max(0.0, (top - scale) * y),
+                    min(float(width), (left + wide + scale) * x),
+                    min(float(height), (top + high + scale) * y),
+                )
+
+
+def _standing_out(lab: np.ndarray, scale: float) -> np.ndarray:
+    """How much each place differs from its surroundings: H x W float32."""
+    near, around = (
+        cv2.GaussianBlur(lab, (0, 0), deviation, borderType=cv2.BORDER_REPLICATE)
+        for deviation in (scale, 2 * scale)
+    )
+    return np.asarray(np.linalg.norm(near - around, axis=2), np.float32)

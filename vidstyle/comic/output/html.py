@@ -8,19 +8,18 @@ from itertools import accumulate
 from pathlib import Path
 from string import Template
 
-from vidstyle.comic.output.formats.svg import svg_of
 from vidstyle.comic.output.sheet import Sheet
+from vidstyle.comic.output.svg import svg_element
 
-SEVERAL = True
 _TEMPLATE = Path(__file__).with_name("strip.html")
 
 
-def content(sheets: Iterable[Sheet], title: str) -> bytes:
+def html(sheets: Iterable[Sheet], title: str) -> bytes:
     """The file of all sheets, one below the other, as wide as the window or as they are."""
     drawn = list(sheets)
     before = accumulate((len(sheet.panels) for sheet in drawn), initial=0)
     pages = (
-        svg_of(sheet, "", count, with_font=number == 0)
+        svg_element(sheet, "", count, with_font=number == 0)
         for number, (sheet, count) in enumerate(zip(drawn, before, strict=False))
     )
     return (

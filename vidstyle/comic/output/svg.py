@@ -11,19 +11,17 @@ import numpy as np
 
 from vidstyle.comic.layout.paper import INCH, Rectangle
 from vidstyle.comic.lettering.bubble import Bubble
-from vidstyle.comic.output.formats.jpeg import QUALITY
+from vidstyle.comic.output.bitmap import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 
-SEVERAL = False
 
-
-def content(sheets: Iterable[Sheet], title: str) -> bytes:
-    """The file of one sheet."""
+def svg(sheets: Iterable[Sheet], title: str) -> bytes:
+    """An SVG file of a single page."""
     (sheet,) = sheets
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{svg_of(sheet, title)}'.encode()
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{svg_element(sheet, title)}'.encode()
 
 
-def svg_of(sheet: Sheet, title: str, before: int = 0, with_font: bool = True) -> str:
+def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = True) -> str:
     """The sheet as an element `svg`, as large as it is on paper.
 
     Args:
@@ -83,7 +81,7 @@ def _place(rectangle: Rectangle) -> str:
 
 def _jpeg(color: np.ndarray) -> bytes:
     factor = cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444
-    done, file = cv2.imencode(".jpg", color[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, QUALITY, *factor])
+    done, file = cv2.imencode(".jpg", color[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY, *factor])
     assert done
     return file.tobytes()
 
