@@ -34,6 +34,7 @@ def calls(path: Path) -> Iterator[list[str]]:
                 words = words[end + 1 :]
 
 
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "examples").glob("*.md")])
 COMMANDS = [
     words for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) for words in calls(path)
 ]
@@ -65,6 +66,12 @@ def test_files_that_the_documents_name_exist() -> None:
         if "NAME" not in name
     ]
     assert len(named) > 40 and [name for name in named if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_files(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#]+)(?:#[\w-]*)?\)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if "://" not in link and not (page.parent / link).exists()] == []
 
 
 def test_rules_that_docstrings_cite_exist() -> None:
