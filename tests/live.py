@@ -13,11 +13,10 @@ import av
 import pytest
 
 from vidstyle.errors import DeviceError
-from vidstyle.live import hot_swap as styler
+from vidstyle.live import hot_swap
 from vidstyle.live.control import Controls
 from vidstyle.live.options import LiveOptions, TargetContext
-from vidstyle.live.session import LiveSession
-from vidstyle.live.summary import LiveSummary
+from vidstyle.live.session import LiveSession, LiveSummary
 from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.capture.input import LiveSource
 from vidstyle.media.capture.sources import GeneratedPicture
@@ -133,14 +132,14 @@ def eventually(fact: Callable[[], object], what: object = "") -> None:
 
 def before_opening(name: str, do: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> None:
     """Let something happen whenever a live session makes the style of this name ready."""
-    original = styler.open_renderer
+    original = hot_swap.open_renderer
 
     def open_renderer(style: object, *given: object, **named: object) -> object:
         if getattr(style, "name", "") == name:
             do()
         return original(style, *given, **named)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(styler, "open_renderer", open_renderer)
+    monkeypatch.setattr(hot_swap, "open_renderer", open_renderer)
 
 
 def refuse() -> None:

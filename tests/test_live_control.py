@@ -86,7 +86,7 @@ def test_steadiness_stays_in_its_range():
 def test_a_snapshot_is_taken_once():
     controls = Controls(load_style("plain"))
     controls.snapshot()
-    assert [controls.take_snapshot(), controls.take_snapshot()] == [True, False]
+    assert [controls.pop_snapshot(), controls.pop_snapshot()] == [True, False]
 
 
 def test_keys():
@@ -94,7 +94,7 @@ def test_keys():
     for key in "nbprsx":
         press(controls, key)
     assert (controls.style_name, controls.bypassed, controls.recording) == ("poster", True, True)
-    assert controls.take_snapshot()
+    assert controls.pop_snapshot()
     steady = controls.style.steady
     press(controls, "S")
     assert controls.style.steady == pytest.approx(max(0, steady - 0.1))
@@ -149,7 +149,7 @@ def run_budget(budget: AdaptiveScale, full: float, frames: int) -> list[float]:
     scales = []
     for _ in range(frames):
         scales.append(budget.scale)
-        budget.spent(full * budget.scale**2)
+        budget.update(full * budget.scale**2)
     return scales
 
 
@@ -179,7 +179,7 @@ def test_a_rise_that_fails_is_tried_later_and_later():
     changes = []
     for number in range(3000):
         # Small pictures cost less than their size promises, so that the larger ones always disappoint.
-        if budget.spent({1.0: 0.05, 0.75: 0.01}.get(budget.scale, 0.005)):
+        if budget.update({1.0: 0.05, 0.75: 0.01}.get(budget.scale, 0.005)):
             changes.append((number, budget.scale))
     rises = [number for number, scale in changes if scale == 1]
     waits = [after - before for before, after in zip(rises, rises[1:], strict=False)]
@@ -189,11 +189,11 @@ def test_a_rise_that_fails_is_tried_later_and_later():
 
 
 def test_only_the_newest_wait():
-    place = DropOldestQueue[int](room=2)
+    queue = DropOldestQueue[int](capacity=2)
     for number in range(5):
-        place.put(number)
-    assert [place.take(), place.take(), place.take(0.01)] == [3, 4, None] and place.dropped == 3
-    place.put(9)
-    place.close()
-    place.put(10)
-    assert not place.over and place.take() == 9 and place.over and place.take() is None
+        queue.put(number)
+    assert [queue.get(), queue.get(), queue.get(0.01)] == [3, 4, None] and queue.dropped == 3
+    queue.put(9)
+    queue.close()
+    queue.put(10)
+    assert not queue.exhausted and queue.get() == 9 and queue.exhausted and queue.get() is None

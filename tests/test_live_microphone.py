@@ -136,9 +136,9 @@ def test_there_is_silence_all_the_while():
 
 def test_the_sound_of_the_source_gives_way():
     heard, piece = [], AudioChunk(np.zeros((2, 10), np.float32), 0.0)
-    AudioRouter(LiveOptions(microphone=Microphone("test")), heard.append).push_audio(piece)
+    AudioRouter(LiveOptions(microphone=Microphone("test")), heard.append).push_source_audio(piece)
     assert heard == []
-    AudioRouter(LiveOptions(), heard.append).push_audio(piece)
+    AudioRouter(LiveOptions(), heard.append).push_source_audio(piece)
     assert heard == [piece]
 
 
@@ -227,7 +227,7 @@ def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
 
 
 def test_one_that_says_nothing_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("vidstyle.live.audio.FIRST_SECONDS", 0.1)
+    monkeypatch.setattr("vidstyle.live.audio.FIRST_CHUNK_SECONDS", 0.1)
     listening = MicrophoneCapture(Whistle(), lambda chunk: None)  # type: ignore[arg-type]  # never started: silent
     with pytest.raises(DeviceError, match="gave no sound in 0.1 s"):
         listening.wait()

@@ -165,9 +165,9 @@ def test_a_bypass_ends_when_its_browser_goes_away() -> None:
 def test_the_status_is_told_as_it_changes() -> None:
     with showing() as (_, controls, visitor), visitor.look() as window:
         controls.attach(
-            lambda: Status("ink", source="camera", source_state="waiting", given_up="works at 8x8")
+            lambda: Status("ink", source="camera", source_state="waiting", degraded="works at 8x8")
         )
-        while (told := window.news("status"))["source_state"] != "waiting" or not told["given_up"]:
+        while (told := window.news("status"))["source_state"] != "waiting" or not told["degraded"]:
             pass
         assert (told["source"], told["shown_ms"]) == ("camera", 0)
         window.say(do="shown", number=window.picture()[0])

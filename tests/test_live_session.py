@@ -18,7 +18,7 @@ from media import rgb_from_frame
 from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import OutputError
-from vidstyle.live import hot_swap as styler
+from vidstyle.live import hot_swap
 from vidstyle.live.control import Status
 
 
@@ -92,22 +92,22 @@ def test_the_budget_gives_up_size_and_takes_it_back(monkeypatch: pytest.MonkeyPa
     )
     kept = Kept()
     with session(generated(10), kept, style=POSTER) as running:
-        eventually(lambda: "works at" in running.controls.status().given_up)
+        eventually(lambda: "works at" in running.controls.status().degraded)
         assert kept.newest is not None and (kept.newest.width, kept.newest.height) == SMALL
         slow.clear()
-        eventually(lambda: running.controls.status().given_up == "", running.controls.status)
+        eventually(lambda: running.controls.status().degraded == "", running.controls.status)
         assert "full size again" in running.controls.status().message
-        assert running.end().given_up == ""
+        assert running.end().degraded == ""
 
 
 def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
-    original = styler.open_renderer
+    original = hot_swap.open_renderer
 
     def open_slowly(style: object, *given: object, **named: object) -> object:
         time.sleep(0.5 if getattr(style, "name", "") == "poster" else 0)
         return original(style, *given, **named)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(styler, "open_renderer", open_slowly)
+    monkeypatch.setattr(hot_swap, "open_renderer", open_slowly)
     kept = Kept()
     with session(generated(), kept, style=POSTER) as running:
         eventually(lambda: len(kept.numbers) > 3)

@@ -120,6 +120,6 @@ def test_one_that_never_gives_anything_is_a_device_that_failed(monkeypatch: pyte
 
 
 def test_one_that_holds_its_reader_for_long_is_not_waited_for(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(capture, "FIRST_SECONDS", 0.3)
+    monkeypatch.setattr(capture, "FIRST_FRAME_SECONDS", 0.3)
     with pytest.raises(DeviceError, match="driver: gave no picture in 0.3 s"), session(Driver()) as running:
         running.wait()

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+import moderngl
 import numpy as np
 import pytest
 from live import LONG, before_opening, eventually, refuse
 
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.gpu import session
 from vidstyle.gpu.device.choose import list_devices
-from vidstyle.live import hot_swap as styler
+from vidstyle.live import hot_swap
 from vidstyle.live.hot_swap import HotSwapRenderer
-from vidstyle.style import Style, load_style, override
+from vidstyle.style import Style, load_style, override, set_values
 
 FEW = load_style(
     {"format": 1, "name": "few", "background": [{"block": "luma_posterize", "levels": 3, "softness": 0}]}
@@ -23,39 +25,45 @@ ENCODING = Encoding("bt709", full_range=False, depth=8, step=(2, 2))
 
 
 class Film:
-    """Runs the same picture through a styler again and again."""
+    """Runs the same picture through a renderer again and again."""
 
-    def __init__(self, styler: HotSwapRenderer) -> None:
+    def __init__(self, renderer: HotSwapRenderer) -> None:
         ramp = np.tile(np.linspace(0, 255, 96).astype(np.uint8), (64, 1))
         self._picture = Picture.from_array(np.dstack([ramp] * 3))
-        self._styler, self._count = styler, 0
+        self._renderer, self._count = renderer, 0
 
     def tones(self, style: Style) -> int:
         """How many there are in the next picture, with this style wanted."""
         self._count += 1
-        picture, _ = self._styler.run(self._picture, self._count / 25, ENCODING, style)
+        picture, _ = self._renderer.run(self._picture, self._count / 25, ENCODING, style)
         assert picture.luma is not None
         return len(np.unique(picture.luma))
 
 
 @contextmanager
-def running(device: str = "cpu") -> Iterator[tuple[Film, list[str], HotSwapRenderer]]:
+def running(device: str = "cpu", style: Style = FEW) -> Iterator[tuple[Film, list[str], HotSwapRenderer]]:
     told: list[str] = []
-    made = HotSwapRenderer(FEW, device, told.append)
+    made = HotSwapRenderer(style, device, told.append)
     try:
         yield Film(made), told, made
     finally:
         made.close(LONG)
 
 
+def count_calls(monkeypatch: pytest.MonkeyPatch, owner: object, name: str) -> list[str]:
+    """A list that grows by the name with each call."""
+    original, calls = getattr(owner, name), []
+
+    def call(*given: object, **named: object) -> object:
+        calls.append(name)
+        return original(*given, **named)
+
+    monkeypatch.setattr(owner, name, call)
+    return calls
+
+
 def test_values_take_over_with_the_next_picture(monkeypatch: pytest.MonkeyPatch):
-    original, opened = styler.open_renderer, []
-
-    def open_and_keep(*given: object, **named: object) -> object:
-        opened.append(original(*given, **named))
-        return opened[-1]
-
-    monkeypatch.setattr(styler, "open_renderer", open_and_keep)
+    opened = count_calls(monkeypatch, hot_swap, "open_renderer")
     with running() as (film, told, made):
         few = film.tones(FEW)
         before = len(threading.enumerate())
@@ -64,9 +72,32 @@ def test_values_take_over_with_the_next_picture(monkeypatch: pytest.MonkeyPatch)
             assert film.tones(changed) > few
             assert made.style is changed
         assert film.tones(FEW) == few and not told
-        assert len(opened) > 20 and len(threading.enumerate()) <= before, (
-            "what ran before has let its threads go"
-        )
+        assert len(opened) == 1 and len(threading.enumerate()) <= before
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "values"),
+    [("ink", "flow_dog.p", range(10, 40, 3)), ("ink", "ink", ["#102030", "#304050"]),
+     ("ink", "steady", [0.1, 0.9]), ("comic", "halftone.cell", [6.0, 9.0]),
+     ("ink", "gaussian#1.sigma", [1.0, 2.0, 7.0])],
+)  # fmt: skip
+def test_a_slider_on_a_gpu_compiles_no_shader_and_opens_no_context(
+    monkeypatch: pytest.MonkeyPatch, name: str, path: str, values: Iterable[object]
+):
+    contexts = count_calls(monkeypatch, session, "open_context")
+    shaders = count_calls(monkeypatch, moderngl.Context, "compute_shader")
+    programs = count_calls(monkeypatch, moderngl.Context, "program")
+    style = load_style(name)
+    with running(f"gpu:{list_devices()[0].index}", style) as (film, _, made):
+        film.tones(style)
+        film.tones(style)  # the stabilizer compares two pictures
+        before = len(contexts), len(shaders) + len(programs)
+        assert min(before) > 0
+        for value in values:
+            changed = set_values(style, {path: value})
+            film.tones(changed)
+            assert made.style is changed
+        assert (len(contexts), len(shaders) + len(programs)) == before
 
 
 @pytest.mark.parametrize(
@@ -83,15 +114,37 @@ def test_what_has_to_be_loaded_is_made_ready_first(other: Style | str):
         eventually(lambda: film.tones(other) and made.style is other)
 
 
-def test_a_gpu_gets_no_values_without_making_ready():
-    if not list_devices():
-        pytest.skip("no OpenGL here")
+def test_another_style_on_a_gpu_is_made_ready_first(monkeypatch: pytest.MonkeyPatch):
+    contexts = count_calls(monkeypatch, session, "open_context")
+    other = Style("few", lines=FEW.background)
     with running(f"gpu:{list_devices()[0].index}") as (film, _, made):
         film.tones(FEW)
-        changed = override(FEW, ["luma_posterize.levels=9"])
-        film.tones(changed)
+        film.tones(other)
         assert made.style is FEW
-        eventually(lambda: film.tones(changed) and made.style is changed)
+        eventually(lambda: film.tones(other) and made.style is other)
+    assert len(contexts) == 2
+
+
+def test_values_that_move_while_a_style_is_made_ready_come_with_it(monkeypatch: pytest.MonkeyPatch):
+    begun, go = threading.Event(), threading.Event()
+    opened = count_calls(monkeypatch, hot_swap, "open_renderer")
+
+    def wait() -> None:
+        begun.set()
+        go.wait(LONG)
+
+    before_opening("poster", wait, monkeypatch)
+    poster = load_style("poster")
+    moved = set_values(poster, {"steady": 0.7})
+    with running() as (film, _, made):
+        film.tones(FEW)
+        film.tones(poster)
+        assert begun.wait(LONG)
+        film.tones(moved)
+        assert made.style is FEW
+        go.set()
+        eventually(lambda: film.tones(moved) and made.style is moved)
+    assert len(opened) == 2
 
 
 def test_what_was_asked_for_earlier_never_comes_later(monkeypatch: pytest.MonkeyPatch):
@@ -123,6 +176,6 @@ def test_values_take_over_at_once_after_a_style_that_could_not_be_had(monkeypatc
         film.tones(FEW)
         film.tones(load_style("poster"))
         eventually(lambda: told)
-        eventually(lambda: made._awaited is None)
+        eventually(lambda: made._pending is None)
         film.tones(changed)
         assert made.style is changed

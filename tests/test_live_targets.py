@@ -20,7 +20,7 @@ from live import LONG, POSTER, SMALL, Kept, eventually, generated, session
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, OutputError, UsageError
-from vidstyle.live.meter import Meter
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.sinks import ConstantRateTarget, FramePacer, NullTarget
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.targets import TargetOptions, target_maker
@@ -224,32 +224,32 @@ def test_nothing_new_is_shown_again():
 
 
 def test_trembling_is_no_reason_to_drop_or_repeat():
-    ticks = FramePacer(Fraction(30))
+    pacer = FramePacer(Fraction(30))
     moments = [(number + (0.4 if number % 2 else -0.4)) / 30 for number in range(1, 60)]
-    assert [ticks.place(moment + 100) for moment in (0, *moments)] == list(range(60))
-    assert ticks.wait(100 + 59.4 / 30) == pytest.approx(1.35 / 30)
+    assert [pacer.slot(moment + 100) for moment in (0, *moments)] == list(range(60))
+    assert pacer.timeout(100 + 59.4 / 30) == pytest.approx(1.35 / 30)
 
 
 @pytest.mark.parametrize(("rate", "expected"), [(60, 0.5), (15, 1.0)])
 def test_another_rate_than_the_source_has(rate: int, expected: float):
-    ticks = FramePacer(Fraction(30))
-    placed = [ticks.place(number / rate) for number in range(120)]
+    pacer = FramePacer(Fraction(30))
+    placed = [pacer.slot(number / rate) for number in range(120)]
     taken = [number for number in placed if number is not None]
     assert len(taken) / 120 == pytest.approx(expected, abs=0.05)
     assert taken == sorted(set(taken)) and taken[-1] == pytest.approx(119 / rate * 30, abs=2)
 
 
 def test_a_reader_that_stood_still_is_not_flooded():
-    ticks = FramePacer(Fraction(30))
-    assert [ticks.place(1.0), ticks.place(9.0), ticks.place(9.04)] == [0, 1, 2]
+    pacer = FramePacer(Fraction(30))
+    assert [pacer.slot(1.0), pacer.slot(9.0), pacer.slot(9.04)] == [0, 1, 2]
 
 
 def test_the_meter_counts_by_tenths_of_a_millisecond(monkeypatch: pytest.MonkeyPatch):
-    meter = Meter()
+    meter = LatencyMeter()
     assert meter.latency() == meter.recent_latency() == (0, 0)
     monkeypatch.setattr(time, "monotonic", lambda: 50.0)
     for number in range(1, 201):
-        meter.delivered(50.0 - number / 1000)
+        meter.record(50.0 - number / 1000)
     median, worst = meter.latency()
     assert median == pytest.approx(100, abs=0.2) and worst == pytest.approx(198, abs=0.2)
     assert meter.recent_latency() == pytest.approx((101, 199))
@@ -319,7 +319,7 @@ def test_statistics(capfd: pytest.CaptureFixture[str]):
     told = json.loads(said.out)
     assert told["frames"] == 10 and told["targets"][0]["delivered"] == 10
     assert 0 < told["latency_ms"]["median"] <= told["latency_ms"]["p99"]
-    assert NullTarget(Meter()).state == "running"
+    assert NullTarget(LatencyMeter()).state == "running"
 
 
 def test_the_list_of_cameras(capfd: pytest.CaptureFixture[str]):

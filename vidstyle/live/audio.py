@@ -1,102 +1,104 @@
-"""The sound of a session: the source's own, or that of a microphone in its place."""
+"""The sound of a session: that of the source, or of a microphone in its place."""
 
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
 
 from vidstyle.errors import DeviceError
 from vidstyle.live.capture import ReconnectingSource
+from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.options import LiveOptions
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture.microphone import Microphone, SoundInput
 
+PushAudio = Callable[[AudioChunk], None]
+
 
 class AudioRouter:
-    """Chooses what is passed on."""
+    """Routes the sound of the source or of a microphone to the targets."""
 
-    def __init__(self, options: LiveOptions, on_audio: Callable[[AudioChunk], None]) -> None:
-        """`on_audio`: is given every piece of sound, in the thread that takes it."""
+    def __init__(self, options: LiveOptions, push_audio: PushAudio, clock: Clock = MONOTONIC) -> None:
+        """`push_audio`: receives the sound, in the thread that captures it."""
         microphone = options.microphone if options.sound else None
-        self._wanted, self._on_audio = options.sound, on_audio
-        self._listening = MicrophoneCapture(microphone, on_audio) if microphone else None
+        self._enabled, self._push_audio = options.sound, push_audio
+        self._microphone = MicrophoneCapture(microphone, push_audio, clock) if microphone else None
 
-    def push_audio(self, chunk: AudioChunk) -> None:
-        """The source gives this."""
-        if self._listening is None:
-            self._on_audio(chunk)
+    def push_source_audio(self, chunk: AudioChunk) -> None:
+        """Accept sound of the source."""
+        if self._microphone is None:
+            self._push_audio(chunk)
 
     def start(self) -> None:
-        """Begin to listen."""
-        if self._listening is not None:
-            self._listening.start()
+        """Start to capture."""
+        if self._microphone is not None:
+            self._microphone.start()
 
     def wait(self, source_has_sound: bool) -> bool:
-        """Whether there will be sound.
+        """Wait until it is known whether there will be sound; returns whether.
 
         Raises:
-            DeviceError: the microphone is missing, busy, or gives none.
+            DeviceError: the microphone is missing or busy, or delivers nothing.
         """
-        if self._listening is None:
-            return source_has_sound and self._wanted
-        self._listening.wait()
+        if self._microphone is None:
+            return source_has_sound and self._enabled
+        self._microphone.wait()
         return True
 
-    def close(self, seconds: float) -> None:
-        """End; a thread that hangs in a driver is left to itself."""
-        if self._listening is not None:
-            self._listening.close(seconds)
+    def close(self, timeout: float) -> None:
+        """Stop; a thread that hangs in a driver is abandoned after `timeout` seconds."""
+        if self._microphone is not None:
+            self._microphone.close(timeout)
 
 
-FIRST_SECONDS = 5.0
-"""How long a microphone that was opened may take to its first sound."""
+FIRST_CHUNK_SECONDS = 5.0
+"""Time that a microphone may take from opening to its first sound."""
 SILENCE_SECONDS = 0.1
-"""How long a piece of silence is."""
+"""Duration of a chunk of silence."""
 
 
 class MicrophoneCapture(ReconnectingSource[SoundInput]):
-    """The sound of a microphone, without a gap."""
+    """Captures a microphone without gaps: while it is lost, silence is delivered."""
 
-    meanwhile = "there is silence"
+    substitute = "there is silence"
 
-    def __init__(self, microphone: Microphone, on_audio: Callable[[AudioChunk], None]) -> None:
-        """`on_audio`: is given every piece of sound, in a thread of its own."""
-        super().__init__(microphone, "microphone")
-        self._on_audio = on_audio
+    def __init__(self, microphone: Microphone, push_audio: PushAudio, clock: Clock = MONOTONIC) -> None:
+        """`push_audio`: receives the sound, in a thread of its own."""
+        super().__init__(microphone, "microphone", clock)
+        self._push_audio = push_audio
         self._end = 0.0
-        self._begun = threading.Event()
+        self._started = threading.Event()
 
     def wait(self) -> None:
-        """Wait for its first sound.
+        """Wait for the first sound.
 
         Raises:
-            DeviceError: it is missing, busy, or gives none.
+            DeviceError: the microphone is missing or busy, or delivers nothing.
         """
-        heard = self._begun.wait(FIRST_SECONDS)
+        started = self._clock.wait(self._started, FIRST_CHUNK_SECONDS)
         if self.error is not None:
             raise self.error
-        if not heard:
-            raise DeviceError(self._source.name, f"gave no sound in {FIRST_SECONDS:g} s")
+        if not started:
+            raise DeviceError(self._source.name, f"gave no sound in {FIRST_CHUNK_SECONDS:g} s")
 
-    def _take(self, opened: SoundInput) -> None:
+    def _read(self, opened: SoundInput) -> None:
         for chunk in opened:
-            self._note(chunk.time)
-            self._pass_on(chunk)
+            self._received(chunk.time)
+            self._deliver(chunk)
 
-    def _pause(self, seconds: float) -> None:
-        """Wait, with silence up to now; targets would wait for sound otherwise."""
-        until = time.monotonic() + seconds
-        while not self._stopping.wait(SILENCE_SECONDS) and time.monotonic() < until:
-            missing = round((time.monotonic() - self._end) * RATE)
-            self._pass_on(AudioChunk(np.zeros((2, max(0, missing)), np.float32), self._end))
+    def _wait(self, seconds: float) -> None:
+        """Wait, delivering silence up to the present: targets would wait for sound otherwise."""
+        until = self._clock.now() + seconds
+        while not self._clock.wait(self._stopping, SILENCE_SECONDS) and self._clock.now() < until:
+            missing = round((self._clock.now() - self._end) * RATE)
+            self._deliver(AudioChunk(np.zeros((2, max(0, missing)), np.float32), self._end))
 
-    def _pass_on(self, chunk: AudioChunk) -> None:
+    def _deliver(self, chunk: AudioChunk) -> None:
         self._end = chunk.time + chunk.samples.shape[1] / RATE
-        self._on_audio(chunk)
-        self._begun.set()
+        self._push_audio(chunk)
+        self._started.set()
 
     def _finish(self) -> None:
-        self._begun.set()
+        self._started.set()

@@ -1,42 +1,42 @@
-"""Takes from a source in a thread of its own, and gets the source back when it is lost."""
+"""Reads a source in a thread of its own, and reconnects when the source is lost."""
 
 from __future__ import annotations
 
 import logging
 import threading
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Generic
 
 from vidstyle.errors import DeviceError, VidstyleError
+from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, CaptureSource, LiveInput, LiveSource, T
 
-FIRST_WAIT, MAX_WAIT = 0.25, 1.0
-"""Seconds before a lost source is tried again: at first, and at most."""
+MIN_RETRY_SECONDS, MAX_RETRY_SECONDS = 0.25, 1.0
+"""Delay before a lost source is opened again: at first, and at most."""
 
 log = logging.getLogger("vidstyle")
 
 
 class ReconnectingSource(ABC, Generic[T]):
-    """One source for as long as a session runs.
+    """Keeps a source open for the duration of a session.
 
     Attributes:
-        error: why it never gave anything, or None.
-        ended: whether it is over for good.
+        error: the exception that ended it before it delivered anything, or None.
+        ended: whether it has ended for good.
     """
 
-    meanwhile = ""
-    """What there is while it is lost, for people."""
+    substitute = ""
+    """What is delivered while the source is lost, for the log."""
 
-    def __init__(self, source: CaptureSource[T], purpose: str) -> None:
+    def __init__(self, source: CaptureSource[T], purpose: str, clock: Clock) -> None:
         """`purpose`: names the thread."""
         self.error: BaseException | None = None
         self.ended = False
-        self._source = source
+        self._source, self._clock = source, clock
         self._stopping = threading.Event()
         self._last: float | None = None
         self._lost: float | None = None
@@ -44,41 +44,41 @@ class ReconnectingSource(ABC, Generic[T]):
         self._thread = threading.Thread(target=self._run, name=f"vidstyle {purpose}", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
-    def close(self, seconds: float) -> None:
-        """End; a thread that hangs in a driver is left to itself."""
+    def close(self, timeout: float) -> None:
+        """Stop; a thread that hangs in a driver is abandoned after `timeout` seconds."""
         self._stopping.set()
         if self._thread.ident is not None:
-            self._thread.join(seconds)
+            self._thread.join(timeout)
 
     @abstractmethod
-    def _take(self, opened: T) -> None:
-        """Take everything until the end; `_note` each."""
+    def _read(self, opened: T) -> None:
+        """Read until the end; calls `_received` for each item."""
 
     def _finish(self) -> None:
         """Called once, after the end."""
 
-    def _pause(self, seconds: float) -> None:
-        """Wait before the source is tried again."""
-        self._stopping.wait(seconds)
+    def _wait(self, seconds: float) -> None:
+        """Wait before the source is opened again."""
+        self._clock.wait(self._stopping, seconds)
 
     def _run(self) -> None:
         try:
-            self._keep_going()
+            self._reconnect()
         except BaseException as error:  # raised again in the session's own thread
             self.error = error
         finally:
             self.ended = True
             self._finish()
 
-    def _keep_going(self) -> None:
-        wait = FIRST_WAIT
+    def _reconnect(self) -> None:
+        delay = MIN_RETRY_SECONDS
         while not self._stopping.is_set():
             before = self._last
             try:
-                self._take_all(self._source.open(self._stopping))
+                self._open_and_read()
                 reason = f"{self._source.name}: has ended"
             except VidstyleError as error:
                 if self._last is None:
@@ -86,51 +86,51 @@ class ReconnectingSource(ABC, Generic[T]):
                 reason = str(error)
             if not self._source.reconnects or self._stopping.is_set():
                 return
-            wait = FIRST_WAIT if self._last != before else min(2 * wait, MAX_WAIT)
-            self._lose(reason)
-            self._pause(wait)
+            delay = MIN_RETRY_SECONDS if self._last != before else min(2 * delay, MAX_RETRY_SECONDS)
+            if self._lost is None and self._last is not None:
+                log.warning("%s; %s until it is back", reason, self.substitute)
+                self._lost = self._clock.now()
+            self._wait(delay)
 
-    def _take_all(self, opened: T) -> None:
+    def _open_and_read(self) -> None:
+        opened = self._source.open(self._stopping)
         try:
-            self._opened = time.monotonic()
-            self._take(opened)
+            self._opened = self._clock.now()
+            self._read(opened)
         finally:
             opened.close()
 
-    def _note(self, now: float) -> None:
-        """Something has come that was taken now."""
+    def _received(self, time: float) -> None:
+        """Record that something was captured at this time."""
         if self._lost is not None:
-            log.warning("%s: back after %.1f s", self._source.name, time.monotonic() - self._lost)
+            log.warning("%s: back after %.1f s", self._source.name, self._clock.now() - self._lost)
             self._lost = None
-        self._last = now
-
-    def _lose(self, reason: str) -> None:
-        if self._lost is None and self._last is not None:
-            log.warning("%s; %s until it is back", reason, self.meanwhile)
-            self._lost = time.monotonic()
+        self._last = time
 
 
-FIRST_SECONDS = 10.0
-"""How long a source that was opened may take to its first picture."""
+FIRST_FRAME_SECONDS = 10.0
+"""Time that a source may take from opening to its first frame."""
 STALL_SECONDS = 2.0
-"""A source that gives nothing for so long is said to be waited for, though it is not lost yet."""
+"""Time without a frame after which the state of a source is "waiting", though it is not lost yet."""
 
 
 class Capture(ReconnectingSource[LiveInput]):
-    """The newest picture of a source.
+    """Captures the newest frame of a source.
 
     Attributes:
-        pictures: where it lies.
-        codec, rate, sample_aspect, has_sound: of the source, once the first picture is there.
+        frames: the queue that holds it.
+        codec, rate, sample_aspect, has_sound: of the source, known with the first frame.
     """
 
-    meanwhile = "the last picture is held"
+    substitute = "the last picture is held"
 
-    def __init__(self, source: LiveSource, on_audio: Callable[[AudioChunk], None]) -> None:
-        """`on_audio`: is given every piece of sound, in the capturing thread."""
-        super().__init__(source, "capture")
-        self._on_audio = on_audio
-        self.pictures: DropOldestQueue[CapturedFrame] = DropOldestQueue()
+    def __init__(
+        self, source: LiveSource, push_audio: Callable[[AudioChunk], None], clock: Clock = MONOTONIC
+    ) -> None:
+        """`push_audio`: receives the source's sound, in the capturing thread."""
+        super().__init__(source, "capture", clock)
+        self._push_audio = push_audio
+        self.frames: DropOldestQueue[CapturedFrame] = DropOldestQueue(clock=clock)
         self.codec = ""
         self.has_sound = False
         self.rate: Fraction | None = None
@@ -141,31 +141,31 @@ class Capture(ReconnectingSource[LiveInput]):
         """One of "running", "waiting" (for the source) and "ended"."""
         if self.ended:
             return "ended"
-        fresh = self._last is not None and time.monotonic() - self._last < STALL_SECONDS
+        fresh = self._last is not None and self._clock.now() - self._last < STALL_SECONDS
         return "running" if fresh and self._lost is None else "waiting"
 
     @property
-    def failure(self) -> DeviceError | None:
-        """That it was opened long ago and no picture has come yet, or None."""
-        if self._opened is None or self._last or time.monotonic() - self._opened < FIRST_SECONDS:
+    def startup_error(self) -> DeviceError | None:
+        """An error if the source has been open for long without a frame, else None."""
+        if self._opened is None or self._last or self._clock.now() - self._opened < FIRST_FRAME_SECONDS:
             return None
-        return DeviceError(self._source.name, f"gave no picture in {FIRST_SECONDS:g} s")
+        return DeviceError(self._source.name, f"gave no picture in {FIRST_FRAME_SECONDS:g} s")
 
-    def close(self, seconds: float) -> None:
-        """End; a thread that hangs in a driver is left to itself."""
-        self.pictures.close()
-        super().close(seconds)
+    def close(self, timeout: float) -> None:
+        """Stop; a thread that hangs in a driver is abandoned after `timeout` seconds."""
+        self.frames.close()
+        super().close(timeout)
 
-    def _take(self, opened: LiveInput) -> None:
+    def _read(self, opened: LiveInput) -> None:
         self.codec, self.sample_aspect = opened.codec, opened.sample_aspect
         self.rate = self.rate or opened.rate
         self.has_sound = opened.has_sound
         for item in opened:
             if isinstance(item, AudioChunk):
-                self._on_audio(item)
+                self._push_audio(item)
             else:
-                self._note(item.time)
-                self.pictures.put(item)
+                self._received(item.time)
+                self.frames.put(item)
 
     def _finish(self) -> None:
-        self.pictures.close()
+        self.frames.close()

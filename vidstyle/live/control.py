@@ -1,4 +1,4 @@
-"""What people ask of a running session, from keys or a page, and what they are told about it."""
+"""Control and status of a running session, by keys or from a page."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from vidstyle.style.values import suggest
 
 @dataclass(frozen=True)
 class Status:
-    """How a session is at one moment.
+    """The status of a session at one moment.
 
     Attributes:
-        style: the name of the style that runs, which may not be the one last asked for yet.
-        bypass: whether frames go through untouched.
-        source: what it is, for people; `source_state` is "running", "waiting" or "ended".
-        size: width and height of the pictures that go out.
-        frames: restyled so far.
-        dropped: frames that came and were never restyled, a newer one being there.
-        repeated: frames that targets showed again for want of a newer one.
+        style: the name of the style that runs, which may not be the one last requested yet.
+        bypass: whether frames are passed through unchanged.
+        source: the name of the source; `source_state` is "running", "waiting" or "ended".
+        size: width and height of the output.
+        frames: number of frames restyled so far.
+        dropped: number of frames that were captured and dropped for newer ones.
+        repeated: number of frames that targets repeated for want of a newer one.
         rate: restyled frames per second, over the last seconds.
         latency_ms: median and 99th percentile from capture to the targets, over the last seconds.
-        given_up: what was given up to hold the rate, or "".
+        degraded: what is reduced to hold the rate, or "".
         targets: name and state of each.
         recording: whether a recording is being written.
-        message: the last thing worth telling, or "".
+        message: the last message to the user, or "".
     """
 
     style: str
@@ -43,20 +43,20 @@ class Status:
     repeated: int = 0
     rate: float = 0.0
     latency_ms: tuple[float, float] = (0.0, 0.0)
-    given_up: str = ""
+    degraded: str = ""
     targets: tuple[tuple[str, str], ...] = ()
     recording: bool = False
     message: str = ""
 
 
 class Controls:
-    """Wishes for a running session; every method may be called from any thread and returns at once.
+    """Requests to a running session; thread-safe, and no method blocks.
 
-    The session looks at the wishes between two frames.
+    The session reads the requests between two frames.
 
     Attributes:
         names: the styles that can be chosen, each with its variants.
-        quitting: set when the session is to end.
+        quitting: set when the session shall end.
 
     >>> controls = Controls(load_style("plain"), ["plain", "ink"])
     >>> controls.next_style()
@@ -65,27 +65,27 @@ class Controls:
     """
 
     def __init__(self, style: Style, names: Iterable[str] | None = None) -> None:
-        """`style`: to begin with, with all that was set by hand; `names`: None for it and all shipped."""
+        """`style`: the initial one, with its overrides; `names`: None for it and all that are shipped."""
         names = list(style_names() if names is None else names)
         self.names = names if style.name in names else [style.name, *names]
         self.quitting = threading.Event()
-        self._first = self._style = style
+        self._initial = self._style = style
         self._bypass = self._recording = self._snapshot = False
         self._lock = threading.RLock()
         self._report: Callable[[], Status] | None = None
 
     @property
     def style(self) -> Style:
-        """The style last asked for."""
+        """The style last requested."""
         return self._style
 
     @property
     def style_name(self) -> str:
-        """Its name."""
+        """The name of the style last requested."""
         return self._style.name
 
     def choose(self, name: str) -> None:
-        """Ask for another style; what was set by hand stays with the style that the session began with.
+        """Request another style; the overrides of the initial style apply to that style only.
 
         Args:
             name: one of `names`, or a variant of one: "ink:green".
@@ -97,33 +97,33 @@ class Controls:
         listed = self._listed(name)
         if listed not in self.names:
             raise UsageError(name, "is not a style to choose", suggest(name, self.names))
-        style = self._first if listed == self._first.name else load_style(listed)
+        style = self._initial if listed == self._initial.name else load_style(listed)
         if listed != name:
             style = apply_variant(style, name.removeprefix(f"{listed}:"))
         with self._lock:
             self._style = style
 
     def next_style(self) -> None:
-        """Ask for the style after this one; after the last comes the first."""
+        """Request the next style; the first follows the last."""
         with self._lock:
             place = self.names.index(self._listed(self.style_name))
             self.choose(self.names[(place + 1) % len(self.names)])
 
     def without_variant(self, name: str) -> Style:
-        """The style of a name as it is chosen; of a variant's name the style that it is a variant of.
+        """The style of this name; for the name of a variant, the style that it is a variant of.
 
         Raises:
             StyleError: its file is not what it was.
         """
         listed = name.rpartition(":")[0]
         listed = listed if listed in self.names else name
-        return self._first if listed == self._first.name else load_style(listed)
+        return self._initial if listed == self._initial.name else load_style(listed)
 
     def set(self, assignments: list[str]) -> None:
         """Change values of the style, as `--set` does: "posterize.levels=5".
 
         Raises:
-            UsageError: with all that is wrong with them; nothing has changed then.
+            UsageError: names all mistakes; nothing is changed then.
         """
         with self._lock:
             self._style = override(self._style, assignments)
@@ -134,33 +134,33 @@ class Controls:
             self._style = set_values(self._style, {"steady": round(min(max(value, 0.0), 1.0), 2)})
 
     def bypass(self, on: bool | None = None) -> None:
-        """Let frames through untouched; None turns over what is."""
+        """Pass frames through unchanged; None toggles."""
         with self._lock:
             self._bypass = not self._bypass if on is None else on
 
     @property
     def bypassed(self) -> bool:
-        """Whether frames are to go through untouched."""
+        """Whether frames are to be passed through unchanged."""
         return self._bypass
 
     def snapshot(self) -> None:
-        """Ask for the next picture as a file; the status tells its name."""
+        """Request the next frame as a file; the status shows its name."""
         self._snapshot = True
 
-    def take_snapshot(self) -> bool:
-        """Whether one was asked for since the last call; for the session."""
+    def pop_snapshot(self) -> bool:
+        """Whether a snapshot was requested since the last call; for the session."""
         with self._lock:
-            asked, self._snapshot = self._snapshot, False
-        return asked
+            requested, self._snapshot = self._snapshot, False
+        return requested
 
     def record(self, on: bool | None = None) -> None:
-        """Begin or end to write a film beside the other targets; None turns over what is."""
+        """Start or stop a recording beside the other targets; None toggles."""
         with self._lock:
             self._recording = not self._recording if on is None else on
 
     @property
     def recording(self) -> bool:
-        """Whether a film is to be written."""
+        """Whether a recording is to be written."""
         return self._recording
 
     def quit(self) -> None:
@@ -168,11 +168,11 @@ class Controls:
         self.quitting.set()
 
     def describe(self) -> dict[str, Any]:
-        """The style last asked for, with every value and what it may be, as `vidstyle styles NAME --json`."""
+        """The style last requested, with its parameters and their ranges, as `styles NAME --json`."""
         return describe(self._style)
 
     def status(self) -> Status:
-        """How the session is."""
+        """The present status of the session."""
         return self._report() if self._report else Status(self.style_name, self._bypass)
 
     def _listed(self, name: str) -> str:
@@ -180,5 +180,5 @@ class Controls:
         return name if name in self.names else name.rpartition(":")[0] or name
 
     def attach(self, report: Callable[[], Status]) -> None:
-        """The session tells who knows its status."""
+        """Set the function that reports the status; for the session."""
         self._report = report

@@ -1,4 +1,4 @@
-"""Restyles one picture after another with a style that may change between two of them."""
+"""A renderer whose style may change between two pictures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from vidstyle.block import Asset, Color, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import VidstyleError
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.resize import resized
@@ -17,46 +16,48 @@ from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import LAYERS, Step, Style
 
 MIN_SIDE = 16
-"""Pixels that a working size keeps at least."""
+"""Pixels of the smallest working size."""
 
 
 class HotSwapRenderer:
-    """Runs a style; another is made ready beside it, on the picture of that moment, before it takes over.
+    """Restyles one picture after another with a style that may change between two of them.
 
-    On the CPU, where that takes no time, other numbers and colours of the same steps take over at once.
+    Where only numbers and colours change, the renderer goes on with the new ones (`Backend.change_style`).
+    For another style, a second renderer is prepared in the background with the present picture, so that no
+    frame waits while shaders are compiled or files are loaded.
 
     Attributes:
         style: the one that runs.
-        scale: share of the width and the height to work at.
+        scale: the share of the width and the height to work at.
     """
 
-    def __init__(self, style: Style, device: str, tell: Callable[[str], None]) -> None:
-        """Nothing is opened before the first picture: a source that is not there is told first.
+    def __init__(self, style: Style, device: str, notify: Callable[[str], None]) -> None:
+        """Nothing is opened before the first picture: errors of the source are reported first.
 
         Args:
-            tell: is told why a style that was asked for does not run; from another thread.
+            notify: receives the errors of styles that cannot be used; called from another thread.
         """
-        self.style = self._asked = style
+        self.style = self._requested = style
         self.scale = 1.0
-        self._device, self._tell = device, tell
+        self._device, self._notify = device, notify
         self._renderer: Backend | None = None
+        self._pending: Style | None = None
         self._ready: tuple[Style, Backend] | None = None
-        self._awaited: Style | None = None
         self._lock = threading.Lock()
-        self._wishes: DropOldestQueue[tuple[Style, Picture, float, Encoding]] = DropOldestQueue()
+        self._requests: DropOldestQueue[tuple[Style, Picture, float, Encoding]] = DropOldestQueue()
         self._thread = threading.Thread(target=self._prepare_all, name="vidstyle prepare", daemon=True)
         self._thread.start()
 
     def run(
         self, picture: Picture, time: float, target: Encoding, style: Style | None
     ) -> tuple[Picture, bool]:
-        """The picture in the style that is ready, and whether that is another than before.
+        """Restyle a picture; returns it, and whether the style is another than before.
 
         Args:
             picture: without alpha.
             time: of its capture, in seconds.
-            target: how the planes of the result are to be encoded.
-            style: the one that is wanted; None: the picture as it is, in that encoding.
+            target: the encoding of the result.
+            style: the style requested; None: only convert the picture.
 
         Raises:
             VidstyleError: there is no such device, or the first style cannot be used.
@@ -64,81 +65,81 @@ class HotSwapRenderer:
         if style is None:
             return convert(picture, target), False
         height, width = picture.shape
-        small = picture if self.scale == 1 else resized(picture, *self._working_size(width, height))
-        if style is not self._asked:
-            self._ask(style, small, time, target)
-        changed = self._take_over()
+        small = picture if self.scale == 1 else resized(picture, *self.working_size(width, height))
+        if style is not self._requested:
+            self._request(style, small, time, target)
+        before = self.style
+        self._swap()
         if self._renderer is None:
             self._renderer = open_renderer(self.style, self._device)
         result = self._renderer.run(small, time, target)
-        return resized(result, width, height), changed
+        return resized(result, width, height), self.style is not before
 
     def working_size(self, width: int, height: int) -> tuple[int, int]:
         """Width and height that pictures of a size are restyled at."""
-        return (width, height) if self.scale == 1 else self._working_size(width, height)
-
-    def close(self, seconds: float) -> None:
-        """Let the devices go."""
-        self._wishes.close()
-        self._thread.join(seconds)
-        if not self._thread.is_alive():
-            self._take_over()
-            if self._renderer is not None:
-                self._renderer.close()
-
-    def _working_size(self, width: int, height: int) -> tuple[int, int]:
+        if self.scale == 1:
+            return width, height
         across, down = (max(MIN_SIDE, round(side * self.scale / 2) * 2) for side in (width, height))
         return min(across, width), min(down, height)
 
-    def _ask(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
-        self._asked = style
+    def close(self, timeout: float) -> None:
+        """Close the renderers."""
+        self._requests.close()
+        self._thread.join(timeout)
+        if not self._thread.is_alive():
+            self._swap()
+            if self._renderer is not None:
+                self._renderer.close()
+
+    def _request(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
+        self._requested = style
         with self._lock:
-            # What is still being made ready would take over later, though it was asked for earlier.
-            if self._awaited is None and self._takes_values(style):
-                self._ready = style, open_renderer(style, self._device, announce=False)
-                return
-            self._awaited = style
-        self._wishes.put((style, picture, time, target))
+            if self._renderer is not None and _structure(style) == _structure(self._pending or self.style):
+                return  # `_swap` takes the values
+            self._pending = style
+        self._requests.put((style, picture, time, target))
 
-    def _takes_values(self, style: Style) -> bool:
-        return isinstance(self._renderer, CpuRenderer) and _structure(style) == _structure(self.style)
-
-    def _take_over(self) -> bool:
+    def _swap(self) -> None:
+        """Take a renderer that is ready, and the values that were requested since."""
         with self._lock:
             ready, self._ready = self._ready, None
-            if ready is not None and ready[0] is self._awaited:
-                self._awaited = None
-        if ready is None:
-            return False
-        if self._renderer is not None:
-            self._renderer.close()
-        self.style, self._renderer = ready
-        return True
+            if ready is not None and ready[0] is self._pending:
+                self._pending = None
+            is_pending = self._pending is not None
+        if ready is not None:
+            if self._renderer is not None:
+                self._renderer.close()
+            self.style, self._renderer = ready
+        if self._renderer is None or is_pending or self.style is self._requested:
+            return
+        if _structure(self.style) == _structure(self._requested):
+            self._renderer.change_style(self._requested)
+            self.style = self._requested
 
     def _prepare_all(self) -> None:
-        while not self._wishes.over:
-            wish = self._wishes.take()
-            if wish is not None:
-                self._prepare(*wish)
+        while not self._requests.exhausted:
+            request = self._requests.get()
+            if request is not None:
+                self._prepare(*request)
 
     def _prepare(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
-        """Open a renderer and let it do all that it does only for the first picture."""
+        """Open a renderer and run it once, so that everything is compiled and loaded."""
         try:
             renderer = open_renderer(style, self._device, announce=False)
             renderer.run(picture, time, target)
         except VidstyleError as error:
-            self._tell(f"{error}; {self.style.name} goes on")
+            self._notify(f"{error}; {self.style.name} goes on")
             with self._lock:
-                self._awaited = None if self._awaited is style else self._awaited
+                self._pending = None if self._pending is style else self._pending
             return
         with self._lock:
-            before, self._ready = self._ready, (style, renderer)
-        if before is not None:
-            before[1].close()
+            replaced, self._ready = self._ready, (style, renderer)
+        if replaced is not None:
+            replaced[1].close()
 
 
 def _structure(style: Style) -> tuple[object, ...]:
-    """All of a style but numbers and colours: while it stays, there is nothing to load."""
+    """All of a style but its numbers and colours; while it is equal, nothing has to be compiled or loaded."""
     layers = [[_step_structure(step) for step in getattr(style, layer)] for layer in LAYERS]
     return style.is_plain, style.steady > 0, layers
 
@@ -149,7 +150,7 @@ def _step_structure(step: Step) -> tuple[object, ...]:
     for name, parameter in block.parameters.items() if block else ():
         value = step.values.get(name, parameter.default)
         if isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
-            value = object()  # somebody's file, which may have become another: never alike
+            value = object()  # a user's file, which may have changed: never equal
         if not isinstance(parameter.control, Slider | Color):
             kept[name] = value
     return step.block, step.save, step.source, step.on, kept

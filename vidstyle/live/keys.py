@@ -1,4 +1,4 @@
-"""Keys in the terminal, while a session runs."""
+"""Keyboard control of a session from the terminal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from vidstyle.errors import VidstyleError
 from vidstyle.live.control import Controls
 
-WAKE_SECONDS = 0.2
+POLL_SECONDS = 0.2
 STEADY_STEP = 0.1
 
 log = logging.getLogger("vidstyle")
@@ -23,7 +23,7 @@ HELP = "n next style, s/S steadier or less, b bypass, p picture, r record, q qui
 
 @contextmanager
 def keys(controls: Controls, descriptor: int | None = None) -> Iterator[bool]:
-    """Within the block, single keys steer the session; yields whether there is a terminal to press them in.
+    """Within the block, single keys control the session; yields whether there is a terminal.
 
     Args:
         descriptor: of the terminal; None: standard input.
@@ -41,22 +41,22 @@ def keys(controls: Controls, descriptor: int | None = None) -> Iterator[bool]:
     import tty
 
     before = termios.tcgetattr(descriptor)
-    over = threading.Event()
+    closing = threading.Event()
     thread = threading.Thread(
-        target=_listen, args=(descriptor, controls, over), name="vidstyle keys", daemon=True
+        target=_listen, args=(descriptor, controls, closing), name="vidstyle keys", daemon=True
     )
     try:
         tty.setcbreak(descriptor, termios.TCSANOW)
         thread.start()
         yield True
     finally:
-        over.set()
-        thread.join(2 * WAKE_SECONDS)
+        closing.set()
+        thread.join(2 * POLL_SECONDS)
         termios.tcsetattr(descriptor, termios.TCSANOW, before)
 
 
 def press(controls: Controls, key: str) -> None:
-    """Do what a key stands for; others do nothing.
+    """Perform the action of a key; other keys are ignored.
 
     >>> from vidstyle.style import load_style
     >>> controls = Controls(load_style("plain"))
@@ -66,8 +66,8 @@ def press(controls: Controls, key: str) -> None:
     """
     actions: dict[str, Callable[[], None]] = {
         "n": controls.next_style,
-        "s": lambda: controls.steady(_steadiness(controls) + STEADY_STEP),
-        "S": lambda: controls.steady(_steadiness(controls) - STEADY_STEP),
+        "s": lambda: controls.steady(controls.style.steady + STEADY_STEP),
+        "S": lambda: controls.steady(controls.style.steady - STEADY_STEP),
         "b": controls.bypass,
         "p": controls.snapshot,
         "r": controls.record,
@@ -77,20 +77,16 @@ def press(controls: Controls, key: str) -> None:
         actions[key]()
 
 
-def _steadiness(controls: Controls) -> float:
-    return float(controls.style.steady)
-
-
-def _listen(descriptor: int, controls: Controls, over: threading.Event) -> None:
-    while not over.is_set():
-        if select.select([descriptor], [], [], WAKE_SECONDS)[0]:
+def _listen(descriptor: int, controls: Controls, closing: threading.Event) -> None:
+    while not closing.is_set():
+        if select.select([descriptor], [], [], POLL_SECONDS)[0]:
             pressed = os.read(descriptor, 64)
             if not pressed:
                 return
             for key in pressed.decode("utf-8", "ignore"):
                 try:
                     press(controls, key)
-                except VidstyleError as error:  # a style file that was spoilt since
+                except VidstyleError as error:  # a style file that has changed since
                     log.warning("%s", error)
 
 
@@ -102,7 +98,7 @@ def _standard_input() -> int | None:
 
 
 def _is_foreground(descriptor: int) -> bool:
-    """A program in the background is stopped by the system if it touches the terminal."""
+    """Whether the process may touch the terminal; the system stops a background process that does."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError:

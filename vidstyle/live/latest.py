@@ -1,4 +1,4 @@
-"""Hands the newest things from one thread to another; what is not fetched in time is thrown away."""
+"""A queue between two threads that keeps the newest items."""
 
 from __future__ import annotations
 
@@ -6,31 +6,34 @@ import threading
 from collections import deque
 from typing import Generic, TypeVar
 
+from vidstyle.live.clock import MONOTONIC, Clock
+
 T = TypeVar("T")
 
 
 class DropOldestQueue(Generic[T]):
-    """A place for the newest things.
+    """A bounded queue; when it is full, the oldest item is dropped for a new one.
 
     Attributes:
-        dropped: how many were thrown away because newer ones came.
+        dropped: number of items that were dropped.
 
-    >>> place = Newest[int]()
-    >>> place.put(1), place.put(2)
+    >>> queue = DropOldestQueue[int]()
+    >>> queue.put(1), queue.put(2)
     (None, None)
-    >>> place.take(), place.dropped
+    >>> queue.get(), queue.dropped
     (2, 1)
     """
 
-    def __init__(self, room: int = 1) -> None:
-        """`room`: how many may wait; 1 is the least delay."""
-        self._items: deque[T] = deque(maxlen=room)
+    def __init__(self, capacity: int = 1, clock: Clock = MONOTONIC) -> None:
+        """`capacity`: number of items that may wait; 1 gives the least latency."""
+        self._items: deque[T] = deque(maxlen=capacity)
+        self._clock = clock
         self._closed = False
         self._changed = threading.Condition()
         self.dropped = 0
 
     def put(self, item: T) -> None:
-        """Give a new one; the oldest that waits makes room for it."""
+        """Add an item; does nothing after `close`."""
         with self._changed:
             if self._closed:
                 return
@@ -38,20 +41,20 @@ class DropOldestQueue(Generic[T]):
             self._items.append(item)
             self._changed.notify()
 
-    def take(self, seconds: float | None = None) -> T | None:
-        """The oldest that waits, or None if none has come in this time, or none will come any more."""
+    def get(self, timeout: float | None = None) -> T | None:
+        """Remove and return the oldest item; None after `timeout` seconds, or when the queue is exhausted."""
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or bool(self._items), seconds)
+            self._clock.wait_for(self._changed, lambda: self._closed or bool(self._items), timeout)
             return self._items.popleft() if self._items else None
 
     def close(self) -> None:
-        """Take no more; what waits can still be fetched."""
+        """Accept no more items; those that wait can still be fetched."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
 
     @property
-    def over(self) -> bool:
-        """Whether nothing is there and nothing will come."""
+    def exhausted(self) -> bool:
+        """Whether the queue is closed and empty."""
         with self._changed:
             return self._closed and not self._items

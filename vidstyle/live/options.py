@@ -1,27 +1,28 @@
-"""What a session is told at its beginning, and what it tells its targets."""
+"""Options of a session, and what its targets are made for."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
 
+from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.control import Controls
-from vidstyle.live.meter import Meter
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame
 from vidstyle.media.capture.microphone import Microphone
 
 
 @dataclass(frozen=True)
 class LiveOptions:
-    """How to run.
+    """Options of a session.
 
     Attributes:
-        size: of the pictures that go out; one side may be -1 to keep the shape, or -2 to be even too.
-        rate: frames per second that targets show; None: the source's own.
+        size: of the output; one side may be -1 to keep the aspect ratio, or -2 to be even too.
+        rate: frames per second of the targets; None: the source's own.
         device: as for `open_renderer`.
-        budget: whether to work on smaller pictures when the rate cannot be held otherwise.
-        sound: whether to pass on sound where a target takes any.
-        microphone: what is heard in place of the source's own sound, or None.
+        budget: whether to work at a smaller size when the rate cannot be held otherwise.
+        sound: whether to pass sound to the targets that take any.
+        microphone: captured in place of the source's own sound, or None.
         frames, seconds: after which to end; None: at the end of the source.
     """
 
@@ -37,10 +38,11 @@ class LiveOptions:
 
 @dataclass(frozen=True)
 class TargetContext:
-    """What a target is made for: pictures like the first, so many a second, with or without sound."""
+    """What a target is opened for: frames like the first, at a rate, with or without sound."""
 
     first: LiveFrame
     rate: Fraction
-    meter: Meter
+    meter: LatencyMeter
     controls: Controls
     sound: bool = False
+    clock: Clock = MONOTONIC

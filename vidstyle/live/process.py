@@ -1,4 +1,4 @@
-"""Captured frames restyled as is wished, at a working size that holds the rate."""
+"""Captured frames, restyled at a working size that holds the rate."""
 
 from __future__ import annotations
 
@@ -20,110 +20,107 @@ from vidstyle.media.resize import letterboxed, resized, wanted_size
 
 
 class FrameProcessor:
-    """What lies between a captured frame and a restyled one."""
+    """Turns captured frames into restyled pictures."""
 
-    def __init__(self, controls: Controls, options: LiveOptions, tell: Callable[[str], None]) -> None:
-        """`tell`: is told when the style or the working size changes, and why a style does not run."""
-        self._controls, self._tell = controls, tell
-        self._keeps_rate = options.budget
-        self._styler = HotSwapRenderer(controls.style, options.device, tell)
-        self._pictures = FrameNormalizer(options.size)
-        self._budget: AdaptiveScale | None = None
+    def __init__(self, controls: Controls, options: LiveOptions, notify: Callable[[str], None]) -> None:
+        """`notify`: receives messages when the style or the working size changes, and errors of styles."""
+        self._controls, self._notify = controls, notify
+        self._is_adaptive = options.budget
+        self._renderer = HotSwapRenderer(controls.style, options.device, notify)
+        self._normalizer = FrameNormalizer(options.size)
+        self._scale: AdaptiveScale | None = None
         self._rate = Fraction(0)
 
     @property
     def style(self) -> str:
         """The name of the style that runs."""
-        return self._styler.style.name
+        return self._renderer.style.name
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the pictures; 0 before the first."""
-        return self._pictures.size
+        """Width and height of the output; 0 before the first frame."""
+        return self._normalizer.size
 
     @property
-    def given_up(self) -> str:
-        """What was given up to hold the rate, or ""."""
-        if self._styler.scale == 1:
+    def degraded(self) -> str:
+        """What is reduced to hold the rate, or ""."""
+        if self._renderer.scale == 1:
             return ""
-        width, height = self._styler.working_size(*self.size)
+        width, height = self._renderer.working_size(*self.size)
         return f"works at {width}x{height}"
 
-    def frame(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
-        """The frame restyled; `name` is that of the source."""
-        picture = self._pictures.picture(captured, capture, name)
+    def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
+        """Restyle a frame; `name` is that of the source."""
+        picture = self._normalizer.normalize(captured, capture, name)
         style = None if self._controls.bypassed else self._controls.style
         before = self.style
-        result, changed = self._styler.run(picture, captured.time, self._pictures.encoding, style)
+        result, changed = self._renderer.run(picture, captured.time, self._normalizer.encoding, style)
         if self.style != before:  # not for every step of a slider
-            self._tell(f"style {self.style}")
-        if changed and self._budget is not None:
-            self._budget.restart()
+            self._notify(f"style {self.style}")
+        if changed and self._scale is not None:
+            self._scale.reset()
         return result
 
-    def hold(self, rate: Fraction) -> None:
-        """From now on frames have to be done at this rate, if the options say so."""
+    def set_rate(self, rate: Fraction) -> None:
+        """From now on, adapt the working size to this rate, if the options allow it."""
         self._rate = rate
-        self._budget = AdaptiveScale(float(1 / rate)) if self._keeps_rate else None
+        self._scale = AdaptiveScale(float(1 / rate)) if self._is_adaptive else None
 
-    def took(self, seconds: float) -> None:
-        """A frame took so long in all; the working size goes by that."""
-        if self._budget is None or self._controls.bypassed or not self._budget.spent(seconds):
+    def record_time(self, seconds: float) -> None:
+        """Record the time that a frame took, by which the working size is adapted."""
+        if self._scale is None or self._controls.bypassed or not self._scale.update(seconds):
             return
-        self._styler.scale = self._budget.scale
+        self._renderer.scale = self._scale.scale
         rate = f"{float(self._rate):.4g} fps"
-        if self.given_up:
-            self._tell(f"{self.style} {self.given_up} to hold {rate}")
+        if self.degraded:
+            self._notify(f"{self.style} {self.degraded} to hold {rate}")
         else:
-            self._tell(f"{self.style} holds {rate} at its full size again")
+            self._notify(f"{self.style} holds {rate} at its full size again")
 
-    def close(self, seconds: float) -> None:
-        """Let go of everything; only when no frame is being restyled."""
-        self._styler.close(seconds)
+    def close(self, timeout: float) -> None:
+        """Release everything; only when no frame is being processed."""
+        self._renderer.close(timeout)
 
 
 class FrameNormalizer:
-    """What the first frame decides for a session, whatever the source may become later.
+    """Brings all frames to the size and orientation of the first, however the source may change.
 
     Attributes:
         size: width and height of the pictures; 0 before the first.
-        encoding: of what goes out.
+        encoding: of the output.
     """
 
     def __init__(self, size: tuple[int, int] | None) -> None:
         """`size`: wanted, one side perhaps -1 or -2; None: that of the first frame, with square pixels."""
         self._wanted = size
         self._square = (0, 0)
-        self._maker: FrameConverter | None = None
+        self._converter: FrameConverter | None = None
         self.size = (0, 0)
         self.encoding = Encoding()
 
-    def picture(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
-        """The frame upright, at the session's size, without alpha; `name` is that of the source."""
-        if self._maker is None:
-            self._begin(captured, capture, name)
-        assert self._maker is not None
-        picture = replace(self._maker.convert(captured.native)[0], alpha=None)
-        return self._fitted(picture)
+    def normalize(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
+        """The frame upright, at the session's size, without alpha; `name` is that of the source.
 
-    def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> None:
-        aspect = capture.sample_aspect
-        maker = FrameConverter(first.native, capture.codec, name, sample_aspect=aspect)
-        maker.warn_if_hdr()
-        # Neither a camera nor a page can say that its pixels are not square.
-        self._square = max(1, round(maker.width * (maker.sample_aspect or 1))), maker.height
-        self.size = wanted_size(self._wanted, *self._square) if self._wanted else self._square
-        self.encoding = outgoing(maker.convert(first.native)[0])
-        self._maker = maker
-
-    def _fitted(self, picture: Picture) -> Picture:
-        """The whole picture at the session's size, with bars where that has another shape."""
+        Where the frame has another shape, bars are added.
+        """
+        if self._converter is None:
+            self._converter = self._begin(captured, capture, name)
+        picture = replace(self._converter.convert(captured.native)[0], alpha=None)
         square = resized(picture, *self._square)
         return square if self.size == self._square else letterboxed(square, *self.size)
 
+    def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> FrameConverter:
+        aspect = capture.sample_aspect
+        converter = FrameConverter(first.native, capture.codec, name, sample_aspect=aspect)
+        # Neither a camera nor a page can say that its pixels are not square.
+        self._square = max(1, round(converter.width * (converter.sample_aspect or 1))), converter.height
+        self.size = wanted_size(self._wanted, *self._square) if self._wanted else self._square
+        self.encoding = output_encoding(converter.convert(first.native)[0])
+        return converter
 
-def outgoing(picture: Picture) -> Encoding:
-    """What pictures like this one go out in: 8 bit, 4:2:0, limited range, which every reader understands."""
+
+def output_encoding(picture: Picture) -> Encoding:
+    """The encoding that pictures like this one are delivered in: 8 bit, 4:2:0, limited range."""
     matrix = picture.encoding.matrix if picture.color is None else ""
     if matrix not in ("bt601", "bt709"):
         matrix = "bt709" if picture.shape[0] >= HD_LINES else "bt601"
@@ -132,68 +129,68 @@ def outgoing(picture: Picture) -> Encoding:
 
 SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
-FULL, ROOMY = 0.95, 0.65
+OVERLOAD, HEADROOM = 0.95, 0.65
 """Shares of the time between two frames: above the first a size is too large, below the second it fits."""
-LOOK, PATIENCE, MAX_PATIENCE = 0.5, 2.0, 60.0
-"""Seconds to look before going down; before going up; and that at most, after tries that failed."""
+MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 0.5, 2.0, 60.0
+"""Time measured before the size falls; before it rises; and that at most, after attempts that failed."""
 MIN_FRAMES, MAX_FRAMES = 3, 30
-"""How many frames are looked at."""
+"""Number of frames measured."""
 
 
 class AdaptiveScale:
-    """Chooses the working size from how long frames take.
+    """Chooses the working size by the time that frames take; time passes by the frames that are recorded.
 
     Attributes:
-        scale: of SCALES.
+        scale: the share of the width and of the height to work at, of SCALES.
     """
 
     def __init__(self, seconds: float, scales: tuple[float, ...] = SCALES) -> None:
-        """`seconds`: between two frames, all of which the style may take."""
+        """`seconds`: between two frames."""
         self._seconds, self._scales = seconds, scales
-        self._place = 0
-        self._patience = PATIENCE
-        self._since = self._rose = 0.0
+        self._level = 0
+        self._raise_after = RAISE_SECONDS
+        self._since_change = self._since_rise = 0.0
         self._times: deque[float] = deque(maxlen=MAX_FRAMES)
 
     @property
     def scale(self) -> float:
-        """The share of the width and of the height to work at."""
-        return self._scales[self._place]
+        return self._scales[self._level]
 
-    def spent(self, seconds: float) -> bool:
-        """Tell how long a frame took at the present size; whether the size changes for the next."""
+    def update(self, seconds: float) -> bool:
+        """Record the time of a frame at the present size; returns whether the size changes for the next."""
         self._times.append(seconds)
         passed = max(seconds, self._seconds)
-        self._since += passed
-        self._rose += passed
-        if self._since < LOOK or len(self._times) < MIN_FRAMES:
+        self._since_change += passed
+        self._since_rise += passed
+        if self._since_change < MEASURE_SECONDS or len(self._times) < MIN_FRAMES:
             return False
-        usual = median(self._times)
-        if usual > FULL * self._seconds and self._place + 1 < len(self._scales):
-            # A rise that did not last is tried again later and later.
-            self._patience = min(2 * self._patience, MAX_PATIENCE) if self._rose < 2 * LOOK else PATIENCE
-            return self._go(self._fitting(usual))
-        if self._place and self._since >= self._patience:
-            larger = self._scales[self._place - 1]
-            if usual * (larger / self.scale) ** 2 < ROOMY * self._seconds:
-                self._rose = 0.0
-                return self._go(self._place - 1)
+        typical = median(self._times)
+        if typical > OVERLOAD * self._seconds and self._level + 1 < len(self._scales):
+            # A rise that did not last is attempted again later and later.
+            failed = self._since_rise < 2 * MEASURE_SECONDS
+            self._raise_after = min(2 * self._raise_after, MAX_RAISE_SECONDS) if failed else RAISE_SECONDS
+            return self._set_level(self._fitting_level(typical))
+        if self._level and self._since_change >= self._raise_after:
+            larger = self._scales[self._level - 1]
+            if typical * (larger / self.scale) ** 2 < HEADROOM * self._seconds:
+                self._since_rise = 0.0
+                return self._set_level(self._level - 1)
         return False
 
-    def restart(self) -> None:
-        """Forget what was measured: another style runs now."""
+    def reset(self) -> None:
+        """Discard the measurements: another style runs now."""
         self._times.clear()
-        self._since, self._patience = 0.0, PATIENCE
+        self._since_change, self._raise_after = 0.0, RAISE_SECONDS
 
-    def _fitting(self, usual: float) -> int:
+    def _fitting_level(self, typical: float) -> int:
         """The largest size below the present one that should do, or the smallest there is."""
-        for place in range(self._place + 1, len(self._scales)):
-            if usual * (self._scales[place] / self.scale) ** 2 < FULL * self._seconds:
-                return place
+        for level in range(self._level + 1, len(self._scales)):
+            if typical * (self._scales[level] / self.scale) ** 2 < OVERLOAD * self._seconds:
+                return level
         return len(self._scales) - 1
 
-    def _go(self, place: int) -> bool:
-        self._place = place
+    def _set_level(self, level: int) -> bool:
+        self._level = level
         self._times.clear()
-        self._since = 0.0
+        self._since_change = 0.0
         return True

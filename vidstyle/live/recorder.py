@@ -1,4 +1,4 @@
-"""Pictures and films that are kept on the way, when somebody asks for one."""
+"""Snapshots and recordings that are made while a session runs."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from fractions import Fraction
 from pathlib import Path
 
 from vidstyle.errors import VidstyleError
+from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.control import Controls
-from vidstyle.live.meter import Meter
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.sinks import FileSink, FileTarget
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.target_thread import CLOSE_SECONDS
@@ -19,83 +20,84 @@ from vidstyle.media.write.writer import WriteOptions
 
 
 class Recorder:
-    """Snapshots and recordings, in the present folder, named by the time.
+    """Writes snapshots and recordings to the working directory, named by date and time.
 
     Attributes:
-        sound: whether recordings get sound.
+        sound: whether recordings have sound.
     """
 
-    def __init__(self, tell: Callable[[str], None]) -> None:
-        """`tell`: is told where they are, or why they could not be kept."""
-        self._tell = tell
+    def __init__(self, notify: Callable[[str], None], clock: Clock = MONOTONIC) -> None:
+        """`notify`: receives messages for the user: names of files, and errors."""
+        self._notify, self._clock = notify, clock
         self.sound = False
-        self._film: FileTarget | None = None
-        self._writing: threading.Thread | None = None
+        self._target: FileTarget | None = None
+        self._snapshot: threading.Thread | None = None
 
     @property
     def recording(self) -> bool:
-        """Whether a film is being written."""
-        return self._film is not None
+        """Whether a recording is being written."""
+        return self._target is not None
 
     def offer(self, frame: LiveFrame, controls: Controls, rate: Fraction) -> None:
-        """Look at what is wished for, and keep the frame if it is to be kept."""
-        if controls.take_snapshot():
-            # A large PNG takes longer than a frame may.
-            name = "vidstyle snapshot"
-            self._writing = threading.Thread(target=self._keep, args=(frame, rate), name=name, daemon=True)
-            self._writing.start()
-        if controls.recording != self.recording and not self._set(controls.recording, frame, rate):
+        """Write the frame to whatever the user has asked for."""
+        if controls.pop_snapshot():
+            # Encoding a large PNG takes longer than the time between two frames.
+            write = threading.Thread(target=self._write_snapshot, args=(frame, rate), daemon=True)
+            write.name = "vidstyle snapshot"
+            write.start()
+            self._snapshot = write
+        if controls.recording and self._target is None and not self._start(frame, rate):
             controls.record(False)
-        if self._film is not None:
-            self._film.offer(frame)
-            if self._film.error is not None:
+        elif not controls.recording:
+            self._stop()
+        if self._target is not None:
+            self._target.offer(frame)
+            if self._target.error is not None:
                 controls.record(False)
 
     def push_audio(self, chunk: AudioChunk) -> None:
-        """Sound for the recording, if there is one; from any thread."""
-        film = self._film
-        if film is not None:
-            film.push_audio(chunk)
+        """Queue sound for the recording, if there is one; thread-safe."""
+        target = self._target
+        if target is not None:
+            target.push_audio(chunk)
 
     def close(self) -> None:
-        """End the recording, and see the last snapshot written."""
-        if self._writing is not None:
-            self._writing.join(CLOSE_SECONDS)
-        self._stop_recording()
+        """Finish the recording and the last snapshot."""
+        if self._snapshot is not None:
+            self._snapshot.join(CLOSE_SECONDS)
+        self._stop()
 
-    def _stop_recording(self) -> None:
-        if self._film is not None:
-            film, self._film = self._film, None
-            film.close()
-            self._tell(str(film.error) if film.error else f"{film.name}: {film.delivered} frames")
-
-    def _set(self, on: bool, frame: LiveFrame, rate: Fraction) -> bool:
-        if not on:
-            self._stop_recording()
-            return True
-        film = FileTarget(_free_name(".mp4"), Meter(), rate, WriteOptions(new_sound=self.sound))
+    def _start(self, frame: LiveFrame, rate: Fraction) -> bool:
+        options = WriteOptions(new_sound=self.sound)
+        target = FileTarget(_unused_name(".mp4"), LatencyMeter(), rate, options, self._clock)
         try:
-            film.start(frame)
+            target.start(frame)
         except VidstyleError as error:
-            self._tell(str(error))
+            self._notify(str(error))
             return False
-        self._film = film
-        self._tell(f"{film.name}: recording")
+        self._target = target
+        self._notify(f"{target.name}: recording")
         return True
 
-    def _keep(self, frame: LiveFrame, rate: Fraction) -> None:
-        path = _free_name(".png")
+    def _stop(self) -> None:
+        if self._target is not None:
+            target, self._target = self._target, None
+            target.close()
+            self._notify(str(target.error or f"{target.name}: {target.delivered} frames"))
+
+    def _write_snapshot(self, frame: LiveFrame, rate: Fraction) -> None:
+        path = _unused_name(".png")
         try:
             sink = FileSink(path, frame, rate, WriteOptions(), still=True)
             sink.write(frame, 0)
             sink.close()
-            self._tell(f"{path}: kept")
+            self._notify(f"{path}: saved")
         except VidstyleError as error:
-            self._tell(str(error))
+            self._notify(str(error))
 
 
-def _free_name(ending: str) -> Path:
-    """A name by the time that no file has yet."""
+def _unused_name(extension: str) -> Path:
+    """A name by date and time that no file has yet."""
     stem = f"vidstyle-{datetime.now():%Y%m%d-%H%M%S}"
-    names = (Path(f"{stem}{mark}{ending}") for mark in ("", *(f"-{number}" for number in range(2, 1000))))
-    return next(path for path in names if not path.exists())
+    suffixes = ("", *(f"-{number}" for number in range(2, 1000)))
+    return next(path for suffix in suffixes if not (path := Path(f"{stem}{suffix}{extension}")).exists())

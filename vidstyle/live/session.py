@@ -1,36 +1,38 @@
-"""A live session: the newest picture of a source, restyled, to all targets."""
+"""A live session: the newest frame of a source, restyled, to all targets."""
 
 from __future__ import annotations
 
 import logging
 import threading
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 from vidstyle.live.audio import AudioRouter
 from vidstyle.live.capture import Capture
+from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.control import Controls, Status
-from vidstyle.live.meter import Meter, RateMeter
+from vidstyle.live.meter import LatencyMeter, RateMeter
 from vidstyle.live.options import LiveOptions, TargetContext
 from vidstyle.live.process import FrameProcessor
 from vidstyle.live.recorder import Recorder
-from vidstyle.live.summary import LiveSummary
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.live.target_group import TargetGroup
+from vidstyle.live.target_group import Delivery, TargetGroup
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, LiveSource
 
 log = logging.getLogger("vidstyle")
 
 DEFAULT_RATE = Fraction(30)
-WATCH_SECONDS = 0.1
+POLL_SECONDS = 0.1
+"""Interval at which the end of the session is checked for."""
 END_SECONDS = 2.0
+"""Time that each part of the session may take to stop."""
 
 
 class LiveSession:
-    """One run from a source to targets; `run` takes it to its end."""
+    """One run from a source to targets."""
 
     def __init__(
         self,
@@ -38,163 +40,233 @@ class LiveSession:
         controls: Controls,
         makers: Sequence[Callable[[TargetContext], Target]],
         options: LiveOptions | None = None,
+        clock: Clock = MONOTONIC,
     ) -> None:
         """Nothing is opened before `run`.
 
         Args:
-            makers: each makes a target once the first picture tells what it is to take.
+            makers: each makes a target once the first frame is known.
+            clock: by which the session goes, its threads included.
         """
-        self._source, self._controls = source, controls
-        self._destinations = TargetGroup(makers)
-        self._message = ""
+        self._source, self._controls, self._clock = source, controls, clock
         self._options = options or LiveOptions()
-        self._restyling = FrameProcessor(controls, self._options, self._tell)
-        self._sound = AudioRouter(self._options, self._push_audio)
-        self._capture = Capture(source, self._sound.push_audio)
-        self._meter, self._restyled, self._pace = Meter(), Meter(), RateMeter()
-        self._keepsakes = Recorder(self._tell)
+        self._message = ""
+        self._targets = TargetGroup(makers)
+        self._processor = FrameProcessor(controls, self._options, self._notify)
+        self._audio = AudioRouter(self._options, self._push_audio, clock)
+        self._capture = Capture(source, self._audio.push_source_audio, clock)
+        self._delivered, self._restyled = LatencyMeter(clock), LatencyMeter(clock)
+        self._frame_rate = RateMeter(clock)
+        self._recorder = Recorder(self._notify, clock)
         self._rate = self._options.rate or DEFAULT_RATE
         self._began: float | None = None
-        self._frames = self._unready = 0
-        self._over = threading.Event()
+        self._frames = self._dropped_at_start = 0
+        self._ended = threading.Event()
         self._error: BaseException | None = None
         controls.attach(self.status)
 
-    def run(self, stop: threading.Event, watch: Callable[[], None] | None = None) -> LiveSummary:
-        """Go on until the source ends, somebody quits, or `stop` is set; all targets are closed then.
+    def run(self, stop: threading.Event, poll: Callable[[], None] | None = None) -> LiveSummary:
+        """Run until the source ends, the user quits, or `stop` is set; then close all targets.
 
         Args:
-            watch: called about ten times a second from this thread.
+            poll: called about ten times a second, from this thread.
 
         Raises:
-            VidstyleError: the source never gave a picture, there is no such device, or no target is left.
+            VidstyleError: the source never delivered a frame, there is no such device, or all targets failed.
         """
-        style = threading.Thread(target=self._guarded, name="vidstyle style", daemon=True)
+        worker = threading.Thread(target=self._run_worker, name="vidstyle style", daemon=True)
         self._capture.start()
-        self._sound.start()
-        style.start()
+        self._audio.start()
+        worker.start()
         try:
-            while not self._over.wait(WATCH_SECONDS) and not stop.is_set() and not self._is_done():
-                if watch is not None:
-                    watch()
+            while (
+                not self._clock.wait(self._ended, POLL_SECONDS) and not stop.is_set() and not self._is_done()
+            ):
+                if poll is not None:
+                    poll()
         finally:
-            self._over.set()
-            style.join(END_SECONDS)
-            self._close(idle=not style.is_alive())
+            self._ended.set()
+            worker.join(END_SECONDS)
+            self._close(idle=not worker.is_alive())
         if self._error is not None:
             raise self._error
         return self._summary()
 
     def status(self) -> Status:
-        """How it is now."""
+        """The present status."""
         return Status(
-            style=self._restyling.style,
+            style=self._processor.style,
             bypass=self._controls.bypassed,
             source=self._source.name,
             source_state=self._capture.state,
-            size=self._restyling.size,
+            size=self._processor.size,
             frames=self._frames,
             dropped=self._dropped,
-            repeated=self._destinations.repeated,
-            rate=self._pace.now,
+            repeated=sum(delivery.repeated for delivery in self._targets.deliveries),
+            rate=self._frame_rate.rate,
             latency_ms=self._restyled.recent_latency(),
-            given_up=self._restyling.given_up,
-            targets=self._destinations.states,
-            recording=self._keepsakes.recording,
+            degraded=self._processor.degraded,
+            targets=self._targets.states,
+            recording=self._recorder.recording,
             message=self._message,
         )
 
     @property
     def _dropped(self) -> int:
-        return self._capture.pictures.dropped - self._unready
+        return self._capture.frames.dropped - self._dropped_at_start
 
     def _is_done(self) -> bool:
-        now, options = time.monotonic(), self._options
-        if self._controls.quitting.is_set():
-            return True
-        self._error = self._error or self._capture.failure
-        if self._error is not None:
-            return True
-        return options.seconds is not None and now - (self._began or now) >= options.seconds
+        now, seconds = self._clock.now(), self._options.seconds
+        self._error = self._error or self._capture.startup_error
+        is_over = seconds is not None and now - (self._began or now) >= seconds
+        return self._controls.quitting.is_set() or self._error is not None or is_over
 
-    def _guarded(self) -> None:
+    def _run_worker(self) -> None:
         try:
-            self._style_all()
-        except BaseException as error:  # a thread's error is raised again in the calling thread
+            self._process_all()
+        except BaseException as error:  # raised again in the calling thread
             self._error = error
         finally:
-            self._over.set()
+            self._ended.set()
 
-    def _style_all(self) -> None:
-        pictures = self._capture.pictures
-        while not self._over.is_set() and not pictures.over:
-            captured = pictures.take(WATCH_SECONDS)
+    def _process_all(self) -> None:
+        frames = self._capture.frames
+        while not self._ended.is_set() and not frames.exhausted:
+            captured = frames.get(POLL_SECONDS)
             if captured is not None:
-                self._style(captured)
+                self._process(captured)
                 if self._frames == self._options.frames:
                     return
         if self._capture.error is not None:
             raise self._capture.error
 
-    def _style(self, captured: CapturedFrame) -> None:
-        begin = time.monotonic()
-        picture = self._restyling.frame(captured, self._capture, self._source.name)
+    def _process(self, captured: CapturedFrame) -> None:
+        begin = self._clock.now()
+        picture = self._processor.process(captured, self._capture, self._source.name)
         frame = LiveFrame(picture, captured.time, self._frames)
         if self._began is None:
-            frame = self._begin(frame)
-            begin = time.monotonic()
-        self._restyled.delivered(frame.captured)
-        self._destinations.offer(frame)
-        self._keepsakes.offer(frame, self._controls, self._rate)
+            frame = self._open_targets(frame)
+            begin = self._clock.now()
+        self._restyled.record(frame.captured)
+        self._targets.offer(frame)
+        self._recorder.offer(frame, self._controls, self._rate)
         self._frames += 1
-        self._pace.count()
-        self._restyling.took(time.monotonic() - begin)
+        self._frame_rate.record()
+        self._processor.record_time(self._clock.now() - begin)
 
-    def _begin(self, frame: LiveFrame) -> LiveFrame:
-        """Open the targets with the first frame, whose time begins when all is ready.
+    def _open_targets(self, frame: LiveFrame) -> LiveFrame:
+        """Open the targets with the first frame, whose time begins when all are open.
 
-        What came while the style and the targets were made ready is not counted as dropped.
+        Frames that arrive in the meantime are not counted as dropped.
         """
         self._rate = self._options.rate or self._capture.rate or DEFAULT_RATE
-        self._restyling.hold(self._rate)
-        sound = self._sound.wait(self._capture.has_sound)
-        setting = TargetContext(frame, self._rate, self._meter, self._controls, sound)
-        self._keepsakes.sound = sound
-        self._destinations.open(setting)
-        self._capture.pictures.take(0)
-        self._began, self._unready = time.monotonic(), self._capture.pictures.dropped
+        self._processor.set_rate(self._rate)
+        self._recorder.sound = self._audio.wait(self._capture.has_sound)
+        self._targets.open(
+            TargetContext(
+                frame, self._rate, self._delivered, self._controls, self._recorder.sound, self._clock
+            )
+        )
+        self._capture.frames.get(0)
+        self._began, self._dropped_at_start = self._clock.now(), self._capture.frames.dropped
         return replace(frame, captured=self._began)
 
     def _push_audio(self, chunk: AudioChunk) -> None:
-        """Pass sound on to the targets that take any; called from the thread that takes it."""
-        self._destinations.push_audio(chunk)
-        self._keepsakes.push_audio(chunk)
+        """Pass sound on; called from the thread that captures it."""
+        self._targets.push_audio(chunk)
+        self._recorder.push_audio(chunk)
 
-    def _tell(self, message: str) -> None:
-        """Say something, here and in the status; from any thread."""
+    def _notify(self, message: str) -> None:
+        """Show a message to the user, in the log and the status; thread-safe."""
         self._message = message
         log.info(message)
 
     def _close(self, idle: bool) -> None:
-        """Let go of everything; of what restyles only when it is `idle`, for else it still works there."""
+        """Release everything; the processor only when it is `idle`."""
         self._capture.close(END_SECONDS)
-        self._sound.close(END_SECONDS)
-        failure = self._destinations.close()
-        self._keepsakes.close()
+        self._audio.close(END_SECONDS)
+        error = self._targets.close()
+        self._recorder.close()
         if idle:
-            self._restyling.close(END_SECONDS)
-        self._error = self._error or failure
+            self._processor.close(END_SECONDS)
+        self._error = self._error or error
 
     def _summary(self) -> LiveSummary:
         return LiveSummary(
             source=self._source.name,
             frames=self._frames,
             dropped=self._dropped,
-            elapsed=0.0 if self._began is None else time.monotonic() - self._began,
+            elapsed=0.0 if self._began is None else self._clock.now() - self._began,
             restyled_ms=self._restyled.latency(),
-            latency_ms=self._meter.latency(),
-            size=self._restyling.size,
+            latency_ms=self._delivered.latency(),
+            size=self._processor.size,
             rate=float(self._rate),
-            given_up=self._restyling.given_up,
-            deliveries=self._destinations.deliveries,
+            degraded=self._processor.degraded,
+            deliveries=self._targets.deliveries,
         )
+
+
+@dataclass(frozen=True)
+class LiveSummary:
+    """Statistics of a session.
+
+    Attributes:
+        frames: number of frames restyled.
+        dropped: number of frames that were captured and dropped for newer ones.
+        elapsed: seconds from the first frame to the end.
+        restyled_ms: median and 99th percentile from capture until a frame is restyled.
+        latency_ms: median and 99th percentile until a target has written it; 0 if no target records it.
+        size: width and height of the output.
+        rate: frames per second that the targets were opened for.
+        degraded: what was reduced at the end to hold the rate, or "".
+        deliveries: for each target.
+    """
+
+    source: str
+    frames: int
+    dropped: int
+    elapsed: float
+    restyled_ms: tuple[float, float]
+    latency_ms: tuple[float, float]
+    size: tuple[int, int]
+    rate: float
+    degraded: str
+    deliveries: tuple[Delivery, ...]
+
+    @property
+    def repeated(self) -> int:
+        """Number of frames that targets repeated, together."""
+        return sum(delivery.repeated for delivery in self.deliveries)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it in plain values, for JSON."""
+        return {
+            "source": self.source,
+            "frames": self.frames,
+            "dropped": self.dropped,
+            "repeated": self.repeated,
+            "elapsed": round(self.elapsed, 3),
+            "fps": round(self.frames / self.elapsed, 2) if self.elapsed > 0 else 0.0,
+            "rate": round(self.rate, 3),
+            "restyled_ms": _as_dict(self.restyled_ms),
+            "latency_ms": _as_dict(self.latency_ms),
+            "size": list(self.size),
+            "given_up": self.degraded,
+            "targets": [vars(delivery) for delivery in self.deliveries],
+        }
+
+    def lines(self) -> list[str]:
+        """All of it as lines of text."""
+        lost = f"{self.dropped} dropped, {self.repeated} repeated"
+        first = f"{self.frames} frames in {self.elapsed:.1f} s, {lost}"
+        restyled = "capture to restyled: " + _text(self.restyled_ms)
+        delivered = "capture to delivered: " + _text(self.latency_ms)
+        return [first, restyled, *([delivered] if any(self.latency_ms) else []), *map(str, self.deliveries)]
+
+
+def _as_dict(latency: tuple[float, float]) -> dict[str, float]:
+    return {"median": round(latency[0], 2), "p99": round(latency[1], 2)}
+
+
+def _text(latency: tuple[float, float]) -> str:
+    return f"median {latency[0]:.1f} ms, 99 % within {latency[1]:.1f} ms"

@@ -1,4 +1,4 @@
-"""Finds out what kind of target a word on the command line means."""
+"""Opens a target by its name on the command line."""
 
 from __future__ import annotations
 
@@ -27,16 +27,19 @@ if TYPE_CHECKING:
     import av
 
 
+TargetMaker = Callable[[TargetContext], Target]
+
+
 @dataclass(frozen=True)
 class TargetOptions:
-    """How to write.
+    """Options of targets.
 
     Attributes:
         format: of standard output: "y4m", "nut" or "raw".
         pix_fmt: of a virtual camera or raw pictures.
         codec, bitrate: of a network stream, in bits a second.
-        file: how files are written.
-        port: of the page; 0 is a free one.
+        file: options of files.
+        port: of the page; 0 chooses a free one.
     """
 
     format: str | None = None
@@ -47,22 +50,22 @@ class TargetOptions:
     port: int = 0
 
     def stream(self, rate: Fraction, sound: bool) -> StreamOptions:
-        """The same for a stream of this rate, with or without sound."""
+        """The options of a stream at this rate, with or without sound."""
         return StreamOptions(rate, self.format, self.pix_fmt, self.codec, self.bitrate, sound)
 
 
-def target_maker(text: str, options: TargetOptions) -> Callable[[TargetContext], Target]:
-    """What makes the target that a word means, as soon as the size of the pictures is known.
+def target_maker(text: str, options: TargetOptions) -> TargetMaker:
+    """A function that opens the target of this name once the first frame is known.
 
     Args:
         text: "page", "null", "-" for standard output, "/dev/videoN", a URL, a playlist.m3u8, or a file.
 
     Raises:
-        UsageError: it means nothing, or lacks an option.
+        UsageError: no such kind of target, or a required option is missing.
         DeviceError: there is no such virtual camera.
     """
     if text == "null":
-        return lambda setting: NullTarget(setting.meter)
+        return lambda context: NullTarget(context.meter)
     if text == "page":
         return _page_maker(options.port)
     if text == "-":
@@ -83,36 +86,36 @@ def _stream_maker(
     options: TargetOptions,
     open_stream: Callable[[StreamOptions, av.VideoFrame], Stream],
     reconnects: bool = True,
-) -> Callable[[TargetContext], Target]:
-    def make(setting: TargetContext) -> Target:
+) -> TargetMaker:
+    def make(context: TargetContext) -> Target:
         def open_sink(first: LiveFrame) -> StreamSink:
-            return StreamSink(open_stream(options.stream(setting.rate, setting.sound), first.video))
+            return StreamSink(open_stream(options.stream(context.rate, context.sound), first.video))
 
-        outlet = ConstantRateTarget(name, open_sink, setting.meter, setting.rate, reconnects)
-        outlet.start(setting.first)
-        return outlet
+        target = ConstantRateTarget(name, open_sink, context.meter, context.rate, reconnects, context.clock)
+        target.start(context.first)
+        return target
 
     return make
 
 
-def _file_maker(text: str, options: TargetOptions) -> Callable[[TargetContext], Target]:
+def _file_maker(text: str, options: TargetOptions) -> TargetMaker:
     kind_of(text, options.file.format, is_pattern(text))
     if os.path.lexists(text) and is_plain_file(Path(text)) and not options.file.overwrite:
         raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
 
-    def make(setting: TargetContext) -> Target:
-        written = replace(options.file, new_sound=setting.sound)
-        outlet = FileTarget(text, setting.meter, setting.rate, written)
-        outlet.start(setting.first)
-        return outlet
+    def make(context: TargetContext) -> Target:
+        file_options = replace(options.file, new_sound=context.sound)
+        target = FileTarget(text, context.meter, context.rate, file_options, context.clock)
+        target.start(context.first)
+        return target
 
     return make
 
 
-def _page_maker(port: int) -> Callable[[TargetContext], Target]:
+def _page_maker(port: int) -> TargetMaker:
     try:
         from vidstyle.live.page import PageTarget
     except ImportError as error:
         raise UsageError("page", f"cannot be shown: {error}", "give another target with --to") from error
 
-    return lambda setting: PageTarget(setting.controls, port, setting.meter)
+    return lambda context: PageTarget(context.controls, port, context.meter)

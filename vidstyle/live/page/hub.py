@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from vidstyle.live.control import Controls
-from vidstyle.live.meter import Meter
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.panel import panel
 from vidstyle.live.target import LiveFrame
 from vidstyle.style import Style
@@ -28,7 +28,7 @@ class FrameHub:
         bypasser: the one of them that bypasses the style; the bypass ends when it disconnects.
     """
 
-    def __init__(self, controls: Controls, meter: Meter) -> None:
+    def __init__(self, controls: Controls, meter: LatencyMeter) -> None:
         self.controls, self._meter = controls, meter
         self.changed, self._arrived = asyncio.Condition(), asyncio.Condition()
         self.delivered = self.dropped = 0
@@ -65,7 +65,7 @@ class FrameHub:
         if frame.number > self._counted:
             self._counted = frame.number
             self.delivered += 1
-            self._meter.delivered(frame.captured)
+            self._meter.record(frame.captured)
 
     async def newer(self, frame: LiveFrame | None) -> LiveFrame:
         """Wait until the newest frame is another than this, and return it."""

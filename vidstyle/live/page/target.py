@@ -9,7 +9,7 @@ from aiohttp import web
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
-from vidstyle.live.meter import Meter
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.hub import FrameHub
 from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
@@ -31,7 +31,7 @@ class PageTarget:
     name = "page"
     repeated = 0
 
-    def __init__(self, controls: Controls, port: int = 0, meter: Meter | None = None) -> None:
+    def __init__(self, controls: Controls, port: int = 0, meter: LatencyMeter | None = None) -> None:
         """Open the page and log its address.
 
         Args:
@@ -42,7 +42,7 @@ class PageTarget:
         Raises:
             OutputError: the port is taken, or needs privileges.
         """
-        self._hub = FrameHub(controls, meter or Meter())
+        self._hub = FrameHub(controls, meter or LatencyMeter())
         handlers = {"/picture.png": self._send_picture, "/socket": self._serve_socket}
         try:
             self._server = WebServer("vidstyle page", handlers, STATIC, "page.html", port)

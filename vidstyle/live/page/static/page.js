@@ -72,7 +72,7 @@ function tell(now) {
     [`${rate().toFixed(0)} fps`, `pictures shown here each second; restyled: ${now.rate.toFixed(1)}`],
     [`${now.shown_ms.toFixed(0)} ms`, "from capture to this page, half of the pictures"],
     [`${now.dropped} dropped`, `of ${now.frames + now.dropped} pictures that came`],
-    [now.given_up, "given up to hold the rate"],
+    [now.degraded, "reduced to hold the rate"],
     ...now.targets.filter(([name]) => name !== "page").map(target => [target.join(": "), "another target"]),
   ];
   $("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) =>
