@@ -67,11 +67,11 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
 @click.command(short_help="Make comic pages from a film or a folder of pictures.")
 @click.argument("source", metavar="INPUT")
 @click.argument("target", metavar="OUTPUT")
-@click.option("--panels", type=Panels(), default="auto", show_default=True, help="How many pictures.")
-@click.option("--at", type=Times(), default=(), help="Show these moments: seconds or h:mm:ss.")
-@click.option("--skip", type=Spans(), default=(), help="Show nothing of these parts.")
+@click.option("--panels", type=Panels(), default="auto", show_default=True, help="Number of panels.")
+@click.option("--at", type=Times(), default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
+@click.option("--skip", type=Spans(), default=(), help="Exclude these time ranges.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
-              help="Another number, another good layout.")  # fmt: skip
+              help="Select another good layout.")  # fmt: skip
 @click.option(
     "--size",
     metavar="NAME|WxH",
@@ -80,30 +80,38 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
 @click.option(
     "--landscape",
     is_flag=True,
-    help="Lay a page that has a name on its side; else it is upright, whatever the film.",
+    help="Landscape orientation, for named sizes.",
 )
 @click.option("--dpi", type=float, default=DPI, show_default=True, help="Pixels per inch.")
-@click.option("--pages", type=click.IntRange(min=1), metavar="N", help="How many pages.  [default: as suits]")
-@click.option("--bleed", "bleeding", is_flag=True, help="Lead panels as wide as the page on to its edges.")
-@click.option("--right-to-left", is_flag=True, help="Read from the right.")
+@click.option(
+    "--pages", type=click.IntRange(min=1), metavar="N", help="Number of pages.  [default: automatic]"
+)
+@click.option(
+    "--bleed", "bleeding", is_flag=True, help="Full bleed: extend full-width panels to the page edge."
+)
+@click.option("--right-to-left", is_flag=True, help="Right-to-left reading order.")
 @click.option("--style", "styles", metavar="A,B,C",
-              help="Styles of the panels, in turns.  [default: comic]")  # fmt: skip
-@click.option("--subtitles", metavar="FILE|none", help="Words from .srt or .vtt.  [default: the film's own]")
-@click.option("--title", default="", help="What stands above the first page.")
+              help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
+@click.option("--subtitles", metavar="FILE|none", help="Subtitles, .srt or .vtt.  [default: the film's]")
+@click.option("--title", default="", help="Title above the first page.")
 @click.option(
     "--font",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="A .ttf or .otf file.  [default: built-in, or an installed one where that lacks letters]",
+    help="Font, .ttf or .otf.  [default: built-in, or an installed font where glyphs are missing]",
 )
 @click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",
-              help="Save the frames too, with a table of their times.")  # fmt: skip
-@click.option("--storyboard", is_flag=True, help="Make a plain contact sheet with times instead.")
+              help="Save the key frames, with a table of their times.")  # fmt: skip
+@click.option("--storyboard", is_flag=True, help="Make a contact sheet with times instead.")
 @click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
-              help="Find faces with this model: a cascade of OpenCV's (.xml) or YuNet (.onnx).")  # fmt: skip
-@click.option("-y", "--overwrite", is_flag=True, help="Replace files that exist.")
+              help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).")  # fmt: skip
+@click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
 @click.option(
-    "--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True, help="What runs the style."
+    "--device",
+    metavar="auto|cpu|gpu|gpu:N",
+    default="auto",
+    show_default=True,
+    help="Device that runs the style.",
 )
 @reporting_options
 def comic(source: str, target: str, styles: str | None, **options: Any) -> None:

@@ -18,63 +18,89 @@ if TYPE_CHECKING:
     from vidstyle.media.capture.sources import SourceOptions
 
 
-@click.command(short_help="Restyle a camera, a screen or a stream as it comes.")
+@click.command(short_help="Restyle a camera, a screen or a stream in real time.")
 @click.argument("source", metavar="[SOURCE]", default="camera")
 @click.option(
-    "--style", "style_name", metavar="NAME", default="ink", show_default=True, help="Name or style file."
+    "--style",
+    "style_name",
+    metavar="NAME",
+    default="ink",
+    show_default=True,
+    help="Name of a style or a file.",
 )
 @click.option(
-    "--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True, help="Change the style a bit."
+    "--set",
+    "changes",
+    metavar="STEP.PARAMETER=VALUE",
+    multiple=True,
+    help="Override a style parameter; may be repeated.",
 )
-@click.option("--steady", type=click.FloatRange(0, 1), metavar="S", help="0 lets it boil, 1 keeps it still.")
+@click.option(
+    "--steady",
+    type=click.FloatRange(0, 1),
+    metavar="S",
+    help="Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]",
+)
 @click.option(
     "--to", "targets", metavar="TARGET", multiple=True, default=["page"], show_default=True,
-    help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be given several times.",
+    help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.",
 )  # fmt: skip
-@click.option("--size", type=Size(), help="Size to take and to deliver; 1280x-2 keeps the shape.")
-@click.option("--fps", type=Rate(), help="Pictures a second.  [default: the source's own, of a camera 30]")
+@click.option("--size", type=Size(), help="Capture and output size; 1280x-2 keeps the aspect ratio.")
+@click.option("--fps", type=Rate(), help="Frame rate.  [default: that of the source; 30 for cameras]")
 @click.option(
     "--budget", type=click.Choice(["auto", "off"]), default="auto", show_default=True,
-    help="What to do when the rate cannot be held: work on smaller pictures, or drop more.",
+    help="Where the frame rate cannot be held: auto reduces the working size, off drops frames.",
 )  # fmt: skip
-@click.option("--loop", is_flag=True, help="Begin a file again at its end.")
-@click.option("--frames", type=click.IntRange(min=1), metavar="N", help="End after N pictures.")
-@click.option("--duration", type=Seconds(), help="End after this time.")
-@click.option("--format", "file_format", metavar="y4m|nut|raw", help="What to write to '-'.  [default: y4m]")
-@click.option("--pix-fmt", metavar="NAME", help="Of a virtual camera (yuyv422, nv12, i420), a file or '-'.")
-@click.option("--codec", metavar="NAME", help="Encoder of files and network streams.")
-@click.option("--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality of files.")
+@click.option("--loop", is_flag=True, help="Repeat a file.")
+@click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
+@click.option("--duration", type=Seconds(), help="Stop after this time.")
+@click.option("--format", "file_format", metavar="y4m|nut|raw", help="Format on '-'.  [default: y4m]")
 @click.option(
-    "--bitrate", type=click.IntRange(min=1000), metavar="BITS", help="Of network streams, a second."
+    "--pix-fmt", metavar="NAME", help="Pixel format of a virtual camera (yuyv422, nv12, i420), a file or '-'."
+)
+@click.option("--codec", metavar="NAME", help="Video encoder of files and network streams.")
+@click.option(
+    "--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality of files; lower is better and larger."
+)
+@click.option(
+    "--bitrate",
+    type=click.IntRange(min=1000),
+    metavar="BITS",
+    help="Bit rate of network streams, in bits per second.",
 )
 @click.option(
     "--audio", type=click.Choice(["auto", "none"]), default="auto", show_default=True,
-    help="Whether sound goes along, to files and streams.",
+    help="Audio of files and streams.",
 )  # fmt: skip
+@click.option("--microphone", metavar="NAME", help="Audio source: default, hw:1,0, part of a name, or test.")
+@click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
+@click.option("--input-format", metavar="NAME", help="Format of a camera (mjpeg) or of '-' (raw).")
+@raw_video_options("Frame rate of raw video.  [default: 30]")
 @click.option(
-    "--microphone", metavar="NAME", help="Take sound from here: default, hw:1,0, part of a name, or test."
-)
-@click.option("-y", "--overwrite", is_flag=True, help="Replace a file that exists.")
-@click.option("--input-format", metavar="NAME", help="Of a camera (mjpeg), or of what comes on '-' (raw).")
-@raw_video_options("Its frame rate.  [default: 30]")
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Of the page.  [default: a free one]")
-@click.option(
-    "--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True, help="What runs the style."
+    "--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any free port]"
 )
 @click.option(
-    "--list", "listing", is_flag=True, help="List cameras with their modes, and microphones, and end."
+    "--device",
+    metavar="auto|cpu|gpu|gpu:N",
+    default="auto",
+    show_default=True,
+    help="Device that runs the style.",
 )
-@click.option("--no-keys", is_flag=True, help="Leave the terminal's keys alone.")
-@click.option("--stats", is_flag=True, help="Say at the end how long pictures took, and how many were lost.")
+@click.option("--list", "listing", is_flag=True, help="List cameras with their modes, and microphones.")
+@click.option("--no-keys", is_flag=True, help="Disable keyboard control.")
+@click.option("--stats", is_flag=True, help="Print latency and dropped frames at the end.")
 @click.option(
-    "--json", "as_json", is_flag=True, help="The same, or the list, as JSON (on stderr when a target is '-')."
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print --stats or --list as JSON (on stderr when a target is '-').",
 )
 @reporting_options
 def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **options: Any) -> int:
-    """Restyle SOURCE as it comes: a camera, a screen, a stream or a file, to one or more targets.
+    """Restyle SOURCE in real time: a camera, a screen, a stream or a file, to one or more targets.
 
-    SOURCE is a camera's path, number or name (the first camera if left out), screen, test, -, a URL,
-    or a file, which is played at its own pace.
+    SOURCE is a camera's path, number or name (default: the first camera), screen, test, -, a URL, or a
+    file, which plays in real time.
     """
     from vidstyle.live.control import Controls
     from vidstyle.live.keys import HELP, keys
