@@ -77,11 +77,7 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
     metavar="NAME|WxH",
     help="a4, a5, a3, letter, square, strip, 1200x1800 or 210x297mm.  [default: a4; for .html strip]",
 )
-@click.option(
-    "--landscape",
-    is_flag=True,
-    help="Landscape orientation, for named sizes.",
-)
+@click.option("--landscape", is_flag=True, help="Landscape orientation, for named sizes.")
 @click.option("--dpi", type=float, default=DPI, show_default=True, help="Pixels per inch.")
 @click.option(
     "--pages", type=click.IntRange(min=1), metavar="N", help="Number of pages.  [default: automatic]"
@@ -94,25 +90,16 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
               help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
 @click.option("--subtitles", metavar="FILE|none", help="Subtitles, .srt or .vtt.  [default: the film's]")
 @click.option("--title", default="", help="Title above the first page.")
-@click.option(
-    "--font",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Font, .ttf or .otf.  [default: built-in, or an installed font where glyphs are missing]",
-)
+@click.option("--font", type=click.Path(path_type=Path), metavar="FILE",
+              help="Font, .ttf or .otf.  [default: built-in, or an installed one for missing glyphs]")  # fmt: skip
 @click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Save the key frames, with a table of their times.")  # fmt: skip
 @click.option("--storyboard", is_flag=True, help="Make a contact sheet with times instead.")
 @click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
               help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
-@click.option(
-    "--device",
-    metavar="auto|cpu|gpu|gpu:N",
-    default="auto",
-    show_default=True,
-    help="Device that runs the style.",
-)
+@click.option("--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True,
+              help="Device that runs the style.")  # fmt: skip
 @reporting_options
 def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
     """Make comic pages of INPUT, a film or a folder of pictures.

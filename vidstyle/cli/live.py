@@ -20,37 +20,18 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Restyle a camera, a screen or a stream in real time.")
 @click.argument("source", metavar="[SOURCE]", default="camera")
-@click.option(
-    "--style",
-    "style_name",
-    metavar="NAME",
-    default="ink",
-    show_default=True,
-    help="Name of a style or a file.",
-)
-@click.option(
-    "--set",
-    "changes",
-    metavar="STEP.PARAMETER=VALUE",
-    multiple=True,
-    help="Override a style parameter; may be repeated.",
-)
-@click.option(
-    "--steady",
-    type=click.FloatRange(0, 1),
-    metavar="S",
-    help="Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]",
-)
-@click.option(
-    "--to", "targets", metavar="TARGET", multiple=True, default=["page"], show_default=True,
-    help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.",
-)  # fmt: skip
+@click.option("--style", "style_name", metavar="NAME", default="ink", show_default=True,
+              help="Name of a style or a file.")  # fmt: skip
+@click.option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True,
+              help="Override a style parameter; may be repeated.")  # fmt: skip
+@click.option("--steady", type=click.FloatRange(0, 1), metavar="S",
+              help="Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]")  # fmt: skip
+@click.option("--to", "targets", metavar="TARGET", multiple=True, default=["page"], show_default=True,
+              help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.")  # fmt: skip
 @click.option("--size", type=Size(), help="Capture and output size; 1280x-2 keeps the aspect ratio.")
 @click.option("--fps", type=Rate(), help="Frame rate.  [default: that of the source; 30 for cameras]")
-@click.option(
-    "--budget", type=click.Choice(["auto", "off"]), default="auto", show_default=True,
-    help="Where the frame rate cannot be held: auto reduces the working size, off drops frames.",
-)  # fmt: skip
+@click.option("--budget", type=click.Choice(["auto", "off"]), default="auto", show_default=True,
+              help="To hold the frame rate, auto reduces the working size; off drops frames.")  # fmt: skip
 @click.option("--loop", is_flag=True, help="Repeat a file.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
 @click.option("--duration", type=Seconds(), help="Stop after this time.")
@@ -62,16 +43,10 @@ if TYPE_CHECKING:
 @click.option(
     "--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality of files; lower is better and larger."
 )
-@click.option(
-    "--bitrate",
-    type=click.IntRange(min=1000),
-    metavar="BITS",
-    help="Bit rate of network streams, in bits per second.",
-)
-@click.option(
-    "--audio", type=click.Choice(["auto", "none"]), default="auto", show_default=True,
-    help="Audio of files and streams.",
-)  # fmt: skip
+@click.option("--bitrate", type=click.IntRange(min=1000), metavar="BITS",
+              help="Bit rate of network streams, in bits per second.")  # fmt: skip
+@click.option("--audio", type=click.Choice(["auto", "none"]), default="auto", show_default=True,
+              help="Audio of files and streams.")  # fmt: skip
 @click.option("--microphone", metavar="NAME", help="Audio source: default, hw:1,0, part of a name, or test.")
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
 @click.option("--input-format", metavar="NAME", help="Format of a camera (mjpeg) or of '-' (raw).")
@@ -79,22 +54,13 @@ if TYPE_CHECKING:
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any free port]"
 )
-@click.option(
-    "--device",
-    metavar="auto|cpu|gpu|gpu:N",
-    default="auto",
-    show_default=True,
-    help="Device that runs the style.",
-)
+@click.option("--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True,
+              help="Device that runs the style.")  # fmt: skip
 @click.option("--list", "listing", is_flag=True, help="List cameras with their modes, and microphones.")
 @click.option("--no-keys", is_flag=True, help="Disable keyboard control.")
 @click.option("--stats", is_flag=True, help="Print latency and dropped frames at the end.")
-@click.option(
-    "--json",
-    "as_json",
-    is_flag=True,
-    help="Print --stats or --list as JSON (on stderr when a target is '-').",
-)
+@click.option("--json", "as_json", is_flag=True,
+              help="Print --stats or --list as JSON (on stderr when a target is '-').")  # fmt: skip
 @reporting_options
 def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **options: Any) -> int:
     """Restyle SOURCE in real time: a camera, a screen, a stream or a file, to one or more targets.
