@@ -14,8 +14,8 @@ from pictures import SOURCES, planes, run, same_bits, step, style
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu import CpuRenderer
-from vidstyle.stabilize.blend import Mix, warp_and_blend
-from vidstyle.stabilize.motion import Motion, noise_level
+from vidstyle.stabilize.blend import BlendOptions, warp_and_blend
+from vidstyle.stabilize.motion import MotionEstimator, noise_level
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style, load_style, override
 
@@ -63,16 +63,16 @@ def test_chroma_is_kept_steady_too() -> None:
 def test_noise_goes_away_under_a_moving_camera(pool: ThreadPoolExecutor) -> None:
     stage, wide = Stabilizer(0.5, False, pool), page(180, 320 + 3 * 10)
     for number, each in enumerate(panned_film(10)):
-        steadied = stage.before(each, number / RATE, False).picture
+        stabilized = stage.before(each, number / RATE, False).picture
 
     clean = picture(wide[:, 27 : 27 + 320], replace(VIDEO, depth=16)).luma
-    assert each.luma is not None and steadied.luma is not None and clean is not None
+    assert each.luma is not None and stabilized.luma is not None and clean is not None
     inner = np.s_[8:-8, 8:-40]  # what has just come into the picture has nothing to be carried on
 
     def error(luma: np.ndarray) -> float:
         return float(np.sqrt(np.mean((luma[inner].astype(np.float64) - clean[inner]) ** 2)))
 
-    assert error(steadied.luma) < 0.75 * error(each.luma.astype(np.float64) * 256)
+    assert error(stabilized.luma) < 0.75 * error(each.luma.astype(np.float64) * 256)
 
 
 def disc(number: int) -> np.ndarray:
@@ -178,22 +178,22 @@ def test_the_order_of_samples_in_memory_does_not_matter() -> None:
 def test_the_result_does_not_depend_on_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = restyled(LINES, panned_film(4), 0.5)
     monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)
-    monkeypatch.setattr("vidstyle.stabilize.blend.AROUND", 1)
+    monkeypatch.setattr("vidstyle.stabilize.blend.BAND_RADIUS", 1)
 
     assert all(same_bits(*pair) for pair in zip(whole, restyled(LINES, panned_film(4), 0.5), strict=True))
 
 
-def test_marks_that_lie_still_are_carried_less() -> None:
+def test_fixed_marks_are_blended_less() -> None:
     film = list(panned_film(3))
-    motions = [Motion(0.5, is_fixed) for is_fixed in (False, True)]
+    motions = [MotionEstimator(0.5, is_fixed) for is_fixed in (False, True)]
 
     moving, fixed = (
-        [motion.follow(each, number / RATE, False) for number, each in enumerate(film)][-1]
+        [motion.estimate(each, number / RATE, False) for number, each in enumerate(film)][-1]
         for motion in motions
     )
 
     assert moving is not None and fixed is not None
-    assert moving.share == fixed.share and moving.share_of_result == pytest.approx(3 * fixed.share_of_result)
+    assert moving.weight == fixed.weight and moving.result_weight == pytest.approx(3 * fixed.result_weight)
 
 
 @pytest.mark.parametrize("moved", [(6.0, -4.0), (2.5, 1.25)])
@@ -204,7 +204,7 @@ def test_a_plane_is_moved_along_the_flow(moved: tuple[float, float], pool: Threa
         return (7 * (columns + x) + 11 * (rows + y)).astype(np.float32)
 
     flow = np.tile(np.float32(moved), (15, 22, 1))
-    now, _ = warp_and_blend(pool, np.zeros_like(rows), (1, 0), ramp(0, 0), flow, Mix(1))
+    now, _ = warp_and_blend(pool, np.zeros_like(rows), (1, 0), ramp(0, 0), flow, BlendOptions(1))
 
     inner = np.s_[8:-8, 8:-8]
     np.testing.assert_allclose(now[inner], ramp(*moved)[inner], atol=0.01)
@@ -217,7 +217,7 @@ def test_every_sample_comes_from_where_it_was(shape, dtype, pool: ThreadPoolExec
     before = random.uniform(0, 65535, shape).astype(dtype)
     flow = random.uniform(-9, 9, (max(1, shape[0] // 5), max(1, shape[1] // 4), 2)).astype(np.float32)
     flow[: shape[0] // 15] = 0
-    now, _ = warp_and_blend(pool, np.zeros(shape, np.float32), (1, 0), before, flow, Mix(1))
+    now, _ = warp_and_blend(pool, np.zeros(shape, np.float32), (1, 0), before, flow, BlendOptions(1))
 
     wide = cv2.resize(flow, shape[::-1], interpolation=cv2.INTER_LINEAR)
     rows, columns = np.indices(shape, np.float32)
@@ -233,7 +233,7 @@ def test_a_change_weighs_by_its_size(pool: ThreadPoolExecutor) -> None:
     before = np.full((9, 9), 1000, np.uint16)
     for change, weight in ((0, 1.0), (100, 0.5), (200, 1 / 17)):
         plane = np.full((9, 9), 1000 + change, np.float32)
-        now, weights = warp_and_blend(pool, plane, (1, 0), before, None, Mix(0.5, 100))
+        now, weights = warp_and_blend(pool, plane, (1, 0), before, None, BlendOptions(0.5, 100))
         np.testing.assert_allclose(weights, weight, rtol=1e-5)
         np.testing.assert_allclose(now, 1000 + change - 0.5 * weight * change, atol=0.51)
 

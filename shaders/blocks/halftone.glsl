@@ -1,5 +1,5 @@
 #include "lib/box_along.glsl"
-#include "lib/ink_cover.glsl"
+#include "lib/halftone_screen.glsl"
 
 // The mean over a cell along the rows.
 vec3 halftone_across(ivec2 at, float cell) {

@@ -1,5 +1,4 @@
-#include "lib/cubic_weight.glsl"
-#include "lib/lanczos_weight.glsl"
+#include "lib/resampling.glsl"
 
 // A picture at another size, as OpenCV resamples: pixel areas are mapped, so corners stay corners. Positions
 // are kept as a whole pixel and an exact part, since a float alone loses the part on wide pictures.

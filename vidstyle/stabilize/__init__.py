@@ -1,1 +1,1 @@
-"""Keeps restyled films from boiling: what has not changed is carried on from frame to frame."""
+"""Temporal stabilization of restyled films: each frame is blended with the warped frame before it."""

@@ -1,4 +1,4 @@
-"""One plane of a picture, mixed with that of the picture before, which is moved along first."""
+"""Blends a plane of a picture with the plane before, which is warped along the motion first."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 
 from vidstyle.core.bands import in_bands
 from vidstyle.core.kernels import compiled
-from vidstyle.stabilize.warp import move_row
 
 STILL = np.zeros((1, 1, 2), np.float32)
 """The flow of a film in which nothing moves."""
-AROUND = 8
-"""Rows of a band for each that is read beside it, so that few are worked on twice."""
+BAND_RADIUS = 8
+"""As the radius for `in_bands`: bands are much higher than the row that is read beside them, so that few rows
+are computed twice."""
 
 
 @dataclass(frozen=True)
-class Mix:
-    """How much of the plane before is mixed in at each pixel.
+class BlendOptions:
+    """How much of the plane before is blended in at each pixel.
 
     Attributes:
-        share: of the plane before, 0..1.
-        limit: change at which half of the share is left, in units of the result; infinite: none matters.
+        weight: of the plane before, 0..1.
+        limit: change at which half of the weight is left, in units of the result; infinite: none matters.
         guide: the weights of the luma plane, H x W float32, or None where there are none yet.
         step: luma pixels for each sample of this plane, across and down.
     """
 
-    share: float
+    weight: float
     limit: float = np.inf
     guide: np.ndarray | None = None
     step: tuple[int, int] = (1, 1)
@@ -40,60 +40,60 @@ def warp_and_blend(
     scale: tuple[float, float],
     before: np.ndarray,
     flow: np.ndarray | None,
-    mix: Mix,
+    blend: BlendOptions,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The plane with part of the one before in it.
+    """Warp the plane before and blend it into this one.
 
     A change counts by its root mean square over 3 x 3 samples. With r for its square over that of the limit,
-    the weight of the plane before is share * guide / (1 + r^2).
+    the weight of the plane before is weight * guide / (1 + r^2).
 
     Args:
         plane: H x W, of any type.
         scale: gain and offset that bring its codes to units of the result.
         before: what this function returned for the plane before, float32 or uint16, contiguous.
-        flow: as in `Motion`, in luma pixels.
+        flow: as in `MotionEstimator`, in luma pixels.
 
     Returns:
-        The new plane, of the type of `before`, and the weights without share, H x W float32, 0..1.
+        The new plane, of the type of `before`, and the weights without `blend.weight`, H x W float32, 0..1.
     """
     out = np.empty(plane.shape, before.dtype)
     weights = np.empty(plane.shape, np.float32)
-    flow = STILL if flow is None else flow / np.array(mix.step, np.float32)
-    guide = np.ones((1, 1), np.float32) if mix.guide is None else mix.guide
-    rate = np.float32(0 if np.isinf(mix.limit) else 1 / (9 * mix.limit**2))
+    flow = STILL if flow is None else flow / np.array(blend.step, np.float32)
+    guide = np.ones((1, 1), np.float32) if blend.guide is None else blend.guide
+    rate = np.float32(0 if np.isinf(blend.limit) else 1 / (9 * blend.limit**2))
     rounding = np.float32(0.5 if out.dtype == np.uint16 else 0)
     gain, offset = (np.float32(number) for number in scale)
 
     def run(top: int, bottom: int) -> None:
-        _carry(
-            plane, gain, offset, before, flow, np.float32(mix.share), rate, guide, *mix.step,
+        _warp_and_blend(
+            plane, gain, offset, before, flow, np.float32(blend.weight), rate, guide, *blend.step,
             rounding, weights, out, top, bottom,
         )  # fmt: skip
 
-    in_bands(pool, (plane.shape[0], plane.shape[1]), AROUND, run)
+    in_bands(pool, (plane.shape[0], plane.shape[1]), BAND_RADIUS, run)
     return out, weights
 
 
 @compiled
-def _carry(  # type: ignore[no-untyped-def]
-    plane, gain, offset, before, flow, share, rate, guide, across, down, rounding, weights, out, top, bottom
+def _warp_and_blend(  # type: ignore[no-untyped-def]
+    plane, gain, offset, before, flow, weight, rate, guide, across, down, rounding, weights, out, top, bottom
 ):
-    """A ring of three rows: what was before, moved along, and how much each sample has changed since."""
+    """Keeps a ring of three rows: the warped plane before, and the squared change of each sample."""
     height, width = plane.shape
     moved = np.empty((3, width), np.float32)
     changes = np.zeros((3, width + 2), np.float32)
-    wide = np.empty((2, 2, width), np.float32)
-    held = np.full(2, -1, np.int32)
+    widened = np.empty((2, 2, width), np.float32)
+    widened_rows = np.full(2, -1, np.int32)
     for row in range(top - 1, bottom + 1):
         y = min(max(row, 0), height - 1)
         line, change = moved[row % 3], changes[row % 3]
-        move_row(before, y, flow, wide, held, line)
+        _warp_row(before, y, flow, widened, widened_rows, line)
         if rate > 0:
             _change_of_row(plane[y], gain, offset, line, change)
         if row > top:
             done = row - 1
-            _weigh_row(changes, rate, guide[min(done * down, guide.shape[0] - 1)], across, weights[done])
-            _mix_row(plane[done], gain, offset, moved[done % 3], share, weights[done], rounding, out[done])
+            _row_weights(changes, rate, guide[min(done * down, guide.shape[0] - 1)], across, weights[done])
+            _blend_row(plane[done], gain, offset, moved[done % 3], weight, weights[done], rounding, out[done])
 
 
 @compiled
@@ -105,7 +105,7 @@ def _change_of_row(now, gain, offset, line, change):  # type: ignore[no-untyped-
 
 
 @compiled
-def _weigh_row(changes, rate, guide, across, weights):  # type: ignore[no-untyped-def]
+def _row_weights(changes, rate, guide, across, weights):  # type: ignore[no-untyped-def]
     one = np.float32(1)
     if rate > 0:
         first, second, third = changes[0], changes[1], changes[2]
@@ -123,9 +123,89 @@ def _weigh_row(changes, rate, guide, across, weights):  # type: ignore[no-untype
 
 
 @compiled
-def _mix_row(now, gain, offset, line, share, weights, rounding, out):  # type: ignore[no-untyped-def]
+def _blend_row(now, gain, offset, line, weight, weights, rounding, out):  # type: ignore[no-untyped-def]
     most = np.float32(65535)
     for x in range(out.size):
         value = now[x] * gain + offset
-        value += share * weights[x] * (line[x] - value)
+        value += weight * weights[x] * (line[x] - value)
         out[x] = min(max(value + rounding, np.float32(0)), most) if rounding > 0 else value
+
+
+@compiled
+def _warp_row(before, y, flow, widened, widened_rows, line):  # type: ignore[no-untyped-def]
+    """Fill row `y` of a plane with the warped plane before.
+
+    Flow is first brought to all columns, a row of its grid at a time: it is the same for several rows of the
+    plane, so that little more than a mean of two is left to do for each sample.
+
+    Args:
+        before: H x W.
+        flow: on a coarse grid over the plane, h x w x 2 float32, in samples.
+        widened, widened_rows: two of its rows at full width, 2 x 2 x W float32, and which they are: -1 for none,
+            -2 - row for one without motion. The caller passes them again for the next row.
+        line: the row, W float32.
+    """
+    rows, height = flow.shape[0], before.shape[0]
+    place = (np.float32(y) + np.float32(0.5)) * np.float32(rows) / np.float32(height) - np.float32(0.5)
+    upper = int(np.floor(place))
+    above, below = min(max(upper, 0), rows - 1), min(max(upper + 1, 0), rows - 1)
+    for row in (above, below):
+        if widened_rows[row % 2] not in (row, -2 - row):
+            widened_rows[row % 2] = row if _widen_row(flow[row], widened[row % 2]) else -2 - row
+    if widened_rows[above % 2] >= 0 or widened_rows[below % 2] >= 0:
+        _take_row(before, y, widened[above % 2], widened[below % 2], place - np.float32(upper), line)
+    else:
+        for x in range(line.size):
+            line[x] = before[y, x]
+
+
+@compiled
+def _widen_row(flow, widened):  # type: ignore[no-untyped-def]
+    """Interpolate a row of the flow's grid, w x 2, to 2 x width; return whether anything moves in it."""
+    columns, width = flow.shape[0], widened.shape[1]
+    moves = False
+    for column in range(columns):
+        moves = moves or flow[column, 0] != 0 or flow[column, 1] != 0
+    if moves:
+        each, half = np.float32(columns) / np.float32(width), np.float32(0.5)
+        for x in range(width):
+            place = (np.float32(x) + half) * each - half
+            before = np.floor(place)
+            part = place - before
+            left, right = max(int(before), 0), min(int(before) + 1, columns - 1)
+            for axis in range(2):
+                widened[axis, x] = flow[left, axis] + part * (flow[right, axis] - flow[left, axis])
+    else:
+        widened[:] = 0
+    return moves
+
+
+@compiled(fastmath=True)
+def _take_row(before, y, above, below, part, line):  # type: ignore[no-untyped-def]
+    """Read a row at its flow, linear between samples; the border is repeated.
+
+    First where from, then what lies there: the first loop becomes vectors, which the second cannot.
+    """
+    height, width = before.shape
+    zero, bottom, right = np.float32(0), np.float32(height - 1), np.float32(width - 1)
+    last_row, last_column = np.int32(max(height - 2, 0)), np.int32(max(width - 2, 0))
+    first = np.empty(width, np.uint32)
+    parts = np.empty((2, width), np.float32)
+    across, more_across = above[0], below[0]
+    down, more_down = above[1], below[1]
+    for x in range(width):
+        from_x = np.float32(np.int32(x)) + across[x] + part * (more_across[x] - across[x])
+        from_y = np.float32(y) + down[x] + part * (more_down[x] - down[x])
+        from_x, from_y = min(max(from_x, zero), right), min(max(from_y, zero), bottom)
+        column, row = min(np.int32(from_x), last_column), min(np.int32(from_y), last_row)
+        parts[0, x], parts[1, x] = from_x - np.float32(column), from_y - np.float32(row)
+        # Unsigned, so that no index is looked at for being negative.
+        first[x] = np.uint32(row) * np.uint32(width) + np.uint32(column)
+    samples = before.reshape(-1)
+    beside, under = np.uint32(width > 1), np.uint32(width if height > 1 else 0)
+    for x in range(width):
+        here, lower = first[x], np.uint32(first[x] + under)
+        upper_left, lower_left = np.float32(samples[here]), np.float32(samples[lower])
+        upper = upper_left + parts[0, x] * (np.float32(samples[np.uint32(here + beside)]) - upper_left)
+        low = lower_left + parts[0, x] * (np.float32(samples[np.uint32(lower + beside)]) - lower_left)
+        line[x] = upper + parts[1, x] * (low - upper)

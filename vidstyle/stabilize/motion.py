@@ -1,4 +1,4 @@
-"""What a steady film needs to know of each frame: where everything was in the frame before, and the noise."""
+"""Motion from frame to frame, and the level of noise."""
 
 from __future__ import annotations
 
@@ -13,58 +13,58 @@ from vidstyle.core.kernels import compiled
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
 
-REDUCED = 480
-"""Motion is looked for in a copy with at most this many pixels on a side."""
-GRID = 2
-"""Flow is kept for squares of so many pixels of that copy."""
+FLOW_SIDE = 480
+"""MotionEstimator is looked for in a copy with at most this many pixels on a side."""
+FLOW_GRID = 2
+"""Flow is stored for squares of so many pixels of that copy."""
 MAX_GAP = 0.5
-"""Seconds without a frame after which nothing is carried on."""
-MAX_CARRIED = 0.9
-"""Share of the carried picture at `steady` 1; more would freeze what changes slowly."""
-OF_RESULT = 0.6
-"""What is carried of the result, in proportion; the style has been given a steady picture already."""
-OF_FIXED_RESULT = 0.2
-"""The same where marks lie still on the page: two sets of them, one moved along, would blur into gray."""
+"""Seconds without a frame after which stabilization resets."""
+MAX_WEIGHT = 0.9
+"""Weight of the picture before at `steady` 1; more would freeze slow changes."""
+RESULT_FACTOR = 0.6
+"""The same for the result, in proportion; the style has been given a stabilized picture already."""
+FIXED_RESULT_FACTOR = 0.2
+"""The same where marks are fixed to the page: two sets of them, one warped, would blur into gray."""
 MIN_MOTION = 0.35
-"""Pixels. A result is not moved by less, since each such move would blur its lines a little more."""
-GAIN = 0.75
-"""Motion is believed where it explains the change so much better than standing still does."""
-FAINT = 2.5 / 255
-"""A change so small may be held even in a film without noise."""
-NOISES = 2.5
-"""Changes up to so many standard deviations of the noise are held."""
-QUIET = 30
-"""Percentile of the local Laplacian from which noise is told: lower than that of most textures."""
+"""Pixels. A result is not warped by less, as each interpolation blurs its lines a little more."""
+MAX_RESIDUAL = 0.75
+"""MotionEstimator is believed where it explains the change so much better than standing still does."""
+MIN_LIMIT = 2.5 / 255
+"""Smallest limit of change, for a film without noise."""
+NOISE_FACTOR = 2.5
+"""Limit of change in standard deviations of the noise."""
+NOISE_PERCENTILE = 30
+"""Percentile of the local Laplacian that noise is estimated from: below that of most textures."""
 
 
 @dataclass(frozen=True)
 class Warp:
-    """How the picture before is carried on into this one.
+    """How the picture before is warped and blended into this one.
 
     Attributes:
-        share: how much of it stays where nothing else has changed, 0..1.
-        limit: change, as part of the way from black to white, at which half of that stays.
+        weight: of the picture before where nothing has changed, 0..1.
+        limit: change, as part of the way from black to white, that halves the weight.
         flow: where each pixel was, relative to where it is, in pixels of the page to the right and down:
             h x w x 2 float32 on a coarse grid over the page; None where everything stands still.
-        share_of_result: how much of the result before stays.
+        result_weight: of the result before.
     """
 
-    share: float
+    weight: float
     limit: float
     flow: np.ndarray | None
-    share_of_result: float
+    result_weight: float
 
     @cached_property
     def strong_flow(self) -> np.ndarray | None:
-        """The flow by which a result is moved: none where it is slight."""
+        """The flow that a result is warped by: none where it is slight."""
         if self.flow is None:
             return None
         moves = np.hypot(self.flow[..., 0], self.flow[..., 1]) >= MIN_MOTION
         return self.flow * moves[..., None] if moves.any() else None
 
 
-class Motion:
-    """Looks at frame after frame of a film.
+class MotionEstimator:
+    """Estimates motion and noise of the frames of a film.
 
     Args:
         steady: 0 to 1, as in a style.
@@ -81,25 +81,25 @@ class Motion:
 
     def change_strength(self, steady: float, is_fixed: bool) -> None:
         """Use other values from the next picture on."""
-        self._share = MAX_CARRIED * steady * (2 - steady)
-        self._share_of_result = self._share * (OF_FIXED_RESULT if is_fixed else OF_RESULT)
+        self._weight = MAX_WEIGHT * steady * (2 - steady)
+        self._result_weight = self._weight * (FIXED_RESULT_FACTOR if is_fixed else RESULT_FACTOR)
 
-    def follow(self, picture: Picture, time: float, begins: bool) -> Warp | None:
-        """How the picture before is carried on into this one; None where a scene begins.
+    def estimate(self, picture: Picture, time: float, scene_cut: bool) -> Warp | None:
+        """The warp of the picture before into this one; None where a scene begins.
 
         Args:
             time: presentation time in seconds.
-            begins: whether a scene begins with this one.
+            scene_cut: whether a scene begins with this picture.
         """
         before, self._reduced = self._reduced, _reduced_luma(picture)
         elapsed, self._time = time - self._time, time
-        continues = not begins and self._shape == picture.shape
+        continues = not scene_cut and self._shape == picture.shape
         self._shape = picture.shape
         if before is None or not continues or not 0 <= elapsed <= MAX_GAP:
             return None
-        limit = float(np.hypot(FAINT, NOISES * noise_level(picture)))
+        limit = float(np.hypot(MIN_LIMIT, NOISE_FACTOR * noise_level(picture)))
         flow = self._flow(before, picture.shape[1])
-        return Warp(self._share, limit, flow, self._share_of_result)
+        return Warp(self._weight, limit, flow, self._result_weight)
 
     def _flow(self, before: np.ndarray, width: int) -> np.ndarray | None:
         now = self._reduced
@@ -110,7 +110,7 @@ class Motion:
         flow[~_is_better(flow, now, before)] = 0
         if not flow.any():
             return None
-        grid = max(1, now.shape[1] // GRID), max(1, now.shape[0] // GRID)
+        grid = max(1, now.shape[1] // FLOW_GRID), max(1, now.shape[0] // FLOW_GRID)
         return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(width / now.shape[1])
 
 
@@ -121,7 +121,7 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray) -> np.ndar
         before, columns + flow[..., 0], rows + flow[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     still, moving = (cv2.blur(cv2.absdiff(now, each).astype(np.float32), (5, 5)) for each in (before, moved))
-    return moving < GAIN * still
+    return moving < MAX_RESIDUAL * still
 
 
 def _reduced_luma(picture: Picture) -> np.ndarray:
@@ -129,7 +129,7 @@ def _reduced_luma(picture: Picture) -> np.ndarray:
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None
     height, width = picture.shape
-    shrink = max(1.0, max(height, width) / REDUCED)
+    shrink = max(1.0, max(height, width) / FLOW_SIDE)
     size = max(1, round(width / shrink)), max(1, round(height / shrink))
     small = cv2.resize(plane, size, interpolation=cv2.INTER_AREA)
     if small.ndim == 3:
@@ -155,7 +155,7 @@ def noise_level(picture: Picture) -> float:
     found = np.empty(sampling.shape, np.float32)
     _laplacian(plane, sampling.stride, *sampling.first, found)
     # The Laplacian's own gain is 6; that percentile of the size of a normal number is 0.385 deviations.
-    return float(np.percentile(found, QUIET)) / (6 * 0.385 * (white - black))
+    return float(np.percentile(found, NOISE_PERCENTILE)) / (6 * 0.385 * (white - black))
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""What a renderer does before and after its style so that a film is steady."""
+"""Temporal stabilization before and after a style, on the CPU."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, color_rows, store, yuv_from_rgb
-from vidstyle.stabilize.blend import Mix, warp_and_blend
-from vidstyle.stabilize.motion import Motion, Warp
+from vidstyle.stabilize.blend import BlendOptions, warp_and_blend
+from vidstyle.stabilize.motion import MotionEstimator, Warp
 
 Levels = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Stabilized:
-    """A picture made ready for a style, and what its result needs afterwards.
+    """A stabilized picture for the style, and what `Stabilizer.after` needs for its result.
 
     Attributes:
-        carry: how the picture before was carried on, or None where none was.
-        weights: how much of it there is at each pixel, H x W float32, 0..1.
+        warp: that of the picture before, or None where none was blended in.
+        weights: of the picture before at each pixel, H x W float32, 0..1.
     """
 
     picture: Picture
-    carry: Warp | None = None
+    warp: Warp | None = None
     weights: np.ndarray | None = None
 
 
 class Stabilizer:
-    """Carries luma and chroma on before the style, and the result after it.
+    """Blends luma and chroma with the picture before, and the result of the style with the result before.
 
-    The first takes away the noise that a style would turn into lines and steps that come and go; the
-    second what comes and goes none the less.
+    The first removes noise that a style would turn into flickering lines and steps; the second removes the
+    flicker that remains.
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks that lie still on the page, which are not to be moved along.
+        is_fixed: whether the style makes marks that lie still on the page, which are not to be warped.
     """
 
     def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
-        self._motion = Motion(steady, is_fixed)
+        self._motion = MotionEstimator(steady, is_fixed)
         self._pool = pool
         self._source: Picture | None = None
         self._result: dict[str, np.ndarray] = {}
@@ -51,63 +51,63 @@ class Stabilizer:
         """Use other values from the next picture on."""
         self._motion.change_strength(steady, is_fixed)
 
-    def before(self, picture: Picture, time: float | None, begins: bool) -> Stabilized:
-        """The picture that the style is to see: luma and chroma in `steady_encoding`.
+    def before(self, picture: Picture, time: float | None, scene_cut: bool) -> Stabilized:
+        """The picture that the style is to see: luma and chroma in `stabilized_encoding`.
 
         Args:
             time: presentation time in seconds; None for a picture that stands alone, which stays as it is.
-            begins: whether a scene begins with it.
+            scene_cut: whether a scene begins with it.
         """
         if time is None:
             return Stabilized(picture)
-        carry = self._motion.follow(picture, time, begins)
+        warp = self._motion.estimate(picture, time, scene_cut)
         now, old = with_planes(picture), self._source
-        encoding = steady_encoding(now.encoding)
-        if carry is None or old is None or old.encoding != encoding:
-            steadied = Stabilized(_in_encoding(now, encoding))
+        encoding = stabilized_encoding(now.encoding)
+        if warp is None or old is None or old.encoding != encoding:
+            stabilized = Stabilized(_in_encoding(now, encoding))
         else:
-            steadied = self._carried(now, old, carry)
-        self._source = steadied.picture
-        return steadied
+            stabilized = self._blended(now, old, warp)
+        self._source = stabilized.picture
+        return stabilized
 
-    def after(self, result: Picture, steadied: Stabilized) -> Picture:
-        """The picture to be shown, of what the style has made; to be called in the pictures' order."""
-        carry, weights, old = steadied.carry, steadied.weights, self._result
+    def after(self, result: Picture, stabilized: Stabilized) -> Picture:
+        """The picture to be shown, from the result of the style; to be called in the pictures' order."""
+        warp, weights, old = stabilized.warp, stabilized.weights, self._result
         planes = dict(_named_planes(result))
         gain, floats = result_gain(result.encoding), result.encoding.depth == 0
         fits = [each.shape for each in planes.values()] == [each.shape for each in old.values()]
-        if carry is None or weights is None or not fits:
+        if warp is None or weights is None or not fits:
             self._result = {name: _scaled(plane, gain, 0, floats) for name, plane in planes.items()}
             return result
         for name, plane in planes.items():
             step = result.encoding.step if name in ("blue", "red") else (1, 1)
-            mix = Mix(carry.share_of_result, guide=weights, step=step)
+            blend = BlendOptions(warp.result_weight, guide=weights, step=step)
             self._result[name], _ = warp_and_blend(
-                self._pool, plane, (gain, 0), old[name], carry.strong_flow, mix
+                self._pool, plane, (gain, 0), old[name], warp.strong_flow, blend
             )
         return _with_codes(result, self._result, 1 / gain)
 
-    def _carried(self, now: Picture, old: Picture, carry: Warp) -> Stabilized:
+    def _blended(self, now: Picture, old: Picture, warp: Warp) -> Stabilized:
         assert now.luma is not None and old.luma is not None
         encoding, new = now.encoding, old.encoding
         scale, white = code_scale(encoding.luma_levels, new.luma_levels)
-        mix = Mix(carry.share, carry.limit * white)
-        luma, weights = warp_and_blend(self._pool, now.luma, scale, old.luma, carry.flow, mix)
+        blend = BlendOptions(warp.weight, warp.limit * white)
+        luma, weights = warp_and_blend(self._pool, now.luma, scale, old.luma, warp.flow, blend)
         chroma = None
         if now.chroma is not None and old.chroma is not None:
             scale, span = code_scale(chroma_ends(encoding), chroma_ends(new))
-            mix = Mix(carry.share, carry.limit * span, weights, encoding.step)
+            blend = BlendOptions(warp.weight, warp.limit * span, weights, encoding.step)
             blue, red = (
-                warp_and_blend(self._pool, plane, scale, before, carry.flow, mix)[0]
+                warp_and_blend(self._pool, plane, scale, before, warp.flow, blend)[0]
                 for plane, before in zip(now.chroma, old.chroma, strict=True)
             )
             chroma = blue, red
         alpha = alpha_in_depth(now, new.depth)
-        return Stabilized(Picture(new, luma=luma, chroma=chroma, alpha=alpha), carry, weights)
+        return Stabilized(Picture(new, luma=luma, chroma=chroma, alpha=alpha), warp, weights)
 
 
-def steady_encoding(encoding: Encoding) -> Encoding:
-    """How planes are carried on: with 16 bits, as most noise is less than a code of 8.
+def stabilized_encoding(encoding: Encoding) -> Encoding:
+    """How blended planes are stored: with 16 bits, as most noise is less than a code of 8.
 
     Floats, and what has 16 bits itself, as floats: so planes that a style leaves alone are never taken for
     the source's own.
@@ -118,7 +118,7 @@ def steady_encoding(encoding: Encoding) -> Encoding:
 
 
 def result_gain(encoding: Encoding) -> float:
-    """How many units there are to a code of the result where it is carried on: it fills 16 bits."""
+    """How many units of its stored form a code of the result is: the codes fill 16 bits."""
     return 2.0 ** (16 - encoding.depth) if encoding.depth else 1.0
 
 
@@ -132,7 +132,7 @@ def with_planes(picture: Picture) -> Picture:
 
 
 def _in_encoding(picture: Picture, new: Encoding) -> Picture:
-    """The picture as it is carried on where nothing is carried into it."""
+    """The picture in another encoding, without blending."""
     assert picture.luma is not None
     old, floats = picture.encoding, new.depth == 0
     scale, _ = code_scale(old.luma_levels, new.luma_levels)
@@ -172,7 +172,7 @@ def _named_planes(picture: Picture) -> Iterable[tuple[str, np.ndarray]]:
 
 
 def _with_codes(picture: Picture, planes: dict[str, np.ndarray], gain: float) -> Picture:
-    """The picture with what is carried on in place of its planes."""
+    """The picture with blended planes in place of its own."""
 
     def codes(plane: np.ndarray, out: np.ndarray) -> np.ndarray:
         store(plane, 0, gain, picture.encoding.depth, out)

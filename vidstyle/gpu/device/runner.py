@@ -20,10 +20,9 @@ from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
 from vidstyle.gpu.device.percentiles import Percentiles
 from vidstyle.gpu.device.programs import Programs
-from vidstyle.gpu.device.stabilize import StabilizerTextures
+from vidstyle.gpu.device.stabilizer import StabilizerTextures
 from vidstyle.gpu.device.textures import AssetTextures, TexturePool
 from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload
-from vidstyle.stabilize.motion import Warp
 
 if TYPE_CHECKING:
     import moderngl
@@ -42,14 +41,6 @@ class Readback:
 
     transfer: PlaneTransfer
     windows: dict[str, Window]
-
-
-@dataclass(frozen=True)
-class StabilizerJob:
-    """What keeps a film steady, and how the picture before is carried on into the one to be drawn."""
-
-    textures: StabilizerTextures
-    carry: Warp | None
 
 
 class GpuResources:
@@ -122,16 +113,16 @@ class Runner:
         return len(self._jobs) > 1
 
     def start(
-        self, picture: Picture, weights: BlendWeights, stabilizing: StabilizerJob | None = None
+        self, picture: Picture, weights: BlendWeights, stabilizer: StabilizerTextures | None = None
     ) -> list[Readback]:
         """Start all that is to be done for a picture; nothing here waits for the GPU.
 
         Args:
-            picture: of the plan's layout, or of planes that `stabilizing` brings to it.
+            picture: of the plan's layout, or of planes that `stabilizer` brings to it.
             weights: of the new percentiles of each measured step.
-            stabilizing: keeps the film steady; not for a page that is done in parts.
+            stabilizer: keeps the film steady; not for a page that is done in parts.
         """
-        found = (self._run_job(job, picture, weights, stabilizing) for job in self._jobs)
+        found = (self._run_job(job, picture, weights, stabilizer) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
     def release(self) -> None:
@@ -143,7 +134,7 @@ class Runner:
         self._slots.release()
 
     def _run_job(
-        self, job: Job, picture: Picture, weights: BlendWeights, stabilizing: StabilizerJob | None
+        self, job: Job, picture: Picture, weights: BlendWeights, stabilizer: StabilizerTextures | None
     ) -> Readback | None:
         arrays = {
             name: plane[window.top : window.bottom, window.left : window.right]
@@ -151,9 +142,9 @@ class Runner:
             for name, plane in _arrays_of(node, picture).items()
         }
         sent = self._resources.upload.send(arrays)
-        if stabilizing is not None:
+        if stabilizer is not None:
             shapes = {name: (plane.shape[0], plane.shape[1]) for name, plane in arrays.items()}
-            sent = stabilizing.textures.before(sent, shapes, stabilizing.carry)
+            sent = stabilizer.before(sent, shapes)
         for each in job.passes:
             self._run_pass(job, each, sent)
             if each.sampled is not None and job.ends_measure:
@@ -168,8 +159,8 @@ class Runner:
             return None
         windows = {target.name: job.result_window(target.name) for target, _ in results}
         textures = [texture for _, texture in results]
-        if stabilizing is not None:
-            textures = stabilizing.textures.after(zip(windows, textures, strict=True), stabilizing.carry)
+        if stabilizer is not None:
+            textures = stabilizer.after(zip(windows, textures, strict=True))
         transfer = self._resources.download.begin(
             [(texture, 3 if name == "color" else 1) for name, texture in zip(windows, textures, strict=True)],
             [window.shape for window in windows.values()],

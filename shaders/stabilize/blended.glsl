@@ -1,13 +1,15 @@
-// The plane with part of the one before in it, and the weight of that.
+#include "lib/warped_at.glsl"
+
+// The plane blended with the warped one before, and the weights of that.
 
 uniform sampler2D plane;
-uniform sampler2D moved;
+uniform sampler2D warped;
 uniform sampler2D guide;
 uniform ivec2 size;
-uniform vec2 across_down;
+uniform vec2 luma_step;
 uniform vec2 scale;
 uniform float white;
-uniform float share;
+uniform float blend_weight;
 uniform float rate;
 uniform bool guided;
 
@@ -18,19 +20,18 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     float value = texelFetch(plane, at, 0).r * scale.x + scale.y;
     weight = 0.0;
-    if (share > 0.0) {
+    if (blend_weight > 0.0) {
         float change = 0.0;
         for (int row = -1; row <= 1; row++) {
             for (int column = -1; column <= 1; column++) {
-                change += texelFetch(moved, clamp(at + ivec2(column, row), ivec2(0), size - 1), 0).g;
+                change += texelFetch(warped, clamp(at + ivec2(column, row), ivec2(0), size - 1), 0).g;
             }
         }
         weight = 1.0 / (1.0 + (change * rate) * (change * rate));
         if (guided) {
-            ivec2 last = textureSize(guide, 0) - 1;
-            weight *= texelFetch(guide, min(at * ivec2(across_down), last), 0).r;
+            weight *= luma_weight_at(guide, at, luma_step);
         }
-        value += share * weight * (texelFetch(moved, at, 0).r - value);
+        value += blend_weight * weight * (texelFetch(warped, at, 0).r - value);
     }
     kept = value / white;
 }

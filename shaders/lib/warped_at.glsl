@@ -1,0 +1,30 @@
+// The flow at a pixel of a page, linear between the points of its coarse grid.
+vec2 flow_at(ivec2 at, ivec2 size, sampler2D flow) {
+    ivec2 grid = textureSize(flow, 0), last = grid - 1;
+    vec2 place = (vec2(at) + 0.5) * vec2(grid) / vec2(size) - 0.5;
+    ivec2 low = clamp(ivec2(floor(place)), ivec2(0), last), high = clamp(ivec2(floor(place)) + 1, ivec2(0), last);
+    vec2 part = place - floor(place);
+    vec2 above = mix(texelFetch(flow, low, 0).rg, texelFetch(flow, ivec2(high.x, low.y), 0).rg, part.x);
+    vec2 below = mix(texelFetch(flow, ivec2(low.x, high.y), 0).rg, texelFetch(flow, high, 0).rg, part.x);
+    return mix(above, below, part.y);
+}
+
+// A texture between its texels, linear; the border is repeated.
+vec4 texel_between(sampler2D image, vec2 place, ivec2 last) {
+    place = clamp(place, vec2(0.0), vec2(last));
+    ivec2 low = ivec2(place), high = min(low + 1, last);
+    vec2 part = place - vec2(low);
+    vec4 above = mix(texelFetch(image, low, 0), texelFetch(image, ivec2(high.x, low.y), 0), part.x);
+    vec4 below = mix(texelFetch(image, ivec2(low.x, high.y), 0), texelFetch(image, high, 0), part.x);
+    return mix(above, below, part.y);
+}
+
+// What lay at a pixel of a plane in the plane before; `step` is luma pixels for each sample.
+vec4 warped_at(sampler2D before, ivec2 at, ivec2 size, sampler2D flow, vec2 step) {
+    return texel_between(before, vec2(at) + flow_at(at, size, flow) / step, size - 1);
+}
+
+// The weight that luma was blended with at a sample of a plane.
+float luma_weight_at(sampler2D guide, ivec2 at, vec2 step) {
+    return texelFetch(guide, min(at * ivec2(step), textureSize(guide, 0) - 1), 0).r;
+}
