@@ -9,7 +9,7 @@ from typing import get_args
 
 import pytest
 
-from vidstyle.block import Asset, Block, Choice, Color, Kind, On, Parameter, SavedRef, Slider, Switch
+from vidstyle.block import Asset, Block, BlockKind, Choice, Color, On, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 
 BLOCKS = list(all_blocks().values())
@@ -40,7 +40,7 @@ def test_block_file_and_function_share_one_name(block: Block) -> None:
 
 @every_block
 def test_a_block_is_of_a_known_kind(block: Block) -> None:
-    assert block.kind in get_args(Kind)
+    assert block.kind in get_args(BlockKind)
     assert block.on in get_args(On)
     assert (block.percentiles is not None) == (block.kind == "measured")
 

@@ -14,8 +14,8 @@ from vidstyle.block import SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import main
 from vidstyle.diagram.graph import DiagramNode, graph_of
-from vidstyle.diagram.svg import svg_of
-from vidstyle.diagram.text import text_of
+from vidstyle.diagram.svg import graph_svg
+from vidstyle.diagram.text import graph_text
 from vidstyle.style import LAYERS, Step, Style, load_style, save_style, style_names, table_from_style
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -140,7 +140,7 @@ def inputs_drawn(lines: list[str], lanes: int) -> Iterator[list[int]]:
 def test_the_lines_in_the_terminal_lead_from_block_to_block(style: Style) -> None:
     nodes = graph_of(style)
     lanes = 1 + max(max(node.lane, node.aside or 0) for node in nodes)
-    lines = text_of(nodes, width=500)
+    lines = graph_text(nodes, width=500)
     assert list(inputs_drawn(lines, lanes)) == expected_inputs(style)
 
 
@@ -161,13 +161,13 @@ lines       │  │     ●  │  sobel  → edges
             │  ●           blend  from source, other = smooth
             │◄─╯
             ●              ink over colour  ink = #203040"""
-    assert text_of(graph_of(TWO_LAYERS)) == expected.splitlines()
+    assert graph_text(graph_of(TWO_LAYERS)) == expected.splitlines()
 
 
 @pytest.mark.parametrize("style", STYLES[:20], ids=lambda style: style.name)
 def test_a_terminal_without_box_characters_gets_ascii(style: Style) -> None:
     nodes = graph_of(style)
-    plain, drawn = text_of(nodes, encoding="ascii"), text_of(nodes, encoding="utf-8")
+    plain, drawn = graph_text(nodes, encoding="ascii"), graph_text(nodes, encoding="utf-8")
     assert "\n".join(plain).isascii()
     for line, same in zip(plain, drawn, strict=True):
         assert len(line) == len(same) + same.count("→")
@@ -177,7 +177,7 @@ def test_a_terminal_without_box_characters_gets_ascii(style: Style) -> None:
 def test_long_lines_are_wrapped_beside_their_lanes() -> None:
     values = {"levels": 3, "spacing": 7.0, "width": 0.3, "angle": 20.0, "wobble": 0.9}
     style = Style("long", base=(Step("pattern", values),), background=(Step("hue"),), lines=(Step("sobel"),))
-    lines = text_of(graph_of(style), width=50)
+    lines = graph_text(graph_of(style), width=50)
     assert max(map(len, lines)) <= 50
     (wrapped,) = [line for line in lines if "wobble" in line]
     assert wrapped.startswith("            │     ")
@@ -186,7 +186,7 @@ def test_long_lines_are_wrapped_beside_their_lanes() -> None:
 @pytest.mark.parametrize("style", STYLES, ids=lambda style: style.name)
 def test_the_picture_shows_every_block_and_no_arrow_crosses_one(style: Style) -> None:
     nodes = graph_of(style)
-    drawing = ElementTree.fromstring(svg_of(nodes, style.name))
+    drawing = ElementTree.fromstring(graph_svg(nodes, style.name))
     width, height = (float(drawing.get(side, 0)) for side in ("width", "height"))
     boxes = [
         numbers(box, "x", "y", "width", "height")
@@ -234,7 +234,7 @@ def crosses(one: tuple[float, float], other: tuple[float, float], box: tuple[flo
 def test_nothing_of_a_stranger_becomes_part_of_the_picture() -> None:
     evil = '</text><script>alert("1")</script>&\'"]]>'
     style = Style(evil, base=(Step("learned", {"bank": evil[:40]}, save="x"), Step("blend", {"other": "x"})))
-    drawing = svg_of(graph_of(style), evil + "\x1b\0")
+    drawing = graph_svg(graph_of(style), evil + "\x1b\0")
     elements = {element.tag for element in ElementTree.fromstring(drawing).iter()}
     assert elements == {SVG + name for name in ("svg", "title", "defs", "marker", "path", "rect", "text")}
     assert "\x1b" not in drawing and "href" not in drawing

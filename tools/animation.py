@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from vidstyle.demo.film import RATE, SECONDS, film_picture
+from vidstyle.demo.drawing import RATE, SECONDS, film_picture
 from vidstyle.renderer import Renderer
 from vidstyle.style import PLAIN, load_style
 

@@ -17,10 +17,10 @@ import skimage.data
 from animation import animation
 from progression import progression
 
-from vidstyle.bench.paper import figure_for
+from vidstyle.bench.paper_figures import figure_for
 from vidstyle.diagram.graph import graph_of
-from vidstyle.diagram.svg import svg_of
-from vidstyle.gallery.images import encoded, labelled, samples_of, sheet_of
+from vidstyle.diagram.svg import graph_svg
+from vidstyle.gallery.samples import encoded, labelled, samples_of, sheet_of
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
 PHOTOGRAPHS = {
@@ -107,7 +107,7 @@ def drawings(styles: list[Style]) -> Iterator[tuple[str, bytes]]:
             yield f"{sample.style.name}-{name}.jpg", _jpeg(sample.picture, SHOWN)
     first = photographs["astronaut"]
     for style in styles:
-        yield f"{style.name}.svg", svg_of(graph_of(style), style.name).encode()
+        yield f"{style.name}.svg", graph_svg(graph_of(style), style.name).encode()
         yield f"{style.name}-steps.jpg", encoded(_steps(first, style), ".jpg")
         if style.variants:
             yield f"{style.name}-variants.jpg", encoded(_variants(first, style), ".jpg")

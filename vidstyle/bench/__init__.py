@@ -17,7 +17,7 @@ from vidstyle.gpu.device.choose import Device, choose
 from vidstyle.gpu.timing import RATE, GpuTimes, median_time, time_style
 from vidstyle.style import Style
 
-Size = tuple[int, int]
+PictureSize = tuple[int, int]
 """Width and height."""
 
 log = logging.getLogger("vidstyle")
@@ -34,7 +34,7 @@ class Timed:
     """
 
     subject: Subject
-    size: Size
+    size: PictureSize
     cpu: float
     gpu: tuple[GpuTimes, ...]
 
@@ -51,7 +51,7 @@ class Bench:
         seconds: about how long each measurement takes.
     """
 
-    sizes: Sequence[Size]
+    sizes: Sequence[PictureSize]
     subjects: Sequence[Subject]
     device: Device | None
     forms: Sequence[Form]
@@ -69,7 +69,7 @@ class Bench:
             for subject in self.subjects:
                 yield self._time(subject, size, picture)
 
-    def _time(self, subject: Subject, size: Size, picture: Picture) -> Timed:
+    def _time(self, subject: Subject, size: PictureSize, picture: Picture) -> Timed:
         cpu = time_on_cpu(subject.style, picture, self.seconds)
         gpu = [
             time_style(subject.style, picture, self.device, form, self.seconds)
@@ -80,7 +80,7 @@ class Bench:
 
 
 def set_up(
-    sizes: Sequence[Size],
+    sizes: Sequence[PictureSize],
     styles: Sequence[str] = (),
     blocks: Sequence[str] = (),
     device: str = "auto",

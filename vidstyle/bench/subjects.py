@@ -11,7 +11,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.resample import resample
-from vidstyle.demo.film import film_picture
+from vidstyle.demo.drawing import film_picture
 from vidstyle.errors import UsageError
 from vidstyle.style import Step, Style, load_style, style_names
 from vidstyle.style.values import suggest

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from vidstyle.bench.paper import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES
+from vidstyle.bench.paper_figures import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES
 
 NOTHING = "-"
 """Where there is no number."""
 
-Row = dict[str, str]
+TableRow = dict[str, str]
 """A line of a table: texts by the names of columns."""
 
 
@@ -29,7 +29,7 @@ def markdown(data: dict[str, Any]) -> str:
     return "\n".join([*lines, "", *_legend(results)]) + "\n"
 
 
-def _cpu_row(result: dict[str, Any]) -> Row:
+def _cpu_row(result: dict[str, Any]) -> TableRow:
     return _subject(result) | {
         "ms": _number(result["cpu"]["ms"]),
         "MP/s": _number(result["cpu"]["mp_per_s"]),
@@ -37,7 +37,7 @@ def _cpu_row(result: dict[str, Any]) -> Row:
     }
 
 
-def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> Row:
+def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> TableRow:
     """Times in ms; where nothing runs on the GPU there is nothing to tell."""
     runs = bool(gpu["passes"])
     share = gpu["share_of_bandwidth"]
@@ -57,7 +57,7 @@ def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> Row:
     }
 
 
-def _subject(result: dict[str, Any]) -> Row:
+def _subject(result: dict[str, Any]) -> TableRow:
     return {"block or style": result["name"], "works on": result["on"] or NOTHING}
 
 
@@ -77,13 +77,13 @@ def _number(value: float | None) -> str:
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
-def _table(rows: list[Row]) -> Iterator[str]:
+def _table(rows: list[TableRow]) -> Iterator[str]:
     """A Markdown table with its columns below one another; those in which there is nothing are left out."""
     columns = [name for name in rows[0] if any(row[name] != NOTHING for row in rows)]
     widths = {name: max(len(name), *(len(row[name]) for row in rows)) for name in columns}
     left = columns[0]
 
-    def line(texts: Row) -> str:
+    def line(texts: TableRow) -> str:
         cells = (
             texts[name].ljust(widths[name]) if name == left else texts[name].rjust(widths[name])
             for name in columns

@@ -26,7 +26,7 @@ from vidstyle.block.controls import Slider as Slider
 from vidstyle.block.controls import Switch as Switch
 from vidstyle.block.controls import rgb_from_text as rgb_from_text
 
-Kind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
+BlockKind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
 """How a block computes its result: from the same pixel, a neighbourhood, measurements of the whole frame, at
 another size, by a bank of learned filters, or by other blocks.
 
@@ -82,7 +82,7 @@ class Block:
     """
 
     name: str
-    kind: Kind
+    kind: BlockKind
     on: On
     function: Callable[..., Any]
     parameters: dict[str, Parameter]
@@ -133,7 +133,7 @@ def _call_with_known(function: Callable[..., Any], values: dict[str, Any]) -> An
 
 
 def block(
-    kind: Kind,
+    kind: BlockKind,
     on: On,
     percentiles: PercentileFunction | None = None,
     radius: RadiusFunction | None = None,

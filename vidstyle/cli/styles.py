@@ -101,14 +101,14 @@ def _write_preview(
 
 def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
     from vidstyle.diagram.graph import graph_of
-    from vidstyle.diagram.svg import svg_of
+    from vidstyle.diagram.svg import graph_svg
     from vidstyle.media.write.atomic import whole_file
     from vidstyle.style import load_style
 
     if name is None:
         raise click.UsageError("--svg needs the NAME of a style")
     style = load_style(name)
-    text = svg_of(graph_of(style), style.name)
+    text = graph_svg(graph_of(style), style.name)
     if output is None:
         click.echo(text.encode(), nl=False)
         return
@@ -139,12 +139,12 @@ def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bo
 
 def _details(style: Style, described: dict[str, Any]) -> Iterator[str]:
     from vidstyle.diagram.graph import graph_of
-    from vidstyle.diagram.text import text_of
+    from vidstyle.diagram.text import graph_text
 
     layers = {key: value for key, value in described.items() if isinstance(value, list)}
     yield f"{described['name']}: {described['note']}" if described["note"] else described["name"]
     yield ""
-    yield from text_of(graph_of(style), get_terminal_size((100, 0)).columns, sys.stdout.encoding)
+    yield from graph_text(graph_of(style), get_terminal_size((100, 0)).columns, sys.stdout.encoding)
     yield ""
     for key, value in described.items():
         if key not in layers and key not in ("name", "note", "variants"):

@@ -29,7 +29,7 @@ from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
 from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
-Step = Callable[[str, int, int], None]
+OnStep = Callable[[str, int, int], None]
 """Told what is being done, how many parts of it are done, and how many there are (0: unknown)."""
 
 _NO_FACES = "no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one"
@@ -53,7 +53,7 @@ class Comic:
 
 
 def make_comic(
-    source: str | Path, target: str | Path, options: ComicOptions | None = None, on_step: Step | None = None
+    source: str | Path, target: str | Path, options: ComicOptions | None = None, on_step: OnStep | None = None
 ) -> Comic:
     """Make a comic of a film, of numbered pictures or of a folder of pictures.
 
@@ -69,7 +69,7 @@ def make_comic(
 class _Job:
     """All that can be checked before the film is looked at is checked at the start."""
 
-    def __init__(self, source: str, target: Path, options: ComicOptions, on_step: Step) -> None:
+    def __init__(self, source: str, target: Path, options: ComicOptions, on_step: OnStep) -> None:
         check_pillow()
         options.wishes.check()
         self._source, self._options, self._step = source, options, on_step

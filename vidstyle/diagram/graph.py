@@ -1,4 +1,4 @@
-"""Where the blocks of a style's graph stand: each below the one that it goes on from."""
+"""The layout of a style's graph: each block in a lane below its main input."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vidstyle.diagram.blocks import GraphBlock, blocks_of
+from vidstyle.diagram.graph_blocks import GraphBlock, blocks_of
 from vidstyle.style import Style
 
 
 class Move(NamedTuple):
-    """A line changes its lane just above a row."""
+    """A line changes its lane in the gap above a row."""
 
     row: int
     lane: int
@@ -20,31 +20,31 @@ class Move(NamedTuple):
 
 @dataclass(frozen=True)
 class DiagramEdge:
-    """A picture on its way from a block to one that is given it.
+    """The line of a picture from a block to one that uses it.
 
     Attributes:
-        start, end: the numbers of the blocks.
-        names: by which it is asked for; none for that of the block before.
-        goes_on: whether it is needed later as well.
-        moves: on its way from lane to lane, downwards.
+        start, end: the indices of the blocks.
+        names: the names by which it is used; none for the previous block's picture.
+        continues: whether a later block uses it too.
+        moves: its changes of lanes, from top to bottom.
     """
 
     start: int
     end: int
     names: tuple[str, ...]
-    goes_on: bool
+    continues: bool
     moves: tuple[Move, ...]
 
 
 @dataclass(frozen=True)
 class DiagramNode:
-    """A block in its place.
+    """A block at its position.
 
     Attributes:
-        row, lane: its place; several blocks may stand in one row.
-        edges: what it is given; the first, from right above, is what it goes on from.
-        aside: the lane to which that one moves, to be needed later; None where it ends here.
-        used: whether a later block is given its picture.
+        row, lane: its position; a row may hold several blocks.
+        edges: its inputs; the first, from directly above, is the main one.
+        aside: the lane to which the main input moves because it is used later; None if it ends here.
+        used: whether a later block uses its picture.
     """
 
     block: GraphBlock
@@ -63,7 +63,7 @@ def graph_of(style: Style) -> tuple[DiagramNode, ...]:
 
 
 class _Line(NamedTuple):
-    """A picture that is still needed: its lane, the first row there that a block may take, and its way."""
+    """A picture that is still needed: its lane, the first free row there, and its moves so far."""
 
     lane: int
     row: int
@@ -71,10 +71,10 @@ class _Line(NamedTuple):
 
 
 class _Lanes:
-    """Knows which picture's line, if any, is in each lane.
+    """Keeps track of the picture's line in each lane.
 
     Args:
-        uses: how many blocks are given the picture of each block.
+        uses: the number of blocks that use each block's picture.
     """
 
     def __init__(self, uses: Counter[int]) -> None:
@@ -84,7 +84,7 @@ class _Lanes:
         """The lanes without a line, and the first row that is empty in each."""
 
     def place(self, number: int, block: GraphBlock) -> DiagramNode:
-        """Put a block below the one that it goes on from, whose line moves aside if it is needed later."""
+        """Place a block below its main input, whose line moves aside if it is needed later."""
         lines = [self._lines[given] for given in block.inputs]
         row = max((line.row for line in lines), default=0)
         lane = lines[0].lane if lines else self._take(0)
@@ -92,13 +92,13 @@ class _Lanes:
         for position, (given, names) in enumerate(block.inputs.items()):
             line = self._lines[given]
             self._uses[given] -= 1
-            goes_on = self._uses[given] > 0
+            continues = self._uses[given] > 0
             moves = line.moves if line.lane == lane else (*line.moves, Move(row, line.lane, lane))
-            edges.append(DiagramEdge(given, number, tuple(names), goes_on, moves))
-            if position == 0 and goes_on:
+            edges.append(DiagramEdge(given, number, tuple(names), continues, moves))
+            if position == 0 and continues:
                 aside = self._take(row)
                 self._lines[given] = _Line(aside, row, (*line.moves, Move(row, lane, aside)))
-            elif goes_on:
+            elif continues:
                 self._lines[given] = line._replace(row=row)
             else:
                 del self._lines[given]
@@ -112,7 +112,7 @@ class _Lanes:
         return DiagramNode(block, row, lane, tuple(edges), aside, used)
 
     def _take(self, row: int) -> int:
-        """A lane that is free from a row on."""
+        """Take a lane that is free from a row on."""
         free = [lane for lane, first in self._free.items() if first <= row]
         lane = min(free, default=len(self._free) + len(self._lines))
         self._free.pop(lane, None)

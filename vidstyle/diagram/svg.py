@@ -1,34 +1,35 @@
-"""The graph of a style as a picture: labelled blocks coloured by their kind, and arrows between them."""
+"""The graph of a style as SVG: labelled blocks coloured by kind, and arrows between them."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from html import escape
 from itertools import accumulate, groupby
 
 from vidstyle.diagram.graph import DiagramEdge, DiagramNode, Move
-from vidstyle.diagram.shapes import rect, safe, words_at
+from vidstyle.errors import printable
 
 WIDTH = 210
-"""Of a block, in pixels."""
+"""Width of a block in pixels."""
 NARROW = 20
-"""Of a lane in which no block stands."""
+"""Width of a lane without blocks."""
 ACROSS = 40
-"""Between two lanes."""
+"""Gap between two lanes."""
 MARGIN = 28
 LINE = 17
-"""Height of a line of words."""
+"""Height of a line of text."""
 GAP = 40
-"""Between two rows, where lines move from lane to lane."""
+"""Gap between two rows, where lines change lanes."""
 TRACK = 9
-"""Between two lines in a gap."""
+"""Distance of two lines in a gap."""
 SIDE, NEXT_SIDE = 30, 45
-"""From where a block's first arrow ends to the second, and from that to the next, with room for a name."""
-LONGEST = 31
-"""Characters of words that a block has room for."""
+"""Distance of a block's second arrow head from its first, and of further ones from the second."""
+MAX_CHARACTERS = 31
+"""The longest line of text in a block, in characters."""
 KIND = 100
-"""Width of a kind in the legend."""
+"""Width of an entry of the legend."""
 
 COLORS = {
     "source": "#e8e6e1",
@@ -40,7 +41,7 @@ COLORS = {
     "recipe": "#fad6dc",
     "result": "#e8e6e1",
 }
-"""Of the blocks, by kind."""
+"""Colours of the blocks by kind."""
 
 _HEAD = """\
 <svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height:g}"
@@ -55,36 +56,36 @@ _LINE = 'fill="none" stroke="#555" stroke-width="1.3" stroke-linejoin="round" ma
 _SMALL = 'fill="#777" font-size="10"'
 
 
-def svg_of(nodes: Sequence[DiagramNode], name: str) -> str:
-    """The picture as the text of an SVG file.
+def graph_svg(nodes: Sequence[DiagramNode], name: str) -> str:
+    """The graph as an SVG file.
 
     Args:
-        nodes: of the graph.
+        nodes: from `graph_of`.
         name: of the style.
     """
-    page = _Page(nodes)
+    page = _Drawing(nodes)
     legend = _Legend(nodes, page.width - 2 * MARGIN)
-    parts = [_HEAD.format(width=page.width, height=page.height + legend.height, title=safe(name))]
+    parts = [_HEAD.format(width=page.width, height=page.height + legend.height, title=_escaped(name))]
     parts += [page.arrow(edge) for node in nodes for edge in node.edges]
     parts += [part for node in nodes for part in page.block(node)]
     parts += legend.draw(page.height)
     return "".join(parts) + "</svg>\n"
 
 
-class _Page:
-    """Knows where everything lies, in pixels."""
+class _Drawing:
+    """The layout of the drawing, in pixels."""
 
     def __init__(self, nodes: Sequence[DiagramNode]) -> None:
         self._nodes = nodes
         rows = 1 + max(node.row for node in nodes)
         lanes = 1 + max(max(node.lane, node.aside or 0) for node in nodes)
         self._tracks = _tracks(nodes)
-        crowds = Counter(row for _, row in self._tracks)
+        counts = Counter(row for _, row in self._tracks)
         heights = [max(_height(node) for node in nodes if node.row == row) for row in range(rows)]
-        ends = accumulate(GAP + TRACK * crowds[row] + height for row, height in enumerate(heights))
+        ends = accumulate(GAP + TRACK * counts[row] + height for row, height in enumerate(heights))
         self._tops = [end - height for end, height in zip(ends, heights, strict=True)]
-        inhabited = {node.lane for node in nodes}
-        widths = [WIDTH if lane in inhabited else NARROW for lane in range(lanes)]
+        occupied = {node.lane for node in nodes}
+        widths = [WIDTH if lane in occupied else NARROW for lane in range(lanes)]
         rights = list(accumulate(width + ACROSS for width in widths))
         self._middles = [
             MARGIN + right - ACROSS - width / 2 for right, width in zip(rights, widths, strict=True)
@@ -93,20 +94,20 @@ class _Page:
         self.height = self._tops[-1] + heights[-1] + MARGIN
 
     def block(self, node: DiagramNode) -> Iterator[str]:
-        """The box of a block with its words."""
+        """The box of a block with its text."""
         left, top = self._middles[node.lane] - WIDTH / 2, self._tops[node.row]
         lines = _words(node)
-        yield rect(left, top, WIDTH, _height(node), COLORS[node.block.kind], radius=6)
-        yield words_at(left + 10, top + LINE, node.block.title, 'font-weight="600" font-size="13"')
+        yield _rect(left, top, WIDTH, _height(node), COLORS[node.block.kind], radius=6)
+        yield _text(left + 10, top + LINE, node.block.title, 'font-weight="600" font-size="13"')
         if node.block.layer:
-            yield words_at(left + WIDTH - 8, top + LINE - 1, node.block.layer, f'text-anchor="end" {_SMALL}')
+            yield _text(left + WIDTH - 8, top + LINE - 1, node.block.layer, f'text-anchor="end" {_SMALL}')
         for number, words in enumerate(lines, 2):
-            yield words_at(left + 10, top + number * LINE, words, 'fill="#333"')
+            yield _text(left + 10, top + number * LINE, words, 'fill="#333"')
             if color := re.search("#[0-9a-f]{6}$", words):
-                yield rect(left + WIDTH - 24, top + number * LINE - 11, 14, 13, color[0])
+                yield _rect(left + WIDTH - 24, top + number * LINE - 11, 14, 13, color[0])
 
     def arrow(self, edge: DiagramEdge) -> str:
-        """The way of a picture, and the names by which it is asked for."""
+        """The path of a picture, and the names under which it is used."""
         start, end = self._nodes[edge.start], self._nodes[edge.end]
         x = self._middles[start.lane]
         path = f"M{x:g} {self._tops[start.row] + _height(start):g}"
@@ -118,30 +119,30 @@ class _Page:
         return f'<path d="{path}V{top - 1:g}" {_LINE}/>\n' + _names(edge, end, x, top - 9)
 
     def _track(self, picture: int, row: int) -> float:
-        """The height at which a picture's line crosses the gap above a row."""
+        """The y coordinate of a picture's line in the gap above a row."""
         return self._tops[row] - GAP / 2 - TRACK * self._tracks[picture, row]
 
 
 def _tracks(nodes: Sequence[DiagramNode]) -> dict[tuple[int, int], int]:
-    """For each picture and row that its line moves above: which track it takes, the lowest being 0."""
+    """The track, from 0 for the lowest, of each picture's line in the gap above each row."""
     tracks: dict[tuple[int, int], int] = {}
-    crowds: Counter[int] = Counter()
+    counts: Counter[int] = Counter()
     for edge in (edge for node in nodes for edge in node.edges):
         for move in edge.moves:
             if (edge.start, move.row) not in tracks:
-                tracks[edge.start, move.row] = crowds[move.row]
-                crowds[move.row] += 1
+                tracks[edge.start, move.row] = counts[move.row]
+                counts[move.row] += 1
     return tracks
 
 
 def _turns(edge: DiagramEdge) -> list[Move]:
-    """Its moves, those in one gap taken together."""
+    """Its moves, merged within each gap."""
     gaps = [list(moves) for _, moves in groupby(edge.moves, key=lambda move: move.row)]
     return [Move(moves[0].row, moves[0].lane, moves[-1].to) for moves in gaps]
 
 
 def _aside(edge: DiagramEdge, end: DiagramNode) -> float:
-    """How far right of the middle of a block an arrow ends: all but the first on the side they come from."""
+    """The offset of an arrow's head from the block's middle: all but the first end on their own side."""
     position = [each.start for each in end.edges].index(edge.start)
     if position == 0:
         return 0
@@ -150,23 +151,23 @@ def _aside(edge: DiagramEdge, end: DiagramNode) -> float:
 
 
 def _names(edge: DiagramEdge, end: DiagramNode, x: float, y: float) -> str:
-    """The names beside an arrow's head, on the side where no other arrow ends."""
+    """The names beside an arrow's head, on its free side."""
     if not edge.names:
         return ""
     others = max((_aside(each, end) for each in end.edges), default=0)
     on_left = _aside(edge, end) < 0 or (_aside(edge, end) == 0 and others > 0)
     anchor = 'text-anchor="end" ' * on_left
     how = f'{anchor}{_SMALL} font-style="italic"'
-    return words_at(x + (-5 if on_left else 5), y, ", ".join(edge.names), how)
+    return _text(x + (-5 if on_left else 5), y, ", ".join(edge.names), how)
 
 
 def _words(node: DiagramNode) -> list[str]:
-    """What stands under the title of a block."""
+    """The lines under the title of a block."""
     block = node.block
     words = [f"from {block.source}"] * bool(block.source)
     words += [f"{name} = {text}" for name, text in block.settings.items()]
     words += [f"→ {', '.join(block.saves)}"] * bool(block.saves)
-    return [text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…" for text in words]
+    return [text if len(text) <= MAX_CHARACTERS else f"{text[: MAX_CHARACTERS - 1]}…" for text in words]
 
 
 def _height(node: DiagramNode) -> float:
@@ -174,7 +175,7 @@ def _height(node: DiagramNode) -> float:
 
 
 class _Legend:
-    """What the colours mean, in rows that fit into a width."""
+    """The legend of the colours, in rows of a given width."""
 
     def __init__(self, nodes: Sequence[DiagramNode], width: float) -> None:
         self._kinds = list(dict.fromkeys(node.block.kind for node in nodes if node.block.layer))
@@ -182,9 +183,25 @@ class _Legend:
         self.height = LINE * -(-len(self._kinds) // self._columns) + LINE
 
     def draw(self, top: float) -> Iterator[str]:
-        """The rows, from a height on."""
+        """The rows below a y coordinate."""
         for number, kind in enumerate(self._kinds):
             row, column = divmod(number, self._columns)
             left, upper = MARGIN + column * KIND, top + row * LINE
-            yield rect(left, upper, 12, 12, COLORS[kind], radius=2)
-            yield words_at(left + 17, upper + 10, kind, 'fill="#555" font-size="11"')
+            yield _rect(left, upper, 12, 12, COLORS[kind], radius=2)
+            yield _text(left + 17, upper + 10, kind, 'fill="#555" font-size="11"')
+
+
+def _rect(left: float, top: float, width: float, height: float, color: str, radius: float = 0) -> str:
+    """A filled box with an outline."""
+    size = f'x="{left:g}" y="{top:g}" width="{width:g}" height="{height:g}" rx="{radius:g}"'
+    return f'<rect {size} fill="{color}" stroke="#8a8a8a"/>\n'
+
+
+def _text(x: float, y: float, words: str, how: str) -> str:
+    """Text with its baseline at x, y; `how` are further attributes."""
+    return f'<text x="{x:g}" y="{y:g}" {how}>{_escaped(words)}</text>\n'
+
+
+def _escaped(words: str) -> str:
+    """The words escaped: styles are not trusted."""
+    return escape(printable(words))

@@ -1,4 +1,4 @@
-"""The graph of a style for a terminal: a line for each block, and beside them the pictures on their way."""
+"""The graph of a style as text: a line for each block, with its inputs drawn at the left."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from vidstyle.diagram.graph import DiagramNode
 from vidstyle.style import LAYERS
 
 SPACING = 3
-"""Characters from lane to lane."""
+"""Distance of two lanes in characters."""
 MIN_WORDS = 30
-"""Characters of words in a line, however many lanes there are."""
+"""The least width of the text in characters."""
 
 _ASCII = str.maketrans(dict(zip("●│─├┤╮╭╯╰┼◄►", "*|-+++++++<>", strict=True)) | {"→": "->"})
-_TIED = "\N{NO-BREAK SPACE}"
-"""Stands for the spaces in what is not to be torn apart."""
+_NO_BREAK = "\N{NO-BREAK SPACE}"
+"""Replaces spaces at which a line must not be wrapped."""
 
 
-def text_of(nodes: Sequence[DiagramNode], width: int = 80, encoding: str = "utf-8") -> list[str]:
+def graph_text(nodes: Sequence[DiagramNode], width: int = 80, encoding: str = "utf-8") -> list[str]:
     """The lines of the drawing.
 
     Args:
-        nodes: of the graph.
+        nodes: from `graph_of`.
         width: in characters.
-        encoding: of the terminal; one without lines and arrows gets the nearest of ASCII.
+        encoding: of the terminal; falls back to ASCII where it has no lines and arrows.
     """
     lanes = 1 + max(max(node.lane, node.aside or 0) for node in nodes)
     left = max(map(len, LAYERS)) + 2
@@ -45,18 +45,18 @@ def text_of(nodes: Sequence[DiagramNode], width: int = 80, encoding: str = "utf-
 
 
 def _words(node: DiagramNode, room: int) -> list[str]:
-    """What stands beside a block, in lines."""
+    """The text beside a block, wrapped."""
     block = node.block
     parts = [f"from {block.source}"] * bool(block.source)
     parts += [f"{name} = {text}" for name, text in block.settings.items()]
-    tied = [part.replace(" ", _TIED) for part in parts]
+    unbroken = [part.replace(" ", _NO_BREAK) for part in parts]
     saved = f"  → {', '.join(block.saves)}" if block.saves else ""
-    text = f"{block.title}{'  ' if tied else ''}{', '.join(tied)}{saved}"
-    return [line.replace(_TIED, " ") for line in textwrap.wrap(text, room, subsequent_indent="  ")]
+    text = f"{block.title}{'  ' if unbroken else ''}{', '.join(unbroken)}{saved}"
+    return [line.replace(_NO_BREAK, " ") for line in textwrap.wrap(text, room, subsequent_indent="  ")]
 
 
 def _rows_beside(node: DiagramNode, count: int, live: set[int], lanes: int) -> Iterator[str]:
-    """The row of a block, and so many in all below it as its words need."""
+    """The row of a block, and further rows for the rest of its text."""
     live.add(node.lane)
     yield _row(live, lanes, {node.lane * SPACING: "●"})
     if not node.used:
@@ -65,14 +65,14 @@ def _rows_beside(node: DiagramNode, count: int, live: set[int], lanes: int) -> I
 
 
 def _rows_above(node: DiagramNode, live: set[int], lanes: int) -> Iterator[str]:
-    """What moves from lane to lane before a block, in a row each."""
+    """The changes of lanes above a block, in a row each."""
     if node.aside is not None:
         yield _fork(node.lane, node.aside, live, lanes)
         live.add(node.aside)
     for edge in node.edges[1:]:
         lane = edge.moves[-1].lane
-        yield _join(lane, node.lane, edge.goes_on, live, lanes)
-        if not edge.goes_on:
+        yield _join(lane, node.lane, edge.continues, live, lanes)
+        if not edge.continues:
             live.remove(lane)
 
 
@@ -81,15 +81,15 @@ def _fork(lane: int, to: int, live: set[int], lanes: int) -> str:
     return _row(live, lanes, _across(lane, to, live) | ends)
 
 
-def _join(lane: int, to: int, goes_on: bool, live: set[int], lanes: int) -> str:
+def _join(lane: int, to: int, continues: bool, live: set[int], lanes: int) -> str:
     from_right = lane > to
-    turn = ("┤" if from_right else "├") if goes_on else ("╯" if from_right else "╰")
+    turn = ("┤" if from_right else "├") if continues else ("╯" if from_right else "╰")
     head = {to * SPACING + 1: "◄"} if from_right else {to * SPACING - 1: "►"}
     return _row(live, lanes, _across(lane, to, live) | head | {lane * SPACING: turn, to * SPACING: "│"})
 
 
 def _across(lane: int, to: int, live: set[int]) -> dict[int, str]:
-    """A line between two lanes, crossing those in between."""
+    """A horizontal line between two lanes, crossing those in between."""
     first, last = sorted((lane * SPACING, to * SPACING))
     crossed = {each * SPACING for each in live}
     return {at: "┼" if at in crossed else "─" for at in range(first + 1, last)}

@@ -10,7 +10,7 @@ from pathlib import Path
 from string import Template
 
 from vidstyle.errors import UsageError, printable
-from vidstyle.gallery.images import StyleSample, encoded, samples_of, sheet_of_samples
+from vidstyle.gallery.samples import StyleSample, encoded, samples_of, sheet_of_samples
 from vidstyle.gallery.still import read_still
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.media.write.atomic import whole_file

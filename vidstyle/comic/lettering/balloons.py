@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.analyze.attention import mean_under
-from vidstyle.comic.lettering.bubble import Bubble, Kind, size_of, with_face_room, with_tail
+from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, size_of, with_face_room, with_tail
 from vidstyle.comic.lettering.wrap import TextBlock
 from vidstyle.comic.moment import Box
 
@@ -58,7 +58,7 @@ class Wording:
         face: of the speaker, or None.
     """
 
-    kind: Kind
+    kind: BubbleKind
     blocks: Sequence[TextBlock]
     face: Box | None = None
 

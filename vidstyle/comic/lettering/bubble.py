@@ -14,7 +14,7 @@ from vidstyle.comic.lettering.wrap import LINE, TextBlock
 from vidstyle.comic.moment import Box
 
 Point = tuple[float, float]
-Kind = Literal["balloon", "caption", "band"]
+BubbleKind = Literal["balloon", "caption", "band"]
 
 LINE_WIDTH = 0.09
 """Of the line around it, in sizes of the letters."""
@@ -38,7 +38,7 @@ class Bubble:
         tip: where the tail ends, or None.
     """
 
-    kind: Kind
+    kind: BubbleKind
     box: Box
     block: TextBlock
     tip: Point | None = None
@@ -113,7 +113,7 @@ def _points(around: np.ndarray) -> list[Point]:
     return [(float(x), float(y)) for x, y in around]
 
 
-def size_of(kind: Kind, block: TextBlock) -> tuple[float, float]:
+def size_of(kind: BubbleKind, block: TextBlock) -> tuple[float, float]:
     """Width and height of the box around a text."""
     across, down = (pad * block.size for pad in (_PADDING if kind == "balloon" else _CAPTION_PADDING))
     wide, high = block.width / 2 + across, block.height / 2 + down

@@ -1,4 +1,4 @@
-"""What the graph of a style is made of: its blocks in the order in which they run, and what each is given."""
+"""The blocks of a style's graph, in the order in which they run, and their inputs."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ class GraphBlock:
 
     Attributes:
         layer: the layer of the step; empty for the source and the result.
-        title: the name of the step's block, or what happens.
+        title: the name of the step's block, or a description.
         kind: the kind of the block; "source" or "result".
-        settings: the values that differ from their defaults, and the saved pictures that it uses, as text.
-        source: the name of the picture that it goes on from, where that is not the one before.
-        saves: the names under which others find its picture.
-        inputs: the numbers of the blocks whose pictures it is given, each with the names by which it asks
-            for them; the first is the one that it goes on from.
+        settings: values that differ from their defaults and the saved pictures that it uses, as text.
+        source: the name of its input, where that is not the previous block's picture.
+        saves: the names under which its picture is saved.
+        inputs: the indices of the blocks whose pictures it uses, each with the names by which it refers to
+            them; the first is its main input.
     """
 
     layer: str
@@ -33,70 +33,70 @@ class GraphBlock:
     saves: list[str] = field(default_factory=list)
     inputs: dict[int, list[str]] = field(default_factory=dict)
 
-    def take(self, number: int, name: str = "") -> None:
-        """Let it be given the picture of a block."""
+    def add_input(self, number: int, name: str = "") -> None:
+        """Add the picture of a block."""
         names = self.inputs.setdefault(number, [])
         if name and name not in names:
             names.append(name)
 
 
 def blocks_of(style: Style) -> list[GraphBlock]:
-    """The source, the steps and the result; a step without a block only gives pictures names."""
-    found = _Blocks()
+    """The source, the steps and the result; steps without a block only name pictures."""
+    found = _BlockList()
     ends: dict[str, int] = {}
     for layer in LAYERS:
         current = ends.get("base", 0)
         for step in getattr(style, layer):
-            current = found.follow(layer, step, current)
+            current = found.add_step(layer, step, current)
         ends[layer] = current
-    found.end(style, ends)
+    found.add_result(style, ends)
     return found.blocks
 
 
-class _Blocks:
-    """Follows the steps of a style, and knows which pictures have names."""
+class _BlockList:
+    """Follows the steps of a style and keeps track of the saved pictures."""
 
     def __init__(self) -> None:
         self.blocks = [GraphBlock("", SOURCE, "source")]
         self.named = {SOURCE: 0}
 
-    def follow(self, layer: str, step: Step, current: int) -> int:
-        """The number of the block whose picture there is after a step."""
+    def add_step(self, layer: str, step: Step, current: int) -> int:
+        """Add a step; returns the index of the block whose picture is current after it."""
         if step.source:
-            current = self.found(step.source)
+            current = self.find(step.source)
         block = all_blocks().get(step.block)
         if block is not None:
             added = GraphBlock(layer, block.name, block.kind, _settings(step), step.source)
-            added.take(current, step.source)
-            for asked in _asked(step):
-                added.take(self.found(asked), asked)
+            added.add_input(current, step.source)
+            for name in _references(step):
+                added.add_input(self.find(name), name)
             self.blocks.append(added)
             current = len(self.blocks) - 1
             if block.saves:
                 self.named[block.saves] = current
         if step.save:
             self.named[step.save] = current
-            self.found(step.save)
+            self.find(step.save)
         return current
 
-    def found(self, name: str) -> int:
-        """The number of the block whose picture has a name, which is noted there."""
+    def find(self, name: str) -> int:
+        """The index of the block that saves a name, which is recorded there."""
         number = self.named[name]
         if name != SOURCE and name not in self.blocks[number].saves:
             self.blocks[number].saves.append(name)
         return number
 
-    def end(self, style: Style, ends: dict[str, int]) -> None:
-        """Add the result: what the layers become together."""
+    def add_result(self, style: Style, ends: dict[str, int]) -> None:
+        """Add the result of all layers."""
         over = style.background or not style.lines
         title = "ink over colour" if style.lines and over else "ink on paper" if style.lines else "result"
         used = {"ink": style.ink} if style.lines else {}
         used |= {"paper": style.paper} if style.paper != Style.paper else {}
         result = GraphBlock("", title, "result", used)
         if over:
-            result.take(ends["background"])
+            result.add_input(ends["background"])
         if style.lines:
-            result.take(ends["lines"])
+            result.add_input(ends["lines"])
         self.blocks.append(result)
 
 
@@ -109,17 +109,17 @@ def _settings(step: Step) -> dict[str, str]:
     }
 
 
-def _asked(step: Step) -> list[str]:
+def _references(step: Step) -> list[str]:
     """The names of the saved pictures that a step uses."""
     parameters = all_blocks()[step.block].parameters.values()
-    asked = (
+    names = (
         step.values.get(each.name, each.default) for each in parameters if isinstance(each.control, SavedRef)
     )
-    return [name for name in asked if name]
+    return [name for name in names if name]
 
 
 def value_text(value: Any) -> str:
-    """A value for people: 3.0 is 3, a truth value as in a style file, a text as it is.
+    """A value as text: 3.0 as 3, a truth value as in a style file.
 
     >>> value_text(3.0), value_text(True), value_text("multiply")
     ('3', 'true', 'multiply')

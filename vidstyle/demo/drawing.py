@@ -22,7 +22,7 @@ _BEAT = 0.5  # seconds from one touch of the ground to the next
 _BALLS = ((0.10, 0.0, 46, 0.02), (0.62, 0.25, 34, 0.56))
 """Where each ball starts (of the width), its delay in seconds, radius in pixels, and hue."""
 Point = tuple[float, float]
-Color = tuple[float, float, float]
+Rgb = tuple[float, float, float]
 """Red, green and blue, 0..1."""
 
 _MELODY = (0, 4, 7, 12, 9, 7, 4, 2, 0, 4, 9, 12, 14, 12, 7, 0)
@@ -164,17 +164,17 @@ def _draw_title(canvas: np.ndarray, time: float) -> None:
 
 
 def _ellipse(
-    canvas: np.ndarray, center: Point, radii: Point, color: Color, angle: float = 0, arc: float = 360
+    canvas: np.ndarray, center: Point, radii: Point, color: Rgb, angle: float = 0, arc: float = 360
 ) -> None:
     at, size = (round(center[0]), round(center[1])), (round(radii[0]), round(radii[1]))
     cv2.ellipse(canvas, at, size, angle, 0, arc, _levels(color), -1, cv2.LINE_AA)
 
 
-def _fill(canvas: np.ndarray, points: list[Point], color: Color) -> None:
+def _fill(canvas: np.ndarray, points: list[Point], color: Rgb) -> None:
     cv2.fillPoly(canvas, [np.round(np.array(points)).astype(np.int32)], _levels(color), cv2.LINE_AA)
 
 
-def _levels(color: Color) -> Color:
+def _levels(color: Rgb) -> Rgb:
     red, green, blue = color
     return 255 * red, 255 * green, 255 * blue
 

@@ -14,7 +14,7 @@ from vidstyle.comic.make import ComicOptions, make_comic
 from vidstyle.comic.select.moments import KeyFrameOptions
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.demo.film import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
+from vidstyle.demo.drawing import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import whole_file
 from vidstyle.media.write.memory import write_film
