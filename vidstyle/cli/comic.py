@@ -91,7 +91,7 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
 @click.option("--subtitles", metavar="FILE|none", help="Subtitles, .srt or .vtt.  [default: the film's]")
 @click.option("--title", default="", help="Title above the first page.")
 @click.option("--font", type=click.Path(path_type=Path), metavar="FILE",
-              help="Font, .ttf or .otf.  [default: built-in, or an installed one for missing glyphs]")  # fmt: skip
+              help="Font, .ttf or .otf.  [default: built-in, or an installed one if needed]")  # fmt: skip
 @click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Save the key frames, with a table of their times.")  # fmt: skip
 @click.option("--storyboard", is_flag=True, help="Make a contact sheet with times instead.")
