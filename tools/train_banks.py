@@ -146,25 +146,25 @@ HEAD = """\
 # Banks of learned filters
 
 Each file holds a small linear filter for each bin of local structure (orientation x strength x coherence),
-learned from photographs by `python tools/train_banks.py --images DIR`, which also writes this page; the
-same photographs give the same bytes. `vidstyle train etf --show etf.png` draws one. The files are NumPy
-archives without pickled objects and are checked when they are read.
+trained on photographs by `python tools/train_banks.py --images DIR`, which also writes this page; the same
+photographs give the same bytes. `vidstyle train etf --show etf.png` draws a bank. The files are NumPy
+archives, read without pickle and checked.
 
 | bank | reference | parts | bins | filters | rho |
 |---|---|---|---|---|---|"""
 FIDELITY = """
 ## Fidelity
 
-Against the reference of the same settings, luma of photographs that were not learned from; beside it the
-untouched photographs against the same reference.
+Luma of held-out photographs, against the reference filter with the same settings; *untouched* compares the
+photographs themselves with the same reference.
 
 | bank | used | PSNR | MSSIM | untouched PSNR | untouched MSSIM |
 |---|---|---|---|---|---|"""
 PICTURES = """
-## Learned from
+## Training pictures
 
-{count} photographs, their longer side reduced to {long_side} pixels; the ten that come after them by name
-were kept for the measurement above. The photographs are not part of this repository.
+{count} photographs, their longer side reduced to {long_side} pixels; the next ten by name were
+held out. The photographs are not part of this repository.
 
 | file | SHA-256 begins with |
 |---|---|"""
