@@ -13,7 +13,7 @@ from media import make_clip, read_all
 from vidstyle.errors import UsageError
 from vidstyle.media.read.reader import open_reader
 from vidstyle.media.write.interleaver import Interleaver
-from vidstyle.media.write.stream_copy import kept_tags
+from vidstyle.media.write.stream_copy import portable_tags
 from vidstyle.media.write.writer import WriteOptions, open_writer
 
 
@@ -186,7 +186,7 @@ def test_packets_out_of_order_never_reach_the_muxer(tmp_path):
             packet = av.Packet(bytes(20))
             packet.stream, packet.time_base, packet.duration = stream, Fraction(1, 1000), 2
             packet.pts = packet.dts = dts
-            interleaver.copied(packet)
+            interleaver.push(packet)
         interleaver.finish(None)
     assert (interleaver.moved, interleaver.dropped) == (2, 2)
     times = [round(time * 1000) for time, _ in packets(tmp_path / "out.mkv", "audio")]
@@ -195,4 +195,4 @@ def test_packets_out_of_order_never_reach_the_muxer(tmp_path):
 
 def test_tags_of_the_old_file_are_not_carried_over():
     tags = {"title": "Rain", "ENCODER": "x", "BPS-eng": "9", "_STATISTICS_TAGS": "y", "artist": "z"}
-    assert kept_tags(tags) == {"title": "Rain", "artist": "z"}
+    assert portable_tags(tags) == {"title": "Rain", "artist": "z"}

@@ -14,7 +14,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame, to_supported_format
-from vidstyle.media.pixel_formats import SHUFFLED, layout_of
+from vidstyle.media.pixel_formats import REORDERED_FORMATS, layout_of
 
 ODD = (101, 37)
 PLAIN = [
@@ -68,7 +68,7 @@ def test_shuffled_formats_lose_nothing_in_either_range(name, color_range):
     frame = noisy_frame(name, (64, 32))
     frame.color_range = color_range
     planar = to_supported_format(frame)
-    assert planar.format.name == SHUFFLED[name] and planar.color_range == color_range
+    assert planar.format.name == REORDERED_FORMATS[name] and planar.color_range == color_range
     picture = picture_from_frame(planar)
     luma, first_chroma = reference_samples(frame)
     assert (picture.luma == luma).all()

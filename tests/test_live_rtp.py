@@ -14,7 +14,7 @@ from vidstyle.media.capture.microphone import Microphone
 
 JOIN_SECONDS = 6.0
 """How soon who joins has a picture: a key frame comes every second, and FFmpeg looks at the stream first."""
-QUICK = {"fflags": "nobuffer", "analyzeduration": "500000"}
+LOW_LATENCY_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "500000"}
 
 
 def free_port() -> int:
@@ -50,7 +50,7 @@ class Receiver:
 
     def _play(self, url: str, pictures: int) -> None:
         begin = time.monotonic()
-        with av.open(url, options=QUICK, timeout=LONG) as container:
+        with av.open(url, options=LOW_LATENCY_OPTIONS, timeout=LONG) as container:
             for frame in container.decode(video=0, audio=0):
                 if isinstance(frame, av.VideoFrame):
                     self.seconds = self.seconds or time.monotonic() - begin

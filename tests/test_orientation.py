@@ -11,7 +11,7 @@ import pytest
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.resize import letterboxed, resized, wanted_size
+from vidstyle.media.resize import letterboxed, output_size, resized
 
 ALL = [Orientation(*flags) for flags in itertools.product((False, True), repeat=3)]
 
@@ -55,14 +55,14 @@ def test_chroma_stays_on_its_luma_however_it_is_turned(orientation, size, step, 
 
 
 def test_a_phones_left_sited_film_is_top_sited_once_upright():
-    upright = Orientation.of_turn(90).apply(ramp(24, 32, (2, 2), (0.0, 0.5)))
+    upright = Orientation.from_rotation(90).apply(ramp(24, 32, (2, 2), (0.0, 0.5)))
     assert upright.encoding.siting == (0.5, 0.0) and upright.encoding.step == (2, 2)
 
 
 @pytest.mark.parametrize("turns", range(4))
 def test_turns_are_clockwise(turns):
     plane = np.arange(12, dtype=np.uint8).reshape(3, 4)
-    assert (Orientation.of_turn(90 * turns).plane(plane) == np.rot90(plane, -turns)).all()
+    assert (Orientation.from_rotation(90 * turns).plane(plane) == np.rot90(plane, -turns)).all()
 
 
 @pytest.mark.parametrize("orientation", ALL)
@@ -71,7 +71,7 @@ def test_a_display_matrix_says_where_columns_and_rows_go(orientation):
     down = -65536 if orientation.mirror_y else 65536
     a, b, c, d = (0, down, across, 0) if orientation.transpose else (across, 0, 0, down)
     matrix = struct.pack("=9i", a, b, 0, c, d, 0, 0, 0, 1 << 30)
-    assert Orientation.of_matrix(matrix) == orientation
+    assert Orientation.from_matrix(matrix) == orientation
 
 
 @pytest.mark.parametrize("size", [(48, 36), (16, 12), (33, 25), (64, 24)])
@@ -102,8 +102,8 @@ def test_bars_of_rgb_with_alpha():
 @pytest.mark.parametrize("wanted", [(0, 10), (-1, -1), (-3, 10), (10, -5)])
 def test_sizes_that_are_none(wanted):
     with pytest.raises(UsageError):
-        wanted_size(wanted, 100, 100)
+        output_size(wanted, 100, 100)
 
 
 def test_a_narrow_picture_never_vanishes():
-    assert wanted_size((4, -1), 8192, 16) == (4, 1) and wanted_size((4, -2), 8192, 16) == (4, 2)
+    assert output_size((4, -1), 8192, 16) == (4, 1) and output_size((4, -2), 8192, 16) == (4, 2)

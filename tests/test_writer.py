@@ -16,7 +16,7 @@ from vidstyle.errors import UsageError
 from vidstyle.media.codecs import choose_pix_fmt, encoder_options, find_encoder
 from vidstyle.media.read.reader import ReadOptions, open_reader
 from vidstyle.media.write.containers import kind_of
-from vidstyle.media.write.encoder import picture_frame
+from vidstyle.media.write.encoder import encoder_frame
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.plan import plan_video
 from vidstyle.media.write.writer import WriteOptions, open_writer
@@ -302,6 +302,6 @@ def test_a_native_frame_is_encoded_as_it_is(tmp_path):
         frames = [item for item in reader if hasattr(item, "picture")]
     assert all(frame.native is not None for frame in frames)
     plan = plan_video("out.mp4", kind_of("out.mp4", None, False), reader.info, WriteOptions())
-    assert picture_frame(frames[2], plan) is frames[2].native
-    bare = picture_frame(dataclasses.replace(frames[2], native=None), plan)
+    assert encoder_frame(frames[2], plan) is frames[2].native
+    bare = encoder_frame(dataclasses.replace(frames[2], native=None), plan)
     assert np.array_equal(bare.to_ndarray(), frames[2].native.to_ndarray())

@@ -17,7 +17,7 @@ import av
 import numpy as np
 from live_program import Flashing, finished, sized, started
 
-from vidstyle.media.capture.microphone import prepared_alsa
+from vidstyle.media.capture.microphone import prepare_alsa
 
 DRIVER = Path("/sys/bus/platform/drivers/snd_aloop")
 CARD = "Loopback"
@@ -39,7 +39,7 @@ class Microphones:
 
     def __init__(self, virtual: str) -> None:
         cards = Path("/proc/asound/cards").read_text().splitlines() if Path("/proc/asound").is_dir() else []
-        prepared_alsa()
+        prepare_alsa()
         numbers = [line.split()[0] for line in cards if f"[{CARD}" in line]
         self._virtual = virtual
         self._card = numbers[0] if numbers else ""

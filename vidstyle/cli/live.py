@@ -109,7 +109,7 @@ def _list_devices(as_json: bool) -> None:
     if not cameras:
         say("there is no camera here")
     for name, device in cameras:
-        what = "" if device.gives else "  (virtual: pictures can be written to it)"
+        what = "" if device.can_capture else "  (virtual: pictures can be written to it)"
         click.echo(f"{name}  {device.name}{what}")
         for mode in device.modes:
             click.echo(f"    {mode}")
@@ -130,8 +130,8 @@ def _described(device: Any) -> dict[str, Any]:
         "kind": "camera",
         "path": device.path,
         "name": device.name,
-        "gives": device.gives,
-        "takes": device.takes,
+        "gives": device.can_capture,
+        "takes": device.can_output,
         "modes": modes,
     }
 

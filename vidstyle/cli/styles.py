@@ -102,7 +102,7 @@ def _write_preview(
 def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
     from vidstyle.diagram.graph import graph_of
     from vidstyle.diagram.svg import graph_svg
-    from vidstyle.media.write.atomic import whole_file
+    from vidstyle.media.write.atomic import atomic_file
     from vidstyle.style import load_style
 
     if name is None:
@@ -114,7 +114,7 @@ def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
         return
     if output.suffix.lower() != ".svg":
         raise UsageError(output, "is no name of an SVG file", "end it in .svg")
-    with whole_file(output, name, overwrite) as write:
+    with atomic_file(output, name, overwrite) as write:
         write(text.encode())
 
 

@@ -16,7 +16,7 @@ from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.demo.drawing import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError, UsageError
-from vidstyle.media.write.atomic import whole_file
+from vidstyle.media.write.atomic import atomic_file
 from vidstyle.media.write.memory import write_film
 from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.render import render
@@ -67,7 +67,7 @@ def make_page(film: Path, target: Path) -> Path:
         f"{number}\n00:00:{start:06.3f} --> 00:00:{end:06.3f}\n".replace(".", ",") + f"{line}\n"
         for number, (start, end, line) in enumerate(WORDS, 1)
     )
-    with whole_file(words, overwrite=True) as write:
+    with atomic_file(words, overwrite=True) as write:
         write(text.encode())
     options = ComicOptions(
         wishes=KeyFrameOptions(PANELS),

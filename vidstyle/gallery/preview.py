@@ -13,7 +13,7 @@ from vidstyle.errors import UsageError, printable
 from vidstyle.gallery.samples import StyleSample, encoded, samples_of, sheet_of_samples
 from vidstyle.gallery.still import read_still
 from vidstyle.media.read.reader import ReadOptions
-from vidstyle.media.write.atomic import whole_file
+from vidstyle.media.write.atomic import atomic_file
 from vidstyle.style import Style
 
 _SUFFIXES = (".html", ".png", ".jpg")
@@ -58,7 +58,7 @@ def write_preview(
     count = len(styles) - 1
     name = "standard input" if str(source) == "-" else Path(source).name
     heading = f"{name} in {count} style{'s' * (count != 1)}"
-    with whole_file(target, source, overwrite) as write:
+    with atomic_file(target, source, overwrite) as write:
         samples = list(samples_of(read_still(source, read), styles))
         if suffix == ".html":
             write(page_of(heading, samples).encode("utf-8"))

@@ -12,7 +12,7 @@ from vidstyle.live.capture import ReconnectingSource
 from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.options import LiveOptions
 from vidstyle.media.audio import RATE, AudioChunk
-from vidstyle.media.capture.microphone import Microphone, SoundInput
+from vidstyle.media.capture.microphone import AudioInput, Microphone
 
 PushAudio = Callable[[AudioChunk], None]
 
@@ -59,7 +59,7 @@ SILENCE_SECONDS = 0.1
 """Duration of a chunk of silence."""
 
 
-class MicrophoneCapture(ReconnectingSource[SoundInput]):
+class MicrophoneCapture(ReconnectingSource[AudioInput]):
     """Captures a microphone without gaps: while it is lost, silence is delivered."""
 
     substitute = "there is silence"
@@ -83,7 +83,7 @@ class MicrophoneCapture(ReconnectingSource[SoundInput]):
         if not started:
             raise DeviceError(self._source.name, f"gave no sound in {FIRST_CHUNK_SECONDS:g} s")
 
-    def _read(self, opened: SoundInput) -> None:
+    def _read(self, opened: AudioInput) -> None:
         for chunk in opened:
             self._received(chunk.time)
             self._deliver(chunk)

@@ -16,7 +16,7 @@ from vidstyle.live.options import LiveOptions
 from vidstyle.media.capture.input import CapturedFrame
 from vidstyle.media.color_tags import HD_LINES
 from vidstyle.media.read.convert import FrameConverter
-from vidstyle.media.resize import letterboxed, resized, wanted_size
+from vidstyle.media.resize import letterboxed, output_size, resized
 
 
 class FrameProcessor:
@@ -114,7 +114,7 @@ class FrameNormalizer:
         converter = FrameConverter(first.native, capture.codec, name, sample_aspect=aspect)
         # Neither a camera nor a page can say that its pixels are not square.
         self._square = max(1, round(converter.width * (converter.sample_aspect or 1))), converter.height
-        self.size = wanted_size(self._wanted, *self._square) if self._wanted else self._square
+        self.size = output_size(self._wanted, *self._square) if self._wanted else self._square
         self.encoding = output_encoding(converter.convert(first.native)[0])
         return converter
 

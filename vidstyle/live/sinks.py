@@ -14,7 +14,7 @@ from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.target_thread import Sink, TargetThread
 from vidstyle.media.audio import AudioChunk
-from vidstyle.media.color_tags import usual_tags
+from vidstyle.media.color_tags import default_tags
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo
 from vidstyle.media.write.film import FilmWriter
@@ -128,7 +128,7 @@ class FileSink:
         """Raises VidstyleError if the file exists, or cannot be written."""
         height, width = first.picture.shape
         encoding = first.picture.encoding
-        tags = usual_tags(encoding, height)
+        tags = default_tags(encoding, height)
         info = VideoInfo(width, height, encoding, tags, TIME_BASE, rate, still=still)
         self._writer = open_writer(target, info, options)
         self._start: float | None = None

@@ -17,7 +17,7 @@ from vidstyle.live.target import LiveFrame, Target
 from vidstyle.media.read.open import is_url, public_name
 from vidstyle.media.write import stream as live_addresses
 from vidstyle.media.write import virtual_camera
-from vidstyle.media.write.atomic import is_plain_file
+from vidstyle.media.write.atomic import is_regular_file
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.images import is_pattern
 from vidstyle.media.write.stream import Stream, StreamOptions
@@ -100,7 +100,7 @@ def _stream_maker(
 
 def _file_maker(text: str, options: TargetOptions) -> TargetMaker:
     kind_of(text, options.file.format, is_pattern(text))
-    if os.path.lexists(text) and is_plain_file(Path(text)) and not options.file.overwrite:
+    if os.path.lexists(text) and is_regular_file(Path(text)) and not options.file.overwrite:
         raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
 
     def make(context: TargetContext) -> Target:

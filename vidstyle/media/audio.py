@@ -13,7 +13,7 @@ import av
 import numpy as np
 from av.audio.resampler import AudioResampler
 
-from vidstyle.media.write.transcode import SAMPLES_AT_ONCE, add_audio_stream
+from vidstyle.media.write.transcode import FRAME_SIZE, add_audio_stream
 
 log = logging.getLogger("vidstyle")
 
@@ -53,7 +53,7 @@ class AudioDecoder:
         self._waiting: deque[tuple[float, np.ndarray]] = deque(maxlen=MAX_WAITING)
 
     def decode(self, packet: av.Packet) -> Iterator[AudioChunk]:
-        """The sound of a packet, once `anchor` has told when that is."""
+        """The sound of a packet, once `set_origin` has told when that is."""
         self._waiting.extend(self.samples(packet))
         yield from self._anchored()
 
@@ -74,7 +74,7 @@ class AudioDecoder:
                 if part.pts is not None and part.time_base is not None:
                     yield float(part.pts * part.time_base), part.to_ndarray()
 
-    def anchor(self, stamp: float, time: float) -> None:
+    def set_origin(self, stamp: float, time: float) -> None:
         """A picture with this stamp was taken at this time; the first one decides for all that follow."""
         if self._zero is None:
             self._zero = time - stamp
@@ -97,7 +97,7 @@ class AudioEncoder:
         """Add it; before the container's header is written."""
         self._stream = add_audio_stream(container, encoder, RATE, "stereo", "s16")
         context = self._stream.codec_context
-        self._resampler = _resampler(context.format, context.frame_size or SAMPLES_AT_ONCE)
+        self._resampler = _resampler(context.format, context.frame_size or FRAME_SIZE)
         self._end, self._begun = 0, False
 
     def packets(self, samples: np.ndarray, seconds: float) -> list[av.Packet]:
@@ -125,7 +125,7 @@ class AudioEncoder:
         """Leave a gap in the times of the stream: minutes of silence would be made all at once."""
         made = self._encoded(self._resampler.resample(None))
         context = self._stream.codec_context
-        self._resampler = _resampler(context.format, context.frame_size or SAMPLES_AT_ONCE, from_zero=False)
+        self._resampler = _resampler(context.format, context.frame_size or FRAME_SIZE, from_zero=False)
         return made
 
     def flush(self) -> list[av.Packet]:

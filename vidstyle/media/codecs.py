@@ -28,7 +28,7 @@ SOFTWARE = {
 HARDWARE = ("nvenc", "qsv", "amf", "vaapi", "v4l2m2m", "videotoolbox", "mf", "vulkan", "rkmpp", "omx")
 """What the names of hardware encoders end with, after an underscore."""
 
-COARSE = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte", "bgr4_byte", "pal8", "mono")
+LOW_DEPTH_FORMATS = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte", "bgr4_byte", "pal8", "mono")
 """What the names of formats begin with that hold less than eight bits of a colour."""
 
 
@@ -61,7 +61,7 @@ _NVENC = QualityOptions("cq", "preset", "19", "p4", options={"rc": "vbr"})
 _QSV = QualityOptions("global_quality", "preset", "20", "medium")
 _AMF = QualityOptions("qvbr_quality_level", "quality")
 _WEBP = QualityOptions(options={"quality": "90"})
-KNOBS: dict[str, QualityOptions] = {
+QUALITY: dict[str, QualityOptions] = {
     "libx264": QualityOptions("crf", "preset", "18", "veryfast", X26_SPEEDS),
     "libx264rgb": QualityOptions("crf", "preset", "18", "veryfast", X26_SPEEDS),
     "libx265": QualityOptions("crf", "preset", "20", "fast", X26_SPEEDS, {"x265-params": "log-level=none"}),
@@ -91,7 +91,7 @@ def find_encoder(name: str) -> tuple[str, str]:
         codec = None
     if codec is not None and codec.type == "video":
         return codec.name, codec.canonical_name
-    near = difflib.get_close_matches(name, [*KNOBS, *SOFTWARE, "prores_ks", "ffv1", "utvideo"], 3, 0.5)
+    near = difflib.get_close_matches(name, [*QUALITY, *SOFTWARE, "prores_ks", "ffv1", "utvideo"], 3, 0.5)
     remedy = f"did you mean {' or '.join(near)}?" if near else "libx264 plays everywhere"
     raise UsageError("--codec", f"there is no video encoder {name!r} in this build", remedy)
 
@@ -112,7 +112,7 @@ def encoder_options(encoder: str, crf: float | None, preset: str | None) -> dict
     Raises:
         UsageError: the encoder has no such setting.
     """
-    knobs = KNOBS.get(encoder, QualityOptions())
+    knobs = QUALITY.get(encoder, QualityOptions())
     if crf is not None and not knobs.crf:
         raise UsageError("--crf", f"the encoder {encoder} has no such setting", "leave it out")
     if preset is not None and not knobs.preset:
@@ -151,8 +151,8 @@ def writable_layout(pix_fmt: str) -> PlaneLayout | None:
         ValueError: there is no such format.
     """
     layout = layout_of(pix_fmt)
-    backward = layout is not None and layout.big_endian and not layout.shuffled
-    return None if backward or pix_fmt.startswith(COARSE) else layout
+    backward = layout is not None and layout.big_endian and not layout.reordered_as
+    return None if backward or pix_fmt.startswith(LOW_DEPTH_FORMATS) else layout
 
 
 def _loss(layout: PlaneLayout, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> tuple[int, ...]:
@@ -166,7 +166,7 @@ def _loss(layout: PlaneLayout, depth: int, step: tuple[int, int], rgb: bool, alp
         sum(max(0, its - wanted) for its, wanted in steps),
         layout.alpha and not alpha,
         max(0, layout.depth - depth) + sum(max(0, wanted - its) for its, wanted in steps),
-        bool(layout.shuffled),
+        bool(layout.reordered_as),
     )
 
 

@@ -18,7 +18,7 @@ BT2020_PRIMARIES = 9
 
 MATRICES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
 """The matrices that we can do, by H.273 code."""
-UNDOABLE_MATRICES = {
+UNSUPPORTED_MATRICES = {
     8: "YCgCo",
     10: "BT.2020 constant luminance",
     11: "YDzDx",
@@ -71,7 +71,7 @@ class ColorTags:
         >>> ColorTags().completed(Encoding("bt601"), 576)
         ColorTags(primaries=5, transfer=6, matrix=5, range=1)
         """
-        usual = usual_tags(encoding, height)
+        usual = default_tags(encoding, height)
         return ColorTags(
             usual.primaries if self.primaries in (0, UNSPECIFIED) else self.primaries,
             usual.transfer if self.transfer in (0, UNSPECIFIED) else self.transfer,
@@ -80,7 +80,7 @@ class ColorTags:
         )
 
 
-def usual_tags(encoding: Encoding, height: int = 0) -> ColorTags:
+def default_tags(encoding: Encoding, height: int = 0) -> ColorTags:
     """The tags that usually go with a matrix; for BT.601 the height tells 625 lines from 525."""
     seen_range = FULL if encoding.full_range else LIMITED
     if encoding.matrix == "bt2020":
@@ -98,8 +98,8 @@ def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, 
     Raises:
         InputError: a matrix that we cannot do; `subject` names the source.
     """
-    if tags.matrix in UNDOABLE_MATRICES:
-        name = UNDOABLE_MATRICES[tags.matrix]
+    if tags.matrix in UNSUPPORTED_MATRICES:
+        name = UNSUPPORTED_MATRICES[tags.matrix]
         raise InputError(subject, f"its colours are coded with {name}", "convert it to BT.709 first")
     if tags.matrix in MATRICES:
         return MATRICES[tags.matrix]

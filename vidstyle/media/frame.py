@@ -14,7 +14,7 @@ from av.sidedata.sidedata import Type as SideDataType
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError
-from vidstyle.media.color_tags import FULL, ColorTags, matrix_from_tags, siting_from_codec, usual_tags
+from vidstyle.media.color_tags import FULL, ColorTags, default_tags, matrix_from_tags, siting_from_codec
 from vidstyle.media.pixel_formats import PlaneLayout, format_name, layout_of
 
 
@@ -69,10 +69,10 @@ def to_supported_format(frame: av.VideoFrame, subject: object = "frame") -> av.V
         InputError: a pixel format that we do not read; `subject` names the source.
     """
     layout = _layout(frame, subject)
-    if not layout.shuffled:
+    if not layout.reordered_as:
         return frame
     # The same range on both sides, whichever it is: swscale would otherwise assume one and convert.
-    reordered = frame.reformat(format=layout.shuffled, src_color_range=FULL, dst_color_range=FULL)
+    reordered = frame.reformat(format=layout.reordered_as, src_color_range=FULL, dst_color_range=FULL)
     ColorTags.of(frame).put_on(reordered)
     return reordered
 
@@ -131,7 +131,7 @@ def frame_from_picture(
     frame = av.VideoFrame(width, height, name)
     for target, plane in zip(frame.planes, _planes(picture, name), strict=True):
         _write(target, plane)
-    (tags or usual_tags(encoding, height)).put_on(frame)
+    (tags or default_tags(encoding, height)).put_on(frame)
     return frame
 
 

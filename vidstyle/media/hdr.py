@@ -19,7 +19,7 @@ from av.sidedata.sidedata import Type as SideDataType
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.color_tags import BT2020_PRIMARIES, HLG, LIMITED, PQ, ColorTags
 from vidstyle.media.frame import side_data_of
-from vidstyle.media.hdr_kernels import map_colors, map_planes
+from vidstyle.media.hdr_kernels import tone_map_colors, tone_map_planes
 
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
 TABLE = 32768
@@ -81,7 +81,7 @@ class ToneMap:
         place = np.array([*encoding.step, *picture.encoding.siting], np.float32)
 
         def run(first: int, end: int) -> None:
-            map_planes(planes, out, first, end, levels, matrices, place, self._tables)
+            tone_map_planes(planes, out, first, end, levels, matrices, place, self._tables)
 
         _in_strips(run, height, encoding.step[1])
         chroma = None if picture.chroma is None else (new_blue, new_red)
@@ -91,7 +91,7 @@ class ToneMap:
         out = np.empty_like(color, order="C")
         top = picture.encoding.luma_levels[1]
         _in_strips(
-            lambda first, end: map_colors(color, out, first, end, top, self._tables), color.shape[0], 1
+            lambda first, end: tone_map_colors(color, out, first, end, top, self._tables), color.shape[0], 1
         )
         return replace(picture, color=out)
 

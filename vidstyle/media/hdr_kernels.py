@@ -70,7 +70,7 @@ def between(row, place):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def map_planes(planes, out, first, end, levels, matrices, place, tables):  # type: ignore[no-untyped-def]
+def tone_map_planes(planes, out, first, end, levels, matrices, place, tables):  # type: ignore[no-untyped-def]
     """Tone-map rows `first` to `end` (a multiple of the chroma step, or the last) of a picture with chroma.
 
     Args:
@@ -137,7 +137,7 @@ def store_chroma(row, out, step, neutral, scale):  # type: ignore[no-untyped-def
 
 
 @compiled(fastmath=True)
-def map_colors(color, out, first, end, top, tables):  # type: ignore[no-untyped-def]
+def tone_map_colors(color, out, first, end, top, tables):  # type: ignore[no-untyped-def]
     """Tone-map rows of an RGB picture of integers up to `top`."""
     light, gain, ootf, gamut, display = tables
     scale = np.float32(1) / np.float32(top)

@@ -9,9 +9,9 @@ from vidstyle.core.picture import Encoding
 from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.raw_video import RAW, RawVideo
-from vidstyle.media.read.open import PIXELS
+from vidstyle.media.read.open import MAX_PIXELS
 
-FASTEST = 1000
+MAX_RATE = 1000
 """Frames a second that may be asked for."""
 
 
@@ -42,7 +42,7 @@ class ReadOptions:
     allow_url: bool = False
     format: str | None = None
     raw: RawVideo = RawVideo()
-    max_pixels: int = PIXELS
+    max_pixels: int = MAX_PIXELS
 
     def check(self) -> None:
         """Raise UsageError where the options make no sense, whatever the source."""
@@ -52,8 +52,8 @@ class ReadOptions:
             raise UsageError("end", f"{float(self.end):g} s is not after the start")
         if self.rotate is not None and self.rotate % 90:
             raise UsageError("rotate", f"{self.rotate} is not a quarter turn", "give 90, 180 or 270")
-        if self.fps is not None and not 0 < self.fps <= FASTEST:
-            raise UsageError("fps", f"{float(self.fps):g} is not a frame rate", f"give one up to {FASTEST}")
+        if self.fps is not None and not 0 < self.fps <= MAX_RATE:
+            raise UsageError("fps", f"{float(self.fps):g} is not a frame rate", f"give one up to {MAX_RATE}")
         if self.format == RAW:
             self.raw.check()
 

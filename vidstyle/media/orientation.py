@@ -28,10 +28,10 @@ class Orientation:
     mirror_y: bool = False
 
     @classmethod
-    def of_exif(cls, number: int) -> Orientation:
+    def from_exif(cls, number: int) -> Orientation:
         """From the EXIF orientation, 1 to 8.
 
-        >>> Orientation.of_exif(6) == Orientation.of_turn(90)
+        >>> Orientation.from_exif(6) == Orientation.from_rotation(90)
         True
         """
         mirrors = {1: (0, 0, 0), 2: (0, 1, 0), 3: (0, 1, 1), 4: (0, 0, 1), 5: (1, 0, 0), 6: (1, 1, 0)}
@@ -44,13 +44,13 @@ class Orientation:
         return not (self.transpose or self.mirror_x or self.mirror_y)
 
     @classmethod
-    def of_turn(cls, degrees: int) -> Orientation:
+    def from_rotation(cls, degrees: int) -> Orientation:
         """A turn clockwise by a multiple of 90 degrees.
 
         Raises:
             ValueError: another angle.
 
-        >>> Orientation.of_turn(90)
+        >>> Orientation.from_rotation(90)
         Orientation(transpose=True, mirror_x=True, mirror_y=False)
         """
         if degrees % 90:
@@ -64,7 +64,7 @@ class Orientation:
         return turned[degrees % 360]
 
     @classmethod
-    def of_matrix(cls, matrix: bytes) -> Orientation:
+    def from_matrix(cls, matrix: bytes) -> Orientation:
         """From a display matrix: nine native 32-bit integers, of which (a, b, c, d) turn (FFmpeg, display.h).
 
         A column x and a row y are shown at a x + c y across and b x + d y down. Other angles than quarter
@@ -116,5 +116,5 @@ def orientation_of(frame: av.VideoFrame) -> Orientation:
     """How the frame asks to be turned and mirrored."""
     matrix = side_data_of(frame, SideDataType.DISPLAYMATRIX)
     if matrix:
-        return Orientation.of_matrix(matrix)
-    return Orientation.of_turn(round(-frame.rotation / 90) * 90)
+        return Orientation.from_matrix(matrix)
+    return Orientation.from_rotation(round(-frame.rotation / 90) * 90)

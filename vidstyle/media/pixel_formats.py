@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from av.video.format import VideoFormat
 
-SHUFFLED = {
+REORDERED_FORMATS = {
     name: planar
     for planar, names in {
         "yuv420p": "nv12 nv21",
@@ -43,7 +43,7 @@ class PlaneLayout:
 
     Attributes:
         name: FFmpeg's name.
-        shuffled: the format to put it into first, or "".
+        reordered_as: the format to put it into first, or "".
         kind: "luma" (with or without chroma planes), "packed" RGB or "planar" RGB.
         planes: how many colour planes there are, alpha not counted.
         depth: bits of a sample.
@@ -54,7 +54,7 @@ class PlaneLayout:
     """
 
     name: str
-    shuffled: str
+    reordered_as: str
     kind: str
     planes: int
     depth: int
@@ -68,10 +68,10 @@ class PlaneLayout:
 def layout_of(name: str) -> PlaneLayout | None:
     """The layout of a pixel format, or None for one that we do not read (Bayer, XYZ, floats)."""
     format = VideoFormat(name, 64, 64)
-    if name in SHUFFLED:
-        inner = layout_of(SHUFFLED[name])
+    if name in REORDERED_FORMATS:
+        inner = layout_of(REORDERED_FORMATS[name])
         assert inner is not None
-        return PlaneLayout(**(vars(inner) | {"name": name, "shuffled": SHUFFLED[name]}))
+        return PlaneLayout(**(vars(inner) | {"name": name, "reordered_as": REORDERED_FORMATS[name]}))
     components = [part for part in format.components if not part.is_alpha]
     depth = components[0].bits if components else 0
     if not 8 <= depth <= 16 or _is_foreign(name, format):
@@ -80,7 +80,7 @@ def layout_of(name: str) -> PlaneLayout | None:
     step = (1, 1) if single else (64 // format.chroma_width(64), 64 // format.chroma_height(64))
     return PlaneLayout(
         name=name,
-        shuffled="",
+        reordered_as="",
         kind="luma" if not format.is_rgb else "planar" if format.is_planar else "packed",
         planes=len(components),
         depth=depth,

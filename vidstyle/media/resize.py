@@ -14,13 +14,13 @@ MIN_BLUR = 0.1
 """A Gaussian of this many samples changes nothing."""
 
 
-def wanted_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, int]:
+def output_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, int]:
     """Width and height, where one of the two wanted may be -1 to keep the shape, or -2 to be even too.
 
     Raises:
         UsageError: no size can be made of it.
 
-    >>> wanted_size((640, -2), 1920, 1078)
+    >>> output_size((640, -2), 1920, 1078)
     (640, 360)
     """
     across, down = wanted

@@ -60,15 +60,15 @@ class VideoDevice:
     Attributes:
         path: what to open.
         name: what it calls itself.
-        takes: whether it is a virtual camera, which pictures can be written to.
-        gives: whether pictures come from it.
+        can_output: whether pictures can be written to it, as to a virtual camera.
+        can_capture: whether pictures can be read from it.
         modes: all that we can take, in the device's own order.
     """
 
     path: str
     name: str
-    gives: bool = True
-    takes: bool = False
+    can_capture: bool = True
+    can_output: bool = False
     modes: tuple[Mode, ...] = ()
 
 

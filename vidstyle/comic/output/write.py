@@ -20,7 +20,7 @@ from vidstyle.comic.output.html import html
 from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import svg
 from vidstyle.errors import OutputError, UsageError
-from vidstyle.media.write.atomic import whole_file
+from vidstyle.media.write.atomic import atomic_file
 
 
 class _Format(NamedTuple):
@@ -65,7 +65,7 @@ class Output:
         self.is_strip = self._format.content is html
         self._target, self._source, self._overwrite = target, source, overwrite
         if not _PATTERN.search(target.name):
-            with whole_file(target, source, overwrite):
+            with atomic_file(target, source, overwrite):
                 pass
 
     def targets(self, pages: int) -> list[Path]:
@@ -83,7 +83,7 @@ class Output:
         with ExitStack() as files:
             # All are claimed before the first page is drawn, which takes long.
             writers = [
-                files.enter_context(whole_file(target, self._source, self._overwrite)) for target in targets
+                files.enter_context(atomic_file(target, self._source, self._overwrite)) for target in targets
             ]
             if self._format.holds_all:
                 writers[0](self._format.content(sheets, title))
@@ -137,7 +137,7 @@ class Frames:
         self._rows = [("panel", "file", "seconds", "time", "scene", "importance")]
         with ExitStack() as files:
             self._writers = [
-                files.enter_context(whole_file(folder / name, overwrite=overwrite))
+                files.enter_context(atomic_file(folder / name, overwrite=overwrite))
                 for name in [*self._names, TABLE]
             ]
             self._files = files.pop_all()

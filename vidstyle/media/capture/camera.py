@@ -119,7 +119,7 @@ def find_camera(name: str) -> VideoDevice:
         DeviceError: there is none; the message says what there is.
     """
     path = f"/dev/video{name}" if name.isdigit() else name
-    cameras = [device for device in video_devices() if device.gives]
+    cameras = [device for device in video_devices() if device.can_capture]
     if not name and cameras:
         return cameras[0]
     for device in cameras:
@@ -129,7 +129,7 @@ def find_camera(name: str) -> VideoDevice:
     if named:
         return named[0]
     own = video_device(path) if path.startswith("/dev/") else None
-    if own is not None and own.gives:
+    if own is not None and own.can_capture:
         return own
     raise DeviceError(name or "camera", _reason(path, own), _what_there_is())
 
@@ -152,7 +152,7 @@ def _reason(path: str, own: VideoDevice | None) -> str:
 
 
 def _what_there_is() -> str:
-    there = [f"{path} ({device.name})" for path, device in camera_list() if device.gives]
+    there = [f"{path} ({device.name})" for path, device in camera_list() if device.can_capture]
     return "there is " + ", ".join(there) if there else "there is no camera here"
 
 
@@ -180,9 +180,9 @@ def _device_error(target: str, error: Exception) -> DeviceError:
 
 DEFAULT_SIZE = (1280, 720)
 """Larger pictures are taken only if they are asked for."""
-SLACK = Fraction(98, 100)
+RATE_TOLERANCE = Fraction(98, 100)
 """29.97 will do for 30."""
-EASE = {name: place for place, name in enumerate(FORMATS.values())}
+COST = {name: place for place, name in enumerate(FORMATS.values())}
 
 
 def choose_mode(modes: Sequence[Mode], size: tuple[int, int] | None, rate: Fraction) -> Mode | None:
@@ -204,24 +204,29 @@ def choose_mode(modes: Sequence[Mode], size: tuple[int, int] | None, rate: Fract
 
 def mode_rate(mode: Mode, rate: Fraction) -> Fraction:
     """The slowest of the mode's rates that is enough, else its fastest; `rate` itself if it does not say."""
-    enough = [each for each in mode.rates if each >= rate * SLACK]
+    enough = [each for each in mode.rates if each >= rate * RATE_TOLERANCE]
     return min(enough) if enough else max(mode.rates, default=rate)
 
 
 def _distance(mode: Mode, size: tuple[int, int] | None, rate: Fraction) -> tuple[float, ...]:
     reached = mode_rate(mode, rate)
-    missing = 0.0 if reached >= rate * SLACK else float(rate - reached)
+    missing = 0.0 if reached >= rate * RATE_TOLERANCE else float(rate - reached)
     pixels = mode.width * mode.height
     wanted = size or DEFAULT_SIZE
     too_small = max(0, wanted[0] - mode.width) + max(0, wanted[1] - mode.height)
     too_large = max(0, mode.width - wanted[0]) + max(0, mode.height - wanted[1])
     if size is None:
         # Any size up to the usual one will do, the largest of them best.
-        return (missing, float(too_large > 0), float(-pixels if not too_large else pixels), EASE[mode.format])
-    return (missing, float(too_small > 0), float(too_small + too_large), EASE[mode.format])
+        return (
+            missing,
+            float(too_large > 0),
+            float(-pixels if not too_large else pixels),
+            COST[mode.format],
+        )
+    return (missing, float(too_small > 0), float(too_small + too_large), COST[mode.format])
 
 
-LOOK_SECONDS = 0.1
+POLL_SECONDS = 0.1
 """How often a wait looks up, in case it is to end."""
 DESCRIPTORS = Path("/proc/self/fd")
 
@@ -250,7 +255,7 @@ def _wait_for(descriptor: int) -> WaitForFrame:
     def wait(stopping: threading.Event, seconds: float) -> bool:
         until = time.monotonic() + seconds
         while not stopping.is_set() and time.monotonic() < until:
-            if poll.poll(LOOK_SECONDS * 1000):
+            if poll.poll(POLL_SECONDS * 1000):
                 return True
         return False
 

@@ -16,7 +16,7 @@ from vidstyle.errors import DeviceError, InputError, VidstyleError
 from vidstyle.media.audio import AudioChunk, AudioDecoder
 from vidstyle.media.read.source import choose_stream, frame_rate
 
-OWN_CLOCK_SECONDS = 2.0
+MAX_CLOCK_AGE = 2.0
 """A driver's stamp so little before now is of a clock that we know, and says when something was taken."""
 
 
@@ -195,7 +195,7 @@ class LiveInput:
     def _anchor(self, captured: CapturedFrame) -> None:
         stamp = _seconds(captured.native)
         if self._audio is not None and stamp is not None:
-            self._audio.anchor(stamp, captured.time)
+            self._audio.set_origin(stamp, captured.time)
 
     def _decoded(self, packet: av.Packet) -> Iterator[CapturedFrame]:
         arrived = time.monotonic()
@@ -220,7 +220,7 @@ def _seconds(frame: av.VideoFrame) -> float | None:
 def _taken(frame: av.VideoFrame, arrived: float) -> float:
     """When a frame was taken, by its stamp where that can be."""
     stamp = _seconds(frame)
-    return stamp if stamp is not None and 0 <= arrived - stamp < OWN_CLOCK_SECONDS else arrived
+    return stamp if stamp is not None and 0 <= arrived - stamp < MAX_CLOCK_AGE else arrived
 
 
 LiveSource = CaptureSource[LiveInput]

@@ -21,10 +21,10 @@ import av
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.audio import RATE, AudioChunk, AudioDecoder
 from vidstyle.media.capture.camera import SYSTEM_FORMATS
-from vidstyle.media.capture.input import OWN_CLOCK_SECONDS
+from vidstyle.media.capture.input import MAX_CLOCK_AGE
 
 TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
-PIECE_SECONDS = 0.02
+MIN_CHUNK_SECONDS = 0.02
 """How long a piece of sound is at least."""
 
 
@@ -45,7 +45,7 @@ class Microphone:
         """What it is, for people."""
         return f"microphone {self.device}"
 
-    def open(self, stopping: threading.Event) -> SoundInput:
+    def open(self, stopping: threading.Event) -> AudioInput:
         """Begin to listen.
 
         Args:
@@ -55,15 +55,15 @@ class Microphone:
             DeviceError: missing or busy; the message says what there is.
         """
         if self.device == "test":
-            return SoundInput(av.open(TONE, format="lavfi"), self.name, stopping, paced=True)
+            return AudioInput(av.open(TONE, format="lavfi"), self.name, stopping, paced=True)
         try:
             container = _opened(_full_name(self.device))
         except (av.FFmpegError, OSError, ValueError) as error:
             raise DeviceError(self.name, _reason(error), _what_there_is()) from error
-        return SoundInput(container, self.name, stopping)
+        return AudioInput(container, self.name, stopping)
 
 
-class SoundInput:
+class AudioInput:
     """Sound as it comes. Iterate over it once, in one thread."""
 
     def __init__(
@@ -109,7 +109,7 @@ class SoundInput:
         assert stream is not None
         context = stream.codec_context
         joined = context.name.startswith("pcm_")
-        least = PIECE_SECONDS * context.sample_rate * context.channels * context.format.bytes
+        least = MIN_CHUNK_SECONDS * context.sample_rate * context.channels * context.format.bytes
         waiting: list[av.Packet] = []
         for packet in self._container.demux(stream):
             waiting.append(packet)
@@ -125,9 +125,7 @@ class SoundInput:
             self._stopping.wait(max(0.0, self._zero + stamp + seconds - time.monotonic()))
             return self._zero + stamp
         # ALSA stamps by the clock on the wall, other systems by the one that we use.
-        ages = (
-            age for age in (time.time() - stamp, time.monotonic() - stamp) if 0 <= age < OWN_CLOCK_SECONDS
-        )
+        ages = (age for age in (time.time() - stamp, time.monotonic() - stamp) if 0 <= age < MAX_CLOCK_AGE)
         return arrived - next(ages, seconds)
 
 
@@ -181,9 +179,9 @@ SOUND = Path("/proc/asound")
 SETTINGS = Path("/usr/share/alsa")
 MAPS = Path("/proc/self/maps")
 HARDWARE = "hw:"
-CONVERTED = "plughw:"
+PLUG = "plughw:"
 """The same device behind a converter, so that one with a single channel or another rate will do."""
-MAX_COMPLAINTS = 100
+MAX_ALSA_ERRORS = 100
 
 
 def alsa_microphones() -> list[tuple[str, str]]:
@@ -214,10 +212,10 @@ def open_alsa(name: str, rate: int) -> av.container.InputContainer:
     Raises:
         OSError: it cannot be opened; `errno` says why if ALSA did, else it is 0: there is no such device.
     """
-    complaints = prepared_alsa()
+    complaints = prepare_alsa()
     complaints.clear()
     if name.startswith(HARDWARE):
-        name = CONVERTED + name.removeprefix(HARDWARE)
+        name = PLUG + name.removeprefix(HARDWARE)
     try:
         return av.open(name, "r", "alsa", {"sample_rate": str(rate), "channels": "2"})
     except (av.FFmpegError, OSError) as error:
@@ -226,7 +224,7 @@ def open_alsa(name: str, rate: int) -> av.container.InputContainer:
 
 
 @cache
-def prepared_alsa() -> deque[int]:
+def prepare_alsa() -> deque[int]:
     """Make ALSA ready; returns where the error numbers of its complaints go, which it would print.
 
     FFmpeg calls every failure an input/output error. The library that comes with PyAV would look for settings
@@ -239,7 +237,7 @@ def prepared_alsa() -> deque[int]:
     plugins = next((folder / "alsa-lib" for folder in folders if (folder / "alsa-lib").is_dir()), None)
     if plugins is not None:
         os.environ.setdefault("ALSA_PLUGIN_DIR", str(plugins))
-    numbers: deque[int] = deque(maxlen=MAX_COMPLAINTS)
+    numbers: deque[int] = deque(maxlen=MAX_ALSA_ERRORS)
     for path in re.findall(r"/\S*libasound\S*\.so\S*", MAPS.read_text() if MAPS.exists() else ""):
         _note_errors(ctypes.CDLL(path), numbers)
         break

@@ -21,7 +21,7 @@ from vidstyle.media.capture.input import LiveInput, LiveSource
 from vidstyle.media.raw_video import RAW, RawVideo
 from vidstyle.media.read.open import is_url, open_media, public_name
 
-WAKE_SECONDS = 0.2
+POLL_SECONDS = 0.2
 """How often a wait for data looks whether it is still wanted."""
 
 
@@ -33,7 +33,7 @@ class Pipe:
 
     def read(self, size: int) -> bytes:
         """Up to so many bytes; none at the end, or when it is time to stop."""
-        while os.name == "posix" and not select.select([self._descriptor], [], [], WAKE_SECONDS)[0]:
+        while os.name == "posix" and not select.select([self._descriptor], [], [], POLL_SECONDS)[0]:
             if self._stopping.is_set():
                 return b""
         return os.read(self._descriptor, size)
@@ -52,7 +52,7 @@ class NamedPipe(Pipe):
 
 NETWORK_SECONDS = 5.0
 """How long a connection may say nothing; it is then taken for lost, and made anew."""
-QUICK = {"fflags": "nobuffer", "analyzeduration": "1000000", "probesize": "1000000"}
+LOW_LATENCY_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "1000000", "probesize": "1000000"}
 """What a stream is looked at for, before its first picture: a second, in place of five."""
 TEST_SIZE, TEST_RATE = (640, 360), Fraction(30)
 
@@ -148,7 +148,7 @@ class Network:
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource."""
-        options = QUICK | ({"rtsp_transport": "tcp"} if self.url.startswith("rtsp") else {})
+        options = LOW_LATENCY_OPTIONS | ({"rtsp_transport": "tcp"} if self.url.startswith("rtsp") else {})
         asked = time.monotonic()
         try:
             container = open_media(self.url, allow_url=True, options=options, seconds=NETWORK_SECONDS)

@@ -14,12 +14,12 @@ from vidstyle.media.frame import DecodedFrame
 
 log = logging.getLogger("vidstyle")
 
-FINE = 1000
+MIN_TICKS_PER_SECOND = 1000
 """Ticks a second below which a time base is divided, so that a nudge by one tick is not seen."""
-DIVISION = 512
-RESTART = Fraction(1)
+TIME_BASE_DIVISION = 512
+MAX_BACKWARD = Fraction(1)
 """A stamp this many seconds before its predecessor is a new beginning, not a disorder."""
-LEAP = Fraction(10)
+MAX_FORWARD = Fraction(10)
 """In broadcast streams a leap forward by this many seconds is one, too (as in FFmpeg's own program)."""
 BROADCAST = frozenset({"mpegts", "mpeg", "rtsp", "rtp"})
 """Formats whose clock starts anywhere and may jump."""
@@ -33,7 +33,7 @@ def fine_time_base(time_base: Fraction) -> Fraction:
     >>> fine_time_base(Fraction(1, 30)), fine_time_base(Fraction(1, 90000))
     (Fraction(1, 15360), Fraction(1, 90000))
     """
-    return time_base / DIVISION if 1 / time_base < FINE else time_base
+    return time_base / TIME_BASE_DIVISION if 1 / time_base < MIN_TICKS_PER_SECOND else time_base
 
 
 def start_shift(container: av.container.InputContainer) -> Fraction:
@@ -68,7 +68,9 @@ class PacketClock:
             return
         time = stamp * packet.time_base - self.shift
         expected = self._expected.get(packet.stream_index)
-        if expected is not None and (time < expected - RESTART or (self._leaps and time > expected + LEAP)):
+        if expected is not None and (
+            time < expected - MAX_BACKWARD or (self._leaps and time > expected + MAX_FORWARD)
+        ):
             self._bridge(time - expected)
             time = expected
         duration = (packet.duration or 0) * packet.time_base

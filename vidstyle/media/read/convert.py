@@ -8,11 +8,11 @@ from fractions import Fraction
 import av
 
 from vidstyle.core.picture import Picture
-from vidstyle.media.color_tags import ColorTags, usual_tags
+from vidstyle.media.color_tags import ColorTags, default_tags
 from vidstyle.media.frame import picture_from_frame, to_supported_format
 from vidstyle.media.hdr import SDR_TAGS, ToneMap
 from vidstyle.media.orientation import Orientation, orientation_of
-from vidstyle.media.resize import letterboxed, resized, wanted_size
+from vidstyle.media.resize import letterboxed, output_size, resized
 
 log = logging.getLogger("vidstyle")
 
@@ -44,7 +44,7 @@ class FrameConverter:
         self._stored = (first.width, first.height)
         upright = self._orientation.size(*self._stored)
         self._upright = upright
-        self.width, self.height = wanted_size(size, *upright) if size else upright
+        self.width, self.height = output_size(size, *upright) if size else upright
         self.sample_aspect = self._aspect(sample_aspect)
         self._tone_map = self._make_tone_map(first)
         self._warned: set[str] = set()
@@ -107,7 +107,7 @@ class FrameConverter:
         if self._tone_map is not None and picture.color is None:
             return SDR_TAGS
         if picture.color is not None:
-            return usual_tags(picture.encoding)
+            return default_tags(picture.encoding)
         return ColorTags.of(first).completed(picture.encoding, first.height)
 
     def _aspect(self, stored: Fraction | None) -> Fraction | None:

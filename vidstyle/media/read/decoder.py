@@ -15,7 +15,7 @@ from vidstyle.media.read.clock import FrameClock
 
 log = logging.getLogger("vidstyle")
 
-PATIENCE = 8
+MAX_FAILURES = 8
 """After so many packets in a row that do not decode, decoding waits for the next key frame."""
 ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 """FFmpeg's own decoders of these leave the alpha channel out."""
@@ -46,7 +46,7 @@ class Decoder:
 
     def decode(self, packet: av.Packet) -> Iterator[DecodedFrame]:
         """The frames that come out when the packet goes in, after those repeated for failed packets."""
-        if self._in_a_row >= PATIENCE and not packet.is_keyframe:
+        if self._in_a_row >= MAX_FAILURES and not packet.is_keyframe:
             self.damage.lost += 1
             return
         if packet.pts is not None and not packet.is_discard:
@@ -103,7 +103,7 @@ class Decoder:
         empty = sorted(stamp for stamp in self._awaited if pts is not None and stamp < pts)[: self._failures]
         self._awaited = [stamp for stamp in self._awaited if pts is not None and stamp > pts]
         self._failures -= len(empty)
-        if self._last is None or self._in_a_row >= PATIENCE:
+        if self._last is None or self._in_a_row >= MAX_FAILURES:
             self.damage.lost += len(empty)
             return
         for slot in empty:
@@ -127,7 +127,7 @@ def _context(stream: av.video.stream.VideoStream, max_pixels: int) -> Any:
 
 CONCEALED_SHARE = 0.01
 """Up to this share of frames that a decoder has patched by itself nobody need hear of."""
-TAIL = Fraction(1, 2)
+DURATION_TOLERANCE = Fraction(1, 2)
 """Seconds by which a file may end before its header says so; headers round, and count the sound."""
 
 

@@ -13,12 +13,12 @@ from av.stream import Discard
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
-from vidstyle.media.read.decoder import PATIENCE, TAIL, Decoder, DecodeReport
-from vidstyle.media.read.headers import HEAD, exif_orientation, is_jpeg
+from vidstyle.media.read.decoder import DURATION_TOLERANCE, MAX_FAILURES, Decoder, DecodeReport
+from vidstyle.media.read.headers import HEADER_BYTES, exif_orientation, is_jpeg
 from vidstyle.media.read.source import (
-    announced_seconds,
     choose_stream,
     frame_rate,
+    header_duration,
     is_attached_picture,
     is_chapter_track,
     is_picture_format,
@@ -32,9 +32,9 @@ UNSORTED = frozenset({"avi"})
 """Formats that store no display times, so that those of packed B-frames come out of order."""
 SORTING_WINDOW = 2
 MAX_SEEKS = 6
-COUNTED = frozenset({"mov", "mp4"})
+FORMATS_WITH_FRAME_COUNT = frozenset({"mov", "mp4"})
 """Formats whose header counts the frames; the others at most say the duration."""
-TIMED = frozenset({"matroska", "webm", "flv", "avi"})
+FORMATS_WITH_DURATION = frozenset({"matroska", "webm", "flv", "avi"})
 
 
 class FilmSource:
@@ -65,7 +65,7 @@ class FilmSource:
         self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
         self.time_base = clock.time_base
         self.sample_aspect = Fraction(self.stream.sample_aspect_ratio or 0) or None
-        self.duration = announced_seconds(container, self.stream)
+        self.duration = header_duration(container, self.stream)
         self.frames = self.stream.frames or (
             round(self.duration * self.rate) if self.duration and self.rate else None
         )
@@ -140,7 +140,7 @@ class FilmSource:
         assert self.container is not None
         failures = 0
         wanted = [self.stream, *self.copied_streams]
-        while failures < PATIENCE:
+        while failures < MAX_FAILURES:
             try:
                 for packet in self.container.demux(wanted):
                     failures = 0
@@ -174,16 +174,16 @@ class FilmSource:
         """A file that was cut off ends without an error; only its header knows."""
         assert self.container is not None
         damage = self.damage
-        if self._formats & COUNTED and self.stream.frames:
+        if self._formats & FORMATS_WITH_FRAME_COUNT and self.stream.frames:
             if self._seen_packets < self.stream.frames:
                 # Every one that is not delivered is missing, that of a packet cut in two included.
                 damage.missing_frames = (
                     self.stream.frames - self._hidden_packets - damage.decoded - damage.repeated
                 )
                 damage.lost = 0
-        elif self._formats & TIMED and self.container.duration:
+        elif self._formats & FORMATS_WITH_DURATION and self.container.duration:
             announced = Fraction(self.container.duration, av.time_base)
-            if announced - self._seen_end > max(TAIL, announced / 100):
+            if announced - self._seen_end > max(DURATION_TOLERANCE, announced / 100):
                 damage.missing_seconds = announced - self._seen_end
                 damage.header_seconds = announced
 
@@ -208,5 +208,5 @@ def _photograph_orientation(container: av.container.InputContainer, file: Path |
     if file is None or not is_picture_format(container):
         return None
     with file.open("rb") as content:
-        head = content.read(HEAD)
-    return Orientation.of_exif(exif_orientation(head)) if is_jpeg(head) else None
+        head = content.read(HEADER_BYTES)
+    return Orientation.from_exif(exif_orientation(head)) if is_jpeg(head) else None

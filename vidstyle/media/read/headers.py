@@ -7,7 +7,7 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 
-HEAD = 2**18
+HEADER_BYTES = 2**18
 """Bytes of a file that are enough to find its size and its EXIF tags in."""
 EXIF_ORIENTATION = 0x0112
 

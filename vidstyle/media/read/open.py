@@ -13,7 +13,7 @@ import av
 from av.codec.hwaccel import HWAccel
 
 from vidstyle.errors import InputError, UsageError
-from vidstyle.media.read.headers import HEAD, has_no_index, is_jpeg, picture_size
+from vidstyle.media.read.headers import HEADER_BYTES, has_no_index, is_jpeg, picture_size
 
 log = logging.getLogger("vidstyle")
 
@@ -34,7 +34,7 @@ FORMATS = f"{FILM_FORMATS},{PICTURE_FORMATS},{OTHER_FORMATS}"
 (image2) are not among them, and stay out: FFmpeg's protocol_whitelist does not stop those."""
 
 PLAYLISTS = (b"ffconcat", b"#EXTM3U", b"<MPD", b"[playlist]")
-PIXELS = 64 * 2**20
+MAX_PIXELS = 64 * 2**20
 """The usual cap on the pixels of one picture: 8192 x 8192."""
 NETWORK_SECONDS = 10
 URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
@@ -46,7 +46,7 @@ def open_media(
     source: str | os.PathLike[str] | BinaryIO,
     *,
     allow_url: bool = False,
-    max_pixels: int = PIXELS,
+    max_pixels: int = MAX_PIXELS,
     hwaccel: str | None = None,
     format: str | None = None,
     options: dict[str, str] | None = None,
@@ -148,7 +148,7 @@ def _checked_head(path: Path) -> bytes:
     """The first bytes of a file; one plain reason for what FFmpeg would say in many ways."""
     try:
         with path.open("rb") as file:
-            start = file.read(HEAD)
+            start = file.read(HEADER_BYTES)
     except IsADirectoryError:
         remedy = "give a file, or a pattern such as frames/%05d.png"
         raise InputError(path, "is a directory", remedy) from None

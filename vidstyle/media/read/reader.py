@@ -66,12 +66,13 @@ class Reader:
         self._items = self._trimmed()
         self._waiting: list[DecodedFrame | av.Packet] = []
         first = self._first_frame()
+        turned = None if options.rotate is None else Orientation.from_rotation(options.rotate)
         self._converter = FrameConverter(
             first.native,
             source.codec,
             source.name,
             size=options.size,
-            orientation=source.orientation if options.rotate is None else Orientation.of_turn(options.rotate),
+            orientation=turned or source.orientation,
             sample_aspect=source.sample_aspect,
         )
         self._converter.warn_if_hdr()

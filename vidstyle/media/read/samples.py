@@ -20,7 +20,7 @@ from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.orientation import orientation_of
 from vidstyle.media.read.convert import FrameConverter
-from vidstyle.media.read.decoder import PATIENCE
+from vidstyle.media.read.decoder import MAX_FAILURES
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film import FilmSource
 from vidstyle.media.read.reader import open_source
@@ -139,7 +139,7 @@ class FilmSampler:
         while time < end:
             self._seek(time)
             # The frame that cannot be read stands for nothing: the next of the few that can is taken.
-            for _, item in zip(range(PATIENCE), self._stamped(), strict=False):
+            for _, item in zip(range(MAX_FAILURES), self._stamped(), strict=False):
                 yield item
                 time = max(time, item.pts * self._source.time_base)
                 break

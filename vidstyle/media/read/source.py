@@ -44,7 +44,7 @@ class VideoSource(Protocol):
 
 log = logging.getLogger("vidstyle")
 
-HIGHEST_RATE = 480
+MAX_PLAUSIBLE_RATE = 480
 """Streams in milliseconds without a rate of their own average to a thousand frames a second."""
 STILL_BRANDS = frozenset({"avif", "heic", "heix", "mif1"})
 """MP4 files of these brands hold pictures (MPEG-H part 12)."""
@@ -99,10 +99,10 @@ def may_be_still(container: av.container.InputContainer) -> bool:
 def frame_rate(stream: av.video.stream.VideoStream) -> Fraction | None:
     """Frames a second, as far as the header or the first packets tell."""
     average, guessed = stream.average_rate, stream.guessed_rate
-    return Fraction((average if average and average <= HIGHEST_RATE else guessed) or 0) or None
+    return Fraction((average if average and average <= MAX_PLAUSIBLE_RATE else guessed) or 0) or None
 
 
-def announced_seconds(
+def header_duration(
     container: av.container.InputContainer, stream: av.video.stream.VideoStream
 ) -> Fraction | None:
     """How long the stream is, or else the whole container."""

@@ -10,9 +10,9 @@ import av
 
 from vidstyle.media.frame import DecodedFrame
 
-ROUNDING = Fraction(2, 1000)
+START_TOLERANCE = Fraction(2, 1000)
 """Seconds by which a frame may come after the start and still count as there: containers round stamps."""
-GRACE = Fraction(3)
+READ_ON_SECONDS = Fraction(3)
 """Seconds of packets to read on after the last frame, for sound that the container stores late."""
 
 
@@ -60,7 +60,7 @@ class Trim:
     def _entry(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
         """The frame that is on the screen at `start`, unless the next one is as good as there."""
         wait = frame.pts - self._offset
-        if self._before is not None and wait * self._time_base > ROUNDING:
+        if self._before is not None and wait * self._time_base > START_TOLERANCE:
             yield replace(self._before, pts=0, duration=wait)
 
     def _shows(self, frame: DecodedFrame) -> bool:
@@ -73,7 +73,7 @@ class Trim:
         time = packet.pts * packet.time_base
         if self._end is not None and time >= self._end:
             self._waiting_for.discard(packet.stream_index)
-            if time >= self._end + GRACE:
+            if time >= self._end + READ_ON_SECONDS:
                 self._waiting_for.clear()
             return False
         return not self._start or self._shift(packet)

@@ -61,7 +61,7 @@ class PartialFile:
         if time.monotonic() - self._checked < POLL_SECONDS:
             return
         self._checked = time.monotonic()
-        if self.room < 0:
+        if self.free_bytes < 0:
             raise OutputError(self.target, f"less than {MIN_FREE // 2**20} MB are left on the disk")
 
     def rewrite(self, convert: Callable[[Path, Path], bool]) -> None:
@@ -78,7 +78,7 @@ class PartialFile:
             other.unlink(missing_ok=True)
 
     @property
-    def room(self) -> int:
+    def free_bytes(self) -> int:
         """How many bytes may still be written beside it."""
         return shutil.disk_usage(self.target.parent).free - MIN_FREE
 
@@ -103,7 +103,7 @@ class PartialFile:
             raise output_error(target, error) from error
 
 
-def is_plain_file(target: Path) -> bool:
+def is_regular_file(target: Path) -> bool:
     """Whether the target is, or would become, a file on a disk: no device, pipe or socket."""
     try:
         return stat.S_ISREG(target.stat().st_mode) or target.is_dir()
@@ -135,7 +135,7 @@ def _partial_name(name: str, ending: str | None = None, mark: str = ".partial") 
 
 
 @contextmanager
-def whole_file(
+def atomic_file(
     target: Path, source: str | Path | None = None, overwrite: bool = False
 ) -> Iterator[Callable[[bytes], None]]:
     """Checks at its start that the target may be written; what is called within the block writes its content.
@@ -146,7 +146,7 @@ def whole_file(
         UsageError: the target is the source, exists, or is no file.
         OutputError: it cannot be written.
     """
-    if not is_plain_file(target):
+    if not is_regular_file(target):
         raise UsageError(target, "is a device or a pipe", "name a file")
     file = PartialFile(target, source, overwrite)
 

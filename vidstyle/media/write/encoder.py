@@ -15,7 +15,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.write.plan import VideoPlan
 
-FEWEST_TO_REORDER = 3
+MIN_TO_REORDER = 3
 """Frames from which on one may be decoded before its turn. Of fewer, libx265 gives decoding times that are
 anything: it never comes to set the delay that it takes from them."""
 
@@ -49,7 +49,7 @@ class VideoEncoder:
 
     def encode(self, frame: Frame) -> list[av.Packet]:
         """The packets that come out when the frame goes in; none while the encoder looks ahead."""
-        native = picture_frame(frame, self.plan)
+        native = encoder_frame(frame, self.plan)
         native.pts, native.time_base = self._clocked(frame), self.plan.time_base
         native.duration = self._duration(frame)
         self._durations[native.pts] = native.duration
@@ -63,7 +63,7 @@ class VideoEncoder:
         if self.end:
             for packet in self.stream.codec_context.encode_lazy(None):
                 packet.stream = self.stream
-                if self._taken < FEWEST_TO_REORDER:
+                if self._taken < MIN_TO_REORDER:
                     packet.dts = packet.pts
                 yield from self._timed(packet)
                 if time.monotonic() > deadline:
@@ -115,7 +115,7 @@ class VideoEncoder:
         return whole
 
 
-def picture_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
+def encoder_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
     """What the encoder is given: the decoder's own frame where it is just that, else a new one."""
     native, (width, height) = frame.native, plan.size
     fits = native is not None and (native.format.name, native.width, native.height) == (

@@ -14,7 +14,7 @@ import av
 from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
-from vidstyle.media.write.atomic import PartialFile, is_plain_file
+from vidstyle.media.write.atomic import PartialFile, is_regular_file
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
@@ -55,7 +55,7 @@ class FilmWriter(Writer):
         self._kind, self._source = kind, source
         self._plan = plan_video(self.name, kind, info, options)
         self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
-        piped = str(target) == "-" or not is_plain_file(self.target)
+        piped = str(target) == "-" or not is_regular_file(self.target)
         if piped and not kind.piped:
             raise UsageError(self.name, f"{kind.endings[0]} cannot be written to a pipe", "use nut or mkv")
         ending = self.partial_ending
@@ -106,10 +106,10 @@ class FilmWriter(Writer):
             if isinstance(item, Frame):
                 self.frames += 1
                 for packet in self._video.encode(item):
-                    self._interleaver.picture(packet)
+                    self._interleaver.push_video(packet)
             else:
                 for packet in self._copied.packets(item):
-                    self._interleaver.copied(packet)
+                    self._interleaver.push(packet)
             if self._file:
                 self._file.check_space()
         except (av.FFmpegError, OSError) as error:
@@ -125,7 +125,7 @@ class FilmWriter(Writer):
             return
         try:
             for packet in self._audio.packets(chunk.samples, seconds):
-                self._interleaver.copied(packet)
+                self._interleaver.push(packet)
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
 
@@ -157,9 +157,9 @@ class FilmWriter(Writer):
 
     def _drain(self, seconds: float | None, end: Fraction | None) -> None:
         for packet in self._video.flush(seconds):
-            self._interleaver.picture(packet)
+            self._interleaver.push_video(packet)
         for packet in [*self._copied.flush(), *(self._audio.flush() if self._audio else [])]:
-            self._interleaver.copied(packet)
+            self._interleaver.push(packet)
         self._interleaver.finish(end)
 
     def _cut(self) -> Fraction | None:
@@ -182,7 +182,7 @@ class FilmWriter(Writer):
 
     def _put_in_place(self, file: PartialFile) -> None:
         """Give the finished file its name, with its index first where there is room for a copy."""
-        if self._kind.muxer in INDEXED and file.room > file.path.stat().st_size:
+        if self._kind.muxer in INDEXED and file.free_bytes > file.path.stat().st_size:
             try:
                 file.rewrite(partial(move_index_first, surplus=self._video.surplus))
             except OSError as error:

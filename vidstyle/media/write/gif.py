@@ -15,7 +15,7 @@ from vidstyle.media.write.film import FilmWriter
 
 TICK = Fraction(1, 100)
 """The unit of time in a GIF, in seconds."""
-SHORTEST = 2
+MIN_TICKS = 2
 """Ticks; browsers show frames that are shorter five times as long."""
 
 
@@ -25,11 +25,11 @@ class GifWriter(FilmWriter):
     partial_ending = ".mkv"
 
     def _put_in_place(self, file: PartialFile) -> None:
-        file.rewrite(make_gif)
+        file.rewrite(write_gif)
         file.finish()
 
 
-def make_gif(source: Path, target: Path) -> bool:
+def write_gif(source: Path, target: Path) -> bool:
     """Write the film at `source` as a GIF, with the 256 colours that suit it best; always True.
 
     Raises:
@@ -41,7 +41,7 @@ def make_gif(source: Path, target: Path) -> bool:
         for frame, begin, length in _timed(source):
             if stream is None:
                 stream = _add_stream(container, frame)
-                painter = _Painter(frame, colors)
+                painter = _PaletteMapper(frame, colors)
             painted = painter.painted(frame)
             painted.pts, painted.time_base = begin, TICK
             for packet in stream.encode(painted):
@@ -50,7 +50,7 @@ def make_gif(source: Path, target: Path) -> bool:
     return True
 
 
-class _Painter:
+class _PaletteMapper:
     """Brings frames to the colours of a palette, with error diffusion."""
 
     def __init__(self, like: av.VideoFrame, colors: av.VideoFrame) -> None:
@@ -103,11 +103,11 @@ def _timed(source: Path) -> Iterator[tuple[av.VideoFrame, int, int]]:
     """Each frame with its start and length in ticks; frames that would be too short are left out."""
     with av.open(str(source), format="matroska") as container:
         waiting: tuple[av.VideoFrame, int] | None = None
-        length = SHORTEST
+        length = MIN_TICKS
         for frame in container.decode(video=0):
             begin = round(Fraction(frame.pts or 0) * Fraction(frame.time_base or TICK) / TICK)
             if waiting is not None:
-                if begin - waiting[1] < SHORTEST:
+                if begin - waiting[1] < MIN_TICKS:
                     continue
                 length = begin - waiting[1]
                 yield *waiting, length

@@ -12,7 +12,7 @@ from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.frame import Frame
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.containers import ContainerKind
-from vidstyle.media.write.encoder import picture_frame
+from vidstyle.media.write.encoder import encoder_frame
 from vidstyle.media.write.plan import plan_video
 from vidstyle.media.write.writer import WriteOptions, Writer
 
@@ -81,7 +81,7 @@ class PictureWriter(Writer):
 
     def _next_file(self) -> PartialFile:
         """The file of the next frame; the first has the number 1."""
-        path = numbered(str(self.target), self.frames + 1) if self._pattern else self.target
+        path = numbered_path(str(self.target), self.frames + 1) if self._pattern else self.target
         return PartialFile(path, self._source_path, self._options.overwrite)
 
     def _encoded(self, frame: Frame) -> bytes:
@@ -89,7 +89,7 @@ class PictureWriter(Writer):
         assert isinstance(context, av.VideoCodecContext)
         self._plan.configure(context)
         context.thread_count = 1  # more would each hold a picture back
-        packets = context.encode(picture_frame(frame, self._plan)) + context.encode(None)
+        packets = context.encode(encoder_frame(frame, self._plan)) + context.encode(None)
         return b"".join(bytes(packet) for packet in packets)
 
     def _failure(self, error: Exception) -> OutputError:
@@ -110,10 +110,10 @@ def is_pattern(target: str) -> bool:
     return NUMBER.search(Path(target).name) is not None
 
 
-def numbered(pattern: str, number: int) -> Path:
+def numbered_path(pattern: str, number: int) -> Path:
     """The path with the number in its place.
 
-    >>> numbered("frame_%03d.png", 7).name
+    >>> numbered_path("frame_%03d.png", 7).name
     'frame_007.png'
     """
     path = Path(pattern)

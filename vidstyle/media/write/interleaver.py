@@ -12,7 +12,7 @@ import av
 
 OUTPUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EROFS)
 """System errors that are the output's fault, and not that of a packet."""
-MAX_HELD = 32 * 2**20
+MAX_QUEUED_BYTES = 32 * 2**20
 """Bytes of copied packets that wait for the pictures at most."""
 
 _log = logging.getLogger("vidstyle")
@@ -42,7 +42,7 @@ class Interleaver:
         self._sounds: dict[int, av.Packet] = {}
         self.written = self.moved = self.dropped = self.cut = 0
 
-    def picture(self, packet: av.Packet) -> None:
+    def push_video(self, packet: av.Packet) -> None:
         """Write a packet of the video stream, after all others that are due before it."""
         due = packet.dts if packet.dts is not None else packet.pts
         if due is not None:
@@ -50,18 +50,18 @@ class Interleaver:
         self._container.mux(packet)
         self.written += 1
 
-    def copied(self, packet: av.Packet) -> None:
+    def push(self, packet: av.Packet) -> None:
         """Take a packet of another stream of the container."""
         if not self._clocked(packet):
             self.dropped += 1
         elif packet.stream.type == "audio":
-            self._wait(*self._lasting(packet))
+            self._wait(*self._with_duration(packet))
         elif packet.stream.type == "subtitle" and self._text_last:
             self._texts.append(packet)
         else:
             self._wait(packet)
 
-    def _lasting(self, packet: av.Packet) -> list[av.Packet]:
+    def _with_duration(self, packet: av.Packet) -> list[av.Packet]:
         """The sound before this one, which is made to last until this one.
 
         Durations in milliseconds add up to another time, and the MP4 muxer goes by them between fragments.
@@ -78,7 +78,7 @@ class Interleaver:
             assert packet.dts is not None
             heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
             self._held += packet.size
-        while self._held > MAX_HELD:
+        while self._held > MAX_QUEUED_BYTES:
             self._write(heapq.heappop(self._waiting)[2])
 
     def finish(self, end: Fraction | None) -> None:

@@ -19,7 +19,7 @@ from vidstyle.media.codecs import (
     software_encoder,
     writable_layout,
 )
-from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags, usual_tags
+from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags, default_tags
 from vidstyle.media.pixel_formats import PlaneLayout
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.writer import WriteOptions
@@ -31,10 +31,10 @@ UNTAGGED = ("png", "apng", "tiff", "bmp", "webp")
 """Codecs of pictures that viewers take for sRGB, and would show otherwise if a film's tags were in them."""
 RGB_MATRIX = 0
 """The H.273 code for no matrix at all."""
-SMALL_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
+MAX_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
 """The finest time, in parts of a second, of codecs that write times into the pictures."""
-RATE_WHEN_UNKNOWN = Fraction(25)
-SECONDS_HELD = 1
+DEFAULT_RATE = Fraction(25)
+MAX_DELAY_SECONDS = 1
 """Of film that an encoder may hold back, since they are lost when the program is killed."""
 VERYFAST_LOOKAHEAD, SLOW_LOOKAHEAD = 10, 40
 """Frames that x264 looks ahead by its presets; slower ones than "medium" more."""
@@ -126,7 +126,7 @@ def _plan(
     encoding = _encoding(info, layout, codec)
     if pix_fmt.startswith("yuvj"):
         encoding = replace(encoding, full_range=True)
-    rate = info.rate or RATE_WHEN_UNKNOWN
+    rate = info.rate or DEFAULT_RATE
     return VideoPlan(
         encoder=encoder,
         codec=codec,
@@ -182,7 +182,7 @@ def _tags(info: VideoInfo, encoding: Encoding, layout: PlaneLayout, kind: Contai
     """What says so: the source's own tags, and the usual ones where it has none."""
     if layout.kind != "luma" and kind.video and kind.video[0] in UNTAGGED:
         return ColorTags(UNSPECIFIED, UNSPECIFIED, RGB_MATRIX, FULL)
-    usual = usual_tags(encoding, info.height)
+    usual = default_tags(encoding, info.height)
     known = (0, UNSPECIFIED)
     matrix = info.color_tags.matrix if encoding.matrix == info.encoding.matrix else usual.matrix
     return ColorTags(
@@ -202,7 +202,7 @@ def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction)
     """The source's, unless the container knows but a rate, or the codec no time so fine."""
     if kind.strict_rate:
         return 1 / rate
-    finest = SMALL_TIME_BASES.get(codec)
+    finest = MAX_TIME_BASES.get(codec)
     if finest is None or info.time_base.denominator <= finest:
         return info.time_base
     return 1 / rate if rate.numerator <= finest else Fraction(1, finest)
@@ -210,7 +210,7 @@ def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction)
 
 def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]:
     """Settings that keep few frames inside an encoder, whose threads and lookahead each hold some back."""
-    held = int(rate * SECONDS_HELD)
+    held = int(rate * MAX_DELAY_SECONDS)
     if encoder in ("libvpx", "libvpx-vp9"):
         return {"lag-in-frames": str(min(25, max(1, held)))}
     if encoder not in ("libx264", "libx264rgb"):

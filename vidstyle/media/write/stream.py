@@ -23,10 +23,10 @@ from vidstyle.media.write.standard_output import StandardOutput
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
-JOINED = ("mpegts", "rtp_mpegts")
+JOINABLE_MUXERS = ("mpegts", "rtp_mpegts")
 """Muxers of streams that somebody may join at any time."""
-REPEATED = "dump_extra=freq=all"
-AT_ONCE = {
+REPEAT_HEADERS = "dump_extra=freq=all"
+ZERO_LATENCY = {
     "libx264": {"preset": "veryfast", "tune": "zerolatency"},
     "libx265": {"preset": "superfast", "tune": "zerolatency", "x265-params": "log-level=error"},
 }
@@ -82,7 +82,7 @@ class Stream:
         self.needs_every = muxer in ("yuv4mpegpipe", "rawvideo")
         any_size = muxer in RAW_FORMATS.values() and pix_fmt == "yuv420p"
         self._size = (first.width, first.height) if any_size else _even(first)
-        self._joined = muxer in JOINED
+        self._joined = muxer in JOINABLE_MUXERS
         raw = muxer in (*RAW_FORMATS.values(), "v4l2")
         try:
             # Pictures do not wait long for sound that has stopped.
@@ -94,13 +94,13 @@ class Stream:
             self._audio = AudioEncoder(self._container, "aac") if options.sound and not raw else None
             self._container.start_encoding()
             # Who joins does not know the parameter sets, and may take the first frames for damaged.
-            self._repeat = BitStreamFilterContext(REPEATED, self._stream) if self._joined else None
+            self._repeat = BitStreamFilterContext(REPEAT_HEADERS, self._stream) if self._joined else None
         except (av.FFmpegError, OSError, ValueError) as error:
             raise self._failure("cannot be opened", error) from error
 
     def _add_stream(self, encoder: str, options: StreamOptions, first: av.VideoFrame) -> av.VideoStream:
         settings = {"chroma_sample_location": "left"} if self._pix_fmt == "yuv420p" else {}
-        settings |= AT_ONCE.get(encoder, {})
+        settings |= ZERO_LATENCY.get(encoder, {})
         stream = self._container.add_stream(encoder, rate=options.rate, options=settings)
         assert isinstance(stream, av.VideoStream)
         context = stream.codec_context

@@ -14,12 +14,20 @@ from av.subtitles.stream import SubtitleStream
 
 from vidstyle.errors import UsageError
 from vidstyle.media.write.containers import ContainerKind
-from vidstyle.media.write.transcode import TEXT_CODECS, SoundEncoder, TextConverter
+from vidstyle.media.write.transcode import TEXT_CODECS, AudioTranscoder, SubtitleTranscoder
 
-OWN_TAGS = ("encoder", "major_brand", "minor_version", "compatible_brands", "rotate", "duration", "vendor_id")
+FILE_TAGS = (
+    "encoder",
+    "major_brand",
+    "minor_version",
+    "compatible_brands",
+    "rotate",
+    "duration",
+    "vendor_id",
+)
 """Tags that are true of the source's file only."""
-OWN_TAG_STARTS = ("_statistics", "bps", "number_of_", "duration-")
-OLD_LANGUAGES = {
+FILE_TAG_STARTS = ("_statistics", "bps", "number_of_", "duration-")
+BIBLIOGRAPHIC_CODES = {
     **{"deu": "ger", "fra": "fre", "nld": "dut", "zho": "chi", "ces": "cze", "ell": "gre", "fas": "per"},
     **{"ron": "rum", "slk": "slo", "sqi": "alb", "hye": "arm", "mya": "bur", "kat": "geo", "isl": "ice"},
     **{"mkd": "mac", "msa": "may", "bod": "tib"},
@@ -68,7 +76,7 @@ class PlainCopy:
         return []
 
 
-class UnframedCopy:
+class AdtsCopy:
     """AAC of a broadcast, whose packets each have a header; files have one for all of them."""
 
     def __init__(self, stream: Stream, template: Stream) -> None:
@@ -118,7 +126,7 @@ class CopiedStreams:
         for template in streams:
             copied = self._add(template)
             if copied is not None:
-                copied.stream.metadata.update(_known_language(kept_tags(template.metadata), kind))
+                copied.stream.metadata.update(_known_language(portable_tags(template.metadata), kind))
                 copied.stream.disposition = template.disposition
                 self._streams[template.index] = copied
 
@@ -174,7 +182,7 @@ class CopiedStreams:
                 *(self._target, template.index, template.type, name, encoder, self._kind.endings[0]),
             )
         try:
-            return SoundEncoder(self._container, template, encoder)
+            return AudioTranscoder(self._container, template, encoder)
         except (av.FFmpegError, ValueError):
             return self._leave_out(template, name)
 
@@ -185,7 +193,7 @@ class CopiedStreams:
         if text is None or name not in TEXT_CODECS:
             return self._leave_out(template, name)
         _log.info("%s: stream %d (subtitles %s) becomes %s", self._target, template.index, name, text)
-        return TextConverter(self._container, template, text)
+        return SubtitleTranscoder(self._container, template, text)
 
     def _copy(self, template: Stream, name: str) -> CopiedStream | None:
         try:
@@ -194,9 +202,7 @@ class CopiedStreams:
             return self._leave_out(template, name)
         context = template.codec_context
         framed = name == "aac" and context is not None and context.extradata is None
-        return (
-            UnframedCopy(stream, template) if framed and self._kind.muxer != "mpegts" else PlainCopy(stream)
-        )
+        return AdtsCopy(stream, template) if framed and self._kind.muxer != "mpegts" else PlainCopy(stream)
 
     def _leave_out(self, template: Stream, name: str) -> CopiedStream | None:
         _log.warning(
@@ -208,7 +214,7 @@ class CopiedStreams:
 
 def copy_tags(source: av.container.InputContainer, container: av.container.OutputContainer) -> None:
     """Carry over the title and the other tags of the film."""
-    container.metadata.update(kept_tags(source.metadata))
+    container.metadata.update(portable_tags(source.metadata))
 
 
 def copy_chapters(
@@ -222,23 +228,23 @@ def copy_chapters(
         _log.warning("%d chapters are left out, since %s files hold none", len(chapters), kind.endings[0])
 
 
-def kept_tags(tags: dict[str, str]) -> dict[str, str]:
+def portable_tags(tags: dict[str, str]) -> dict[str, str]:
     """The tags that stay true in another file.
 
-    >>> kept_tags({"title": "Rain", "ENCODER": "x", "DURATION": "00:00:01", "BPS-eng": "9"})
+    >>> portable_tags({"title": "Rain", "ENCODER": "x", "DURATION": "00:00:01", "BPS-eng": "9"})
     {'title': 'Rain'}
     """
     return {
         name: value
         for name, value in tags.items()
-        if name.lower() not in OWN_TAGS and not name.lower().startswith(OWN_TAG_STARTS)
+        if name.lower() not in FILE_TAGS and not name.lower().startswith(FILE_TAG_STARTS)
     }
 
 
 def _known_language(tags: dict[str, str], kind: ContainerKind) -> dict[str, str]:
     """The tags with the language by the name that the QuickTime muxer knows: "ger" for "deu"."""
     language = tags.get("language", "")
-    known = OLD_LANGUAGES.get(language) if kind.muxer == "mov" else None
+    known = BIBLIOGRAPHIC_CODES.get(language) if kind.muxer == "mov" else None
     return tags | {"language": known} if known else tags
 
 

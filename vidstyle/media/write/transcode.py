@@ -15,7 +15,7 @@ TEXT_CODECS = ("subrip", "ass", "ssa", "mov_text", "webvtt", "text", "srt")
 """Canonical names of codecs that hold text rather than pictures."""
 
 
-class TextConverter:
+class SubtitleTranscoder:
     """Decodes the packets of one subtitle stream and encodes them into another, at the same times.
 
     Attributes:
@@ -62,7 +62,7 @@ class TextConverter:
 BIT_RATES = {"aac": 96_000, "libopus": 64_000, "libmp3lame": 96_000, "ac3": 96_000, "wmav2": 96_000}
 """Bits a second for each channel; encoders not named here have no use for it, or know better."""
 MAX_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, "ac3": 6, "aac": 8}
-SAMPLES_AT_ONCE = 1024
+FRAME_SIZE = 1024
 """In a frame for encoders that do not mind."""
 
 
@@ -79,7 +79,7 @@ def add_audio_stream(
     return stream
 
 
-class SoundEncoder:
+class AudioTranscoder:
     """Decodes the packets of one audio stream and encodes them into another, at the same times.
 
     Attributes:
@@ -132,7 +132,7 @@ class SoundEncoder:
             format=context.format,
             layout=context.layout,
             rate=context.sample_rate,
-            frame_size=context.frame_size or SAMPLES_AT_ONCE,
+            frame_size=context.frame_size or FRAME_SIZE,
             # Gaps, where packets were lost, become silence; otherwise all that follows would come early.
             options={"async": "1"},
         )

@@ -36,7 +36,7 @@ def open_virtual_camera(path: str, options: StreamOptions, first: av.VideoFrame)
 def check_virtual_camera(path: str) -> None:
     """Raise DeviceError if nothing can be written there; it says what brings a virtual camera about."""
     device = video_device(path)
-    if device is not None and device.takes:
+    if device is not None and device.can_output:
         return
     number = "".join(character for character in path if character.isdigit()) or "9"
     make = f"sudo modprobe v4l2loopback video_nr={number} card_label=vidstyle exclusive_caps=1"
