@@ -1,24 +1,27 @@
-"""What the tests of live sessions share: sources in real time, sessions in a thread, and waiting."""
+"""What the tests of live sessions share: sources, a clock that they set, sessions, and waiting."""
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cache
 
 import av
 import pytest
 
 from vidstyle.errors import DeviceError
 from vidstyle.live import hot_swap
+from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.control import Controls
 from vidstyle.live.options import LiveOptions, TargetContext
 from vidstyle.live.session import LiveSession, LiveSummary
 from vidstyle.live.target import LiveFrame, Target
-from vidstyle.media.capture.input import LiveSource
+from vidstyle.media.capture.input import CapturedFrame, LiveInput, LiveSource
 from vidstyle.media.capture.sources import GeneratedPicture
 from vidstyle.style import load_style
 
@@ -33,6 +36,69 @@ def generated(rate: int = 30, size: tuple[int, int] = SMALL) -> LiveSource:
     return GeneratedPicture(size, Fraction(rate))
 
 
+class FakeClock(Clock):
+    """Time that passes only when somebody says so."""
+
+    def __init__(self) -> None:
+        self._now = 1000.0
+
+    def now(self) -> float:
+        return self._now
+
+    def advance(self, seconds: float) -> None:
+        self._now += seconds
+
+    def wait(self, event: threading.Event, seconds: float) -> bool:
+        deadline = self._now + seconds
+        while not event.is_set() and self._now < deadline:
+            event.wait(0.001)
+        return event.is_set()
+
+    def wait_for(
+        self, condition: threading.Condition, predicate: Callable[[], bool], seconds: float | None
+    ) -> bool:
+        deadline = float("inf") if seconds is None else self._now + seconds
+        while not predicate() and self._now < deadline:
+            condition.wait(0.001)
+        return predicate()
+
+
+@cache
+def _frames(size: tuple[int, int]) -> list[av.VideoFrame]:
+    with av.open(f"testsrc2=size={size[0]}x{size[1]}:rate=10:duration=6", format="lavfi") as container:
+        return [frame.reformat(format="yuv420p") for frame in container.decode(video=0)]
+
+
+@dataclass
+class Stepped:
+    """A moving picture by a clock of its own: a second passes for `rate` pictures that are taken."""
+
+    rate: Fraction = Fraction(30)
+    size: tuple[int, int] = SMALL
+    name: str = "stepped"
+    reconnects: bool = False
+    clock: FakeClock = field(default_factory=FakeClock)
+    taken: Callable[[], int] = lambda: 0
+
+    codec = "rawvideo"
+    sample_aspect = None
+    has_sound = False
+
+    def open(self, stopping: threading.Event) -> LiveInput:
+        self._stopping = stopping
+        return self  # type: ignore[return-value]
+
+    def __iter__(self) -> Iterator[CapturedFrame]:
+        for number, native in enumerate(itertools.cycle(_frames(self.size)), 1):
+            self.clock.advance(float(1 / self.rate))
+            yield CapturedFrame(native, self.clock.now())
+            while self.taken() < number:
+                if self._stopping.wait(0.0005):
+                    return
+
+    def close(self) -> None: ...
+
+
 @dataclass
 class Kept:
     """A target that keeps what it is offered: numbers, times and the newest picture."""
@@ -44,11 +110,12 @@ class Kept:
     arrived: list[float] = field(default_factory=list)
     newest: av.VideoFrame | None = None
     closed: int = 0
+    clock: Clock = MONOTONIC
 
     def offer(self, frame: LiveFrame) -> None:
         self.numbers.append(frame.number)
         self.captured.append(frame.captured)
-        self.arrived.append(time.monotonic())
+        self.arrived.append(self.clock.now())
         self.newest = frame.video
 
     def close(self) -> None:
@@ -69,7 +136,10 @@ class Running:
         self.stop = threading.Event()
         self.summary: LiveSummary | None = None
         self.error: BaseException | None = None
-        self._session = LiveSession(source, self.controls, makers, options)
+        clock = source.clock if isinstance(source, Stepped) else MONOTONIC
+        self._session = LiveSession(source, self.controls, makers, options, clock)
+        if isinstance(source, Stepped):
+            source.taken = lambda: self._session._frames
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 

@@ -83,7 +83,7 @@ def sounds(film: Path) -> tuple[np.ndarray, float]:
 def test_what_is_heard_lies_in_the_film_when_it_was_heard(tmp_path: Path):
     film, kept = tmp_path / "film.mkv", Kept()
     now = time.monotonic()
-    spans = tuple((now + second, now + second + 0.3) for second in (2.0, 3.0, 4.0))
+    spans = tuple((now + second, now + second + 0.2) for second in (1.5, 2.1, 2.7))
     with session(
         generated(), kept, target_maker(str(film), TargetOptions()), microphone=Whistle(spans)
     ) as running:
@@ -91,7 +91,7 @@ def test_what_is_heard_lies_in_the_film_when_it_was_heard(tmp_path: Path):
         running.end()
     track, gap = sounds(film)
     loud = np.flatnonzero(np.abs(track) > 0.2) / RATE
-    begins = [loud[0], *loud[1:][np.diff(loud) > 0.3]]
+    begins = [loud[0], *loud[1:][np.diff(loud) > 0.15]]
     wanted = [first - kept.captured[0] for first, _ in spans]
     assert begins == pytest.approx(wanted, abs=IN_STEP) and gap < 0.1
 
@@ -100,21 +100,21 @@ def test_a_lost_microphone_is_silent_and_comes_back(tmp_path: Path, caplog: pyte
     film, kept = tmp_path / "film.mkv", Kept()
     whistle = Whistle(((0.0, float("inf")),))
     with session(generated(), kept, target_maker(str(film), TargetOptions()), microphone=whistle) as running:
-        eventually(lambda: len(kept.numbers) > 30)
+        eventually(lambda: len(kept.numbers) > 10)
         whistle.there = False
         eventually(lambda: "there is silence until it is back" in caplog.text)
         count = len(kept.numbers)
-        eventually(lambda: len(kept.numbers) > count + 45)
+        eventually(lambda: len(kept.numbers) > count + 30)
         whistle.there = True
         eventually(lambda: "whistle: back after" in caplog.text)
         count = len(kept.numbers)
-        eventually(lambda: len(kept.numbers) > count + 30)
+        eventually(lambda: len(kept.numbers) > count + 15)
         running.end()
     assert whistle.opened == 2
     track, gap = sounds(film)
     quiet = np.flatnonzero(np.abs(track) < 0.05) / RATE
     assert gap < 0.1, "there is no sound at all, in place of silence"
-    assert 1.2 < len(quiet) / RATE < 6 and np.abs(track[-RATE // 4 : -RATE // 8]).min() > 0.2
+    assert 0.8 < len(quiet) / RATE < 6 and np.abs(track[-RATE // 4 : -RATE // 8]).min() > 0.2
     assert max(np.diff(kept.arrived)) < 1, "pictures waited for sound"
 
 
@@ -127,7 +127,7 @@ def test_there_is_silence_all_the_while():
     listening.wait()
     whistle.there = False
     lost = time.monotonic()
-    eventually(lambda: pieces[-1].time > lost + 2.5)
+    eventually(lambda: pieces[-1].time > lost + 1.2)
     listening.close(2.0)
     ends = [piece.time + piece.samples.shape[1] / RATE for piece in pieces]
     assert [piece.time for piece in pieces[1:]] == pytest.approx(ends[:-1], abs=0.001)
@@ -241,9 +241,9 @@ def test_no_sound_and_a_microphone(capfd: pytest.CaptureFixture[str]):
 def test_the_command_records_a_microphone(tmp_path: Path):
     film = tmp_path / "film.mp4"
     arguments = ["live", "test", "--size", "64x48", "--microphone", "test", "--style", "plain"]
-    assert cli.main([*arguments, "--to", str(film), "--duration", "2.5", "--no-keys"]) == 0
+    assert cli.main([*arguments, "--to", str(film), "--duration", "1.2", "--no-keys"]) == 0
     track, gap = sounds(film)
-    assert gap < 0.1 and len(track) / RATE == pytest.approx(2.5, abs=0.4)
+    assert gap < 0.1 and len(track) / RATE == pytest.approx(1.2, abs=0.4)
     assert np.abs(track).max() > 0.05
 
 

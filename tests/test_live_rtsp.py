@@ -132,14 +132,14 @@ def test_it_plays_is_killed_and_comes_back(caplog: pytest.LogCaptureFixture):
 
 
 def test_one_that_freezes_is_lost_in_time(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(live_sources, "NETWORK_SECONDS", 2.0)
+    monkeypatch.setattr(live_sources, "NETWORK_SECONDS", 1.0)
     kept, server = Kept(), Server()
     with session(Network(f"rtsp://127.0.0.1:{server.port}/camera"), kept) as running:
         eventually(lambda: len(kept.numbers) > 20)
         server.frozen.set()
         frozen = time.monotonic()
-        eventually(lambda: "was lost: it has said nothing for 2 s; the last picture is held" in caplog.text)
-        assert time.monotonic() - frozen < 3.5
+        eventually(lambda: "was lost: it has said nothing for 1 s; the last picture is held" in caplog.text)
+        assert time.monotonic() - frozen < 2.5
         count = len(kept.numbers)
         server.frozen.clear()
         eventually(lambda: len(kept.numbers) > count + 10)

@@ -8,27 +8,31 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
-from live import POSTER, SMALL, Kept, before_opening, eventually, generated, refuse, session
+from live import LONG, POSTER, SMALL, Kept, Stepped, before_opening, eventually, generated, refuse, session
 from media import rgb_from_frame
 
 from vidstyle.core.picture import Picture
 from vidstyle.cpu import CpuRenderer
 from vidstyle.errors import OutputError
-from vidstyle.live import hot_swap
 from vidstyle.live.control import Status
 
 
-def slow_down(monkeypatch: pytest.MonkeyPatch, seconds: Callable[[Picture], float]) -> None:
+def slow_down(
+    monkeypatch: pytest.MonkeyPatch,
+    seconds: Callable[[Picture], float],
+    sleep: Callable[[float], None] = time.sleep,
+) -> None:
     """Let every style but plain take this long for a picture."""
     original = CpuRenderer.run
 
     def run(self: CpuRenderer, picture: Picture, *given: object, **named: object) -> Picture:
         if not self.style.is_plain:
-            time.sleep(seconds(picture))
+            sleep(seconds(picture))
         return original(self, picture, *given, **named)  # type: ignore[arg-type]
 
     monkeypatch.setattr(CpuRenderer, "run", run)
@@ -43,8 +47,9 @@ def gray_levels(kept: Kept) -> int:
 
 
 def test_frames_arrive_in_order_and_are_counted():
-    kept = Kept()
-    with session(generated(), kept, frames=30) as running:
+    source = Stepped()
+    kept = Kept(clock=source.clock)
+    with session(source, kept, frames=30) as running:
         summary = running.wait()
     assert summary.frames == 30 and kept.numbers == list(range(30)) and kept.closed == 1
     assert kept.captured == sorted(set(kept.captured))
@@ -56,7 +61,7 @@ def test_frames_arrive_in_order_and_are_counted():
 
 def test_what_goes_out_is_plain_video():
     kept = Kept()
-    with session(generated(), kept, style=POSTER, frames=3, size=(81, -2)) as running:
+    with session(Stepped(), kept, style=POSTER, frames=3, size=(81, -2)) as running:
         running.wait()
     assert kept.newest is not None
     assert (kept.newest.format.name, kept.newest.width, kept.newest.height) == ("yuv420p", 81, 46)
@@ -66,7 +71,7 @@ def test_what_goes_out_is_plain_video():
 
 def test_another_shape_gets_bars_and_is_not_stretched():
     kept = Kept()
-    with session(generated(), kept, frames=3, size=(160, 160)) as running:
+    with session(Stepped(), kept, frames=3, size=(160, 160)) as running:
         assert running.wait().size == (160, 160)
     assert kept.newest is not None
     luma = kept.newest.to_ndarray(format="gray").astype(int)
@@ -85,37 +90,36 @@ def test_the_newest_wins_when_the_style_is_slow(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_budget_gives_up_size_and_takes_it_back(monkeypatch: pytest.MonkeyPatch):
+    source, kept = Stepped(Fraction(10)), Kept()
     slow = threading.Event()
     slow.set()
     slow_down(
-        monkeypatch, lambda picture: 0.4 * picture.shape[0] ** 2 / SMALL[1] ** 2 if slow.is_set() else 0
+        monkeypatch,
+        lambda picture: 0.4 * picture.shape[0] ** 2 / SMALL[1] ** 2 if slow.is_set() else 0,
+        source.clock.advance,
     )
-    kept = Kept()
-    with session(generated(10), kept, style=POSTER) as running:
+    with session(source, kept, style=POSTER) as running:
         eventually(lambda: "works at" in running.controls.status().degraded)
         assert kept.newest is not None and (kept.newest.width, kept.newest.height) == SMALL
         slow.clear()
         eventually(lambda: running.controls.status().degraded == "", running.controls.status)
-        assert "full size again" in running.controls.status().message
+        eventually(lambda: "full size again" in running.controls.status().message)
         assert running.end().degraded == ""
 
 
 def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
-    original = hot_swap.open_renderer
-
-    def open_slowly(style: object, *given: object, **named: object) -> object:
-        time.sleep(0.5 if getattr(style, "name", "") == "poster" else 0)
-        return original(style, *given, **named)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(hot_swap, "open_renderer", open_slowly)
+    go = threading.Event()
+    before_opening("poster", lambda: go.wait(LONG), monkeypatch)
     kept = Kept()
-    with session(generated(), kept, style=POSTER) as running:
+    with session(Stepped(), kept, style=POSTER) as running:
         eventually(lambda: len(kept.numbers) > 3)
         few, count = gray_levels(kept), len(kept.numbers)
         running.controls.choose("poster")
+        # While the new style is made ready the old one goes on.
+        eventually(lambda: len(kept.numbers) > count + 3)
+        assert running.controls.status().style == "few"
+        go.set()
         eventually(lambda: running.controls.status().style == "poster")
-        # While the new style was made ready the old one went on.
-        assert len(kept.numbers) > count + 3
         eventually(lambda: gray_levels(kept) != few)
         running.end()
     assert kept.numbers == list(range(len(kept.numbers)))
@@ -123,19 +127,18 @@ def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
 
 def test_values_are_set_while_it_runs():
     kept = Kept()
-    with session(
-        generated(), kept, style=POSTER | {"background": [{"block": "posterize", "levels": 32}]}
-    ) as running:
+    steps = [{"block": "luma_posterize", "levels": 16, "softness": 0}]
+    with session(Stepped(), kept, style=POSTER | {"background": steps}) as running:
         eventually(lambda: len(kept.numbers) > 3)
         many = gray_levels(kept)
-        running.controls.set(["posterize.levels=2"])
+        running.controls.set(["luma_posterize.levels=2"])
         eventually(lambda: gray_levels(kept) < many / 2)
         running.end()
 
 
 def test_a_style_is_told_when_it_changes_and_values_are_not(caplog: pytest.LogCaptureFixture):
     kept = Kept()
-    with caplog.at_level(logging.INFO, "vidstyle"), session(generated(), kept, style=POSTER) as running:
+    with caplog.at_level(logging.INFO, "vidstyle"), session(Stepped(), kept, style=POSTER) as running:
         for levels in range(4, 9):
             count = len(kept.numbers)
             running.controls.set([f"luma_posterize.levels={levels}"])
@@ -149,7 +152,7 @@ def test_a_style_is_told_when_it_changes_and_values_are_not(caplog: pytest.LogCa
 
 def test_bypass_and_back():
     kept = Kept()
-    with session(generated(), kept, style={"format": 1, "lines": [{"block": "sobel"}]}) as running:
+    with session(Stepped(), kept, style={"format": 1, "lines": [{"block": "sobel"}]}) as running:
         eventually(lambda: len(kept.numbers) > 3)
         running.controls.bypass()
         is_colorful = lambda: np.ptp(rgb_from_frame(kept.newest), axis=2).max() > 100  # noqa: E731
@@ -163,7 +166,7 @@ def test_bypass_and_back():
 def test_a_style_that_cannot_be_had_leaves_the_old_one_running(monkeypatch: pytest.MonkeyPatch):
     before_opening("poster", refuse, monkeypatch)
     kept = Kept()
-    with session(generated(), kept, style=POSTER) as running:
+    with session(Stepped(), kept, style=POSTER) as running:
         eventually(lambda: kept.numbers)
         running.controls.choose("poster")
         eventually(lambda: running.controls.status().message == "gpu:7: is gone; few goes on")
@@ -178,7 +181,7 @@ def test_snapshots_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.chdir(tmp_path)
     kept = Kept()
-    with session(generated(), kept) as running:
+    with session(Stepped(), kept) as running:
         eventually(lambda: kept.numbers)
         running.controls.snapshot()
         running.controls.record(True)
@@ -194,20 +197,20 @@ def test_snapshots_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_quit_and_time_end_it():
-    with session(generated(), Kept()) as running:
+    with session(Stepped(), Kept()) as running:
         running.controls.quit()
         running.wait()
-    with session(generated(), Kept(), seconds=0.5) as running:
+    with session(Stepped(), Kept(), seconds=0.5) as running:
         assert 0.4 < running.wait().elapsed < 5
 
 
 def test_the_status_tells_how_it_is():
     kept = Kept()
-    with session(generated(), kept, style=POSTER) as running:
+    with session(Stepped(), kept, style=POSTER) as running:
         assert running.controls.status().style == "few"
         eventually(lambda: running.controls.status().rate > 5)
         status: Status = running.controls.status()
-        assert (status.source, status.source_state, status.size) == ("test", "running", SMALL)
+        assert (status.source, status.source_state, status.size) == ("stepped", "running", SMALL)
         assert status.targets == (("kept", "running"),) and status.frames > 1
         running.end()
     assert running.controls.status().source_state == "ended"
@@ -224,12 +227,12 @@ def test_a_failed_target_ends_the_session_only_if_it_is_the_last():
     failing, kept = Failing(), Kept()
     with (
         pytest.raises(OutputError, match="disk: is full"),
-        session(generated(), failing, kept, frames=20) as running,
+        session(Stepped(), failing, kept, frames=20) as running,
     ):
         running.wait()
     assert len(kept.numbers) == 20
     alone = Failing()
-    with pytest.raises(OutputError), session(generated(), alone, frames=20) as running:
+    with pytest.raises(OutputError), session(Stepped(), alone, frames=20) as running:
         running.wait()
     assert len(alone.numbers) < 20
 

@@ -91,17 +91,20 @@ class Driver:
         return wait
 
 
-def test_a_driver_that_falls_silent_is_opened_again(caplog: pytest.LogCaptureFixture):
+def test_a_driver_that_falls_silent_is_opened_again(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(live_input, "STALL_SECONDS", 0.5)
     driver, kept = Driver(), Kept()
     driver.gives.set()
     with session(driver, kept) as running:
         eventually(lambda: len(kept.numbers) > 5)
         driver.gives.clear()
         silent = time.monotonic()
-        eventually(lambda: "has given no picture for 2.0 s; the last picture is held" in caplog.text)
-        assert time.monotonic() - silent < 4 and running.controls.status().source_state == "waiting"
+        eventually(lambda: "has given no picture for 0.5 s; the last picture is held" in caplog.text)
+        assert time.monotonic() - silent < 2.5 and running.controls.status().source_state == "waiting"
         assert sum(thread.name == "vidstyle capture" for thread in threading.enumerate()) == 1
-        time.sleep(1.5)
+        time.sleep(0.6)
         count, returned = len(kept.numbers), time.monotonic()
         driver.gives.set()
         eventually(lambda: len(kept.numbers) > count + 5)

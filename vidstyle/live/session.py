@@ -150,9 +150,9 @@ class LiveSession:
         self._restyled.record(frame.captured)
         self._targets.offer(frame)
         self._recorder.offer(frame, self._controls, self._rate)
-        self._frames += 1
         self._frame_rate.record()
         self._processor.record_time(self._clock.now() - begin)
+        self._frames += 1
 
     def _open_targets(self, frame: LiveFrame) -> LiveFrame:
         """Open the targets with the first frame, whose time begins when all are open.
