@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from media import photograph
 
-from vidstyle.gallery.samples import encoded, restyled
+from vidstyle.gallery.style_samples import encoded, restyled
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
 FOLDER = Path(__file__).parent / "golden"

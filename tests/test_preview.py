@@ -22,8 +22,8 @@ from tools.progression import progression
 from vidstyle.cli import main
 from vidstyle.errors import InputError
 from vidstyle.gallery.preview import page_of, write_preview
-from vidstyle.gallery.samples import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
 from vidstyle.gallery.still import read_still
+from vidstyle.gallery.style_samples import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.style import Step, Style, load_style, style_names
 

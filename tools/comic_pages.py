@@ -14,7 +14,7 @@ import cv2
 import skimage.data
 
 from vidstyle.comic.make import ComicOptions, make_comic
-from vidstyle.demo.files import make_film, make_page
+from vidstyle.demo.make_demo import make_film, make_page
 
 STORY = (
     ("coffee", "<i>Seven o'clock. One coffee.</i>", ""),

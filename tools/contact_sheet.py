@@ -11,7 +11,7 @@ import numpy as np
 import skimage.data
 
 from vidstyle.blocks import all_blocks
-from vidstyle.gallery.samples import encoded, labelled, samples_of, sheet_of
+from vidstyle.gallery.style_samples import encoded, labelled, samples_of, sheet_of
 from vidstyle.renderer import stylize
 from vidstyle.style import PLAIN, Step, Style, load_style, style_names
 

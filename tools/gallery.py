@@ -20,7 +20,7 @@ from progression import progression
 from vidstyle.bench.paper_figures import figure_for
 from vidstyle.diagram.graph import graph_of
 from vidstyle.diagram.svg import graph_svg
-from vidstyle.gallery.samples import encoded, labelled, samples_of, sheet_of
+from vidstyle.gallery.style_samples import encoded, labelled, samples_of, sheet_of
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
 PHOTOGRAPHS = {

@@ -15,7 +15,7 @@ import threading
 import time
 from pathlib import Path
 
-from vidstyle.demo.files import make_film
+from vidstyle.demo.make_demo import make_film
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, open_reader

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.gallery.samples import restyled
+from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import LAYERS, Step, Style
 
 _JOINT = "end of base"

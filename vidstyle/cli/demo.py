@@ -15,7 +15,7 @@ from vidstyle.cli.reporting import reporting_options
 @reporting_options
 def demo(folder: Path) -> None:
     """Generate a short film with sound, restyle it, make a comic page, and print the files' names."""
-    from vidstyle.demo.files import make_demo
+    from vidstyle.demo.make_demo import make_demo
 
     for path in make_demo(folder):
         click.echo(path)

@@ -10,8 +10,8 @@ from pathlib import Path
 from string import Template
 
 from vidstyle.errors import UsageError, printable
-from vidstyle.gallery.samples import StyleSample, encoded, samples_of, sheet_of_samples
 from vidstyle.gallery.still import read_still
+from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.style import Style
