@@ -30,7 +30,7 @@ from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.device.choose import choose
 from vidstyle.gpu.device.context import close_context, open_context
 from vidstyle.gpu.device.runner import GpuResources
-from vidstyle.gpu.timing import Clock, GpuTimes, TimedRunner
+from vidstyle.gpu.timing import GpuTimes, TimedRunner, TimerKind
 from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.resolve import resolve
 
@@ -74,7 +74,7 @@ def test_the_picture_is_video_of_the_size_that_is_asked_for() -> None:
 
 @pytest.mark.parametrize("clock", ["timer queries", "wall clock"])
 @pytest.mark.parametrize("max_side", [8192, 128])
-def test_every_pass_of_every_tile_takes_time(clock: Clock, max_side: int) -> None:
+def test_every_pass_of_every_tile_takes_time(clock: TimerKind, max_side: int) -> None:
     picture = film_picture_at(320, 180)
     plan = plan_for(load_style("comic"), picture, "fragment")
     context = open_context()

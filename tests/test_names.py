@@ -17,6 +17,7 @@ SAME_ALIASES = {"Pair", "Point"}
 
 SHARED_MODULES = {
     "audio": "decoded by media, routed by live",
+    "clock": "of a film's timestamps, of a live session",
     "choose": "of panels, of a device",
     "convert": "of a picture, of a decoder's frames",
     "cost": "of a layout, of a plan",

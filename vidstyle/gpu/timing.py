@@ -48,7 +48,7 @@ class GpuTimes:
     """
 
     plan: Plan
-    clock: Clock
+    clock: TimerKind
     passes: tuple[float, ...]
     upload: float
     download: float
@@ -70,7 +70,7 @@ def time_style(style: Style, picture: Picture, device: Device, form: Form, secon
     """
     steps = resolve(style, *picture.shape)
     plan = make_plan(style, steps, PictureLayout.of(picture), picture.encoding, False, form)
-    clock: Clock = "wall clock" if device.software else "timer queries"
+    clock: TimerKind = "wall clock" if device.software else "timer queries"
     owner = ContextThread("vidstyle-timing")
     try:
         parts = owner.submit(_time_parts, plan, picture, device, clock, seconds).result()
@@ -92,7 +92,7 @@ def median_time(call: Callable[[], object], seconds: float) -> float:
 
 
 def _time_parts(
-    plan: Plan, picture: Picture, device: Device, clock: Clock, seconds: float
+    plan: Plan, picture: Picture, device: Device, clock: TimerKind, seconds: float
 ) -> tuple[tuple[float, ...], float, float]:
     """Passes, upload and download, on a context of their own."""
     context = open_context(device.index)
@@ -107,7 +107,7 @@ def _time_parts(
 
 
 def _time_passes(
-    context: moderngl.Context, plan: Plan, picture: Picture, max_side: int, clock: Clock, seconds: float
+    context: moderngl.Context, plan: Plan, picture: Picture, max_side: int, clock: TimerKind, seconds: float
 ) -> tuple[float, ...]:
     resources = GpuResources(context)
     runner = TimedRunner(resources, plan, max_side, clock)
@@ -180,7 +180,7 @@ def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seco
         session.close()
 
 
-Clock = Literal["timer queries", "wall clock"]
+TimerKind = Literal["timer queries", "wall clock"]
 """What passes are timed with: the GPU's own clock, or this program's, waiting before and after each pass."""
 
 Reading = Callable[[], float]
@@ -190,7 +190,7 @@ Reading = Callable[[], float]
 class TimedRunner(Runner):
     """Runs passes again and again without transfers, and times them. Whoever calls it owns the context."""
 
-    def __init__(self, resources: GpuResources, plan: Plan, max_side: int, clock: Clock) -> None:
+    def __init__(self, resources: GpuResources, plan: Plan, max_side: int, clock: TimerKind) -> None:
         super().__init__(resources, plan, max_side)
         self._clock = clock
 
