@@ -8,7 +8,7 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import color_rows
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Step, Style
 
 VIDEO = Encoding()

@@ -20,12 +20,11 @@ from vidstyle.bench.results import as_dict
 from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.bench.table import markdown
 from vidstyle.blocks import all_blocks
-from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.cost import plan_traffic
 from vidstyle.gpu.compile.explain import plan_for_video
-from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.device.choose import choose
 from vidstyle.gpu.device.context import close_context, open_context

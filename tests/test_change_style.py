@@ -16,11 +16,10 @@ from pictures import VIDEO, codes, step, style
 
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
-from vidstyle.core.picture import Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.core.picture import Picture, PictureLayout
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import StyleError
 from vidstyle.gpu import session as gpu_session
-from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.plan import Form, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.device.programs import Program

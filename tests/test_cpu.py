@@ -71,8 +71,8 @@ def test_chroma_is_not_even_read(monkeypatch: pytest.MonkeyPatch) -> None:
     def read(*_: object) -> None:
         raise AssertionError("chroma was converted")
 
-    for name in ("chroma_rows", "color_rows", "rgb_from_yuv", "yuv_from_rgb"):
-        monkeypatch.setattr(f"vidstyle.cpu.band.{name}", read)
+    for name in ("upsampled_chroma", "color_rows", "rgb_from_yuv", "yuv_from_rgb"):
+        monkeypatch.setattr(f"vidstyle.cpu.execute.{name}", read)
     for steps in LUMA_STYLES.values():
         run(style(*steps), SOURCES["video"])
     with pytest.raises(AssertionError, match="chroma was converted"):

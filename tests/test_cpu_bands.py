@@ -23,7 +23,7 @@ from pictures import (
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import chroma_rows
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 
 LONG = style(
     step("gaussian", sigma=1.0, save="soft"),

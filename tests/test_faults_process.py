@@ -17,7 +17,7 @@ from faults import Program, packets, video
 from media import make_clip
 
 from vidstyle import cli
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film import FilmWriter
 

@@ -14,7 +14,7 @@ from vidstyle.bench.subjects import subjects
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.cli.bench import FORMS
-from vidstyle.core.picture import Encoding
+from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.gpu.compile.cost import (
     HeldTexture,
     Traffic,
@@ -26,7 +26,6 @@ from vidstyle.gpu.compile.cost import (
 )
 from vidstyle.gpu.compile.explain import calls_of, explain, lines_of, plan_for_video
 from vidstyle.gpu.compile.formats import WORKING, plane_format
-from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style, expand, load_style, style_names

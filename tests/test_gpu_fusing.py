@@ -25,8 +25,7 @@ from pictures import VIDEO, run, step
 
 from vidstyle.block import Asset, Block, Choice, Color, SavedRef, Switch
 from vidstyle.blocks import all_blocks
-from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.compile.nodes import PictureLayout
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile.passes import MAX_STORED
 from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.style import LAYERS, Step, Style

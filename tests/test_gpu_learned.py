@@ -14,7 +14,7 @@ from vidstyle.blade.structure_tensor import select_filters
 from vidstyle.core.planes import luma_rows
 from vidstyle.gpu.compile.explain import plan_for_video
 from vidstyle.gpu.compile.formats import working_format
-from vidstyle.gpu.compile.nodes import Node
+from vidstyle.gpu.compile.nodes import ShaderNode
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device import choose as devices
 from vidstyle.gpu.session import FrameRequest, GpuSession
@@ -60,7 +60,7 @@ def numbers_in(session: GpuSession) -> np.ndarray:
     return squares.reshape(2 * rows, 2 * columns)[:height, :width]
 
 
-def name_of(node: Node) -> str:
+def name_of(node: ShaderNode) -> str:
     assert node.function is not None
     return node.function.name
 

@@ -11,9 +11,8 @@ from pictures import RGB8, VIDEO, step, style
 import vidstyle
 from vidstyle.block import Asset, Block, Choice, Color, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
-from vidstyle.core.picture import Encoding
+from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.gpu.compile.glsl import functions_of_block
-from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.passes import MAX_STORED
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
@@ -28,7 +27,11 @@ TYPES = {Switch: "bool", Choice: "int", Color: "vec3"}
 
 with_shaders = pytest.mark.parametrize(
     "block",
-    [block for block in all_blocks().values() if block.kind not in ("recipe", "resize", "learned")],
+    [
+        block
+        for block in all_blocks().values()
+        if block.kind not in ("recipe", "resize", "learned") and not block.is_identity
+    ],
     ids=lambda block: block.name,
 )
 

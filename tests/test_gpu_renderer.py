@@ -18,7 +18,7 @@ from pictures import VIDEO, codes, step, style
 
 import vidstyle
 from vidstyle.core.picture import Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError, StyleError
 from vidstyle.gpu import renderer as gpu_renderer
 from vidstyle.gpu import session

@@ -8,10 +8,9 @@ import pytest
 from gpu import FORMS, Sessions, disagreements, faults, film_picture
 from pictures import FLOAT, step, style
 
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile import shared
 from vidstyle.gpu.compile.explain import plan_for_video
-from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.plan import Form, make_plan
 from vidstyle.gpu.compile.shader import Shader
 from vidstyle.gpu.compile.shader_writer import write_shader

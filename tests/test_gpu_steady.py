@@ -12,7 +12,7 @@ from gpu import FORMS, Sessions, disagreements
 from pictures import RGB8, noise, step, style
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.style import Style
 

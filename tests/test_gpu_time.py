@@ -11,7 +11,7 @@ from gpu import FORMS, Sessions, disagreements, scene
 from pictures import FLOAT, RGB8, VIDEO, run, same_bits, step, style
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style

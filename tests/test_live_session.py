@@ -17,7 +17,7 @@ from live import LONG, POSTER, SMALL, Kept, Stepped, before_opening, eventually,
 from media import rgb_from_frame
 
 from vidstyle.core.picture import Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Status
 

@@ -11,7 +11,7 @@ from pictures import FLOAT, noise, step, style
 
 from vidstyle.core.measured import SAMPLES, ExponentialSmoother, sampled
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Style
 
 

@@ -17,7 +17,7 @@ import pytest
 
 import vidstyle
 from vidstyle.core.picture import SITINGS, Encoding, Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import override
 
 ROOT = Path(__file__).parent.parent

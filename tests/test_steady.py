@@ -13,7 +13,7 @@ from films import RATE, VIDEO, noisy, page, panned_film, picture, still_film
 from pictures import SOURCES, planes, run, same_bits, step, style
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.blend import BlendOptions, warp_and_blend
 from vidstyle.stabilize.motion import MotionEstimator, noise_level
 from vidstyle.stabilize.stabilizer import Stabilizer

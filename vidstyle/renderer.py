@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol, overload
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.gpu.device.choose import DEVICES, choose
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style

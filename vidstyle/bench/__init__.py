@@ -10,7 +10,7 @@ from typing import Literal
 
 from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.core.picture import Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device.choose import Device, choose

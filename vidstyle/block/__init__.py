@@ -79,6 +79,7 @@ class Block:
 
     Attributes:
         saves: the name under which every step of it saves its input.
+        is_identity: whether its function returns luma as it is, so that only the chroma changes.
     """
 
     name: str
@@ -91,6 +92,7 @@ class Block:
     radius: RadiusFunction | None = None
     chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
+    is_identity: bool = False
 
     @property
     def reads_neighbors(self) -> bool:
@@ -139,6 +141,7 @@ def block(
     radius: RadiusFunction | None = None,
     chroma: Literal["kept", "dropped"] = "kept",
     saves: str = "",
+    is_identity: bool = False,
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of its name.
 
@@ -150,6 +153,7 @@ def block(
         radius: for a filter, the rows above and below that it reads; it may then run on bands of rows.
         chroma: "dropped" where a luma block leaves a gray picture.
         saves: a name under which each of its steps saves its input.
+        is_identity: for a luma block that only changes the chroma; a style does not call its function.
 
     Raises:
         TypeError: at import, for an invalid declaration, such as a default out of range.
@@ -164,7 +168,9 @@ def block(
         if not inspect.getdoc(function):
             raise TypeError(f"{name}: a block says in its docstring what it does")
         parameters, injected = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
-        return Block(name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves)
+        return Block(
+            name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity
+        )
 
     return declare
 

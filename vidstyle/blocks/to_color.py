@@ -9,7 +9,7 @@ import numpy as np
 from vidstyle.block import SavedRef, block
 
 
-@block("pixel", on="luma")
+@block("pixel", on="luma", is_identity=True)
 def to_color(
     luma: np.ndarray,
     chroma: Annotated[Any, SavedRef("the picture whose colours are taken", on="chroma")] = "chroma",

@@ -84,7 +84,7 @@ class PictureAssembler:
         shape = target.chroma_shape(*source.shape)
         self._chroma = np.empty(shape, target.dtype), np.empty(shape, target.dtype)
         self._has_chroma = False
-        self._reused: Picture | None = None
+        self._reused: tuple[Chroma, Encoding] | None = None
 
     def put_color(self, top: int, color: np.ndarray) -> None:
         """Store RGB rows, N x W x 3, 0..1, from row `top` on."""
@@ -117,14 +117,13 @@ class PictureAssembler:
             small = shrunk_chroma(values, above, bottom - top, target)
             store(small, neutral, neutral + span, target.depth, plane[first : first + len(small)])
 
-    def can_reuse_chroma(self, other: Picture) -> bool:
-        """Whether the chroma planes of another picture lie on the same grid."""
-        in_place = other.encoding.has_grid_of(self.target) and other.shape == self._source.shape
-        return in_place and other.chroma is not None
+    def reuse_luma(self, luma: np.ndarray) -> None:
+        """Take a luma plane that has the target's codes, not copied."""
+        self._luma = luma
 
-    def reuse_chroma(self, other: Picture) -> None:
-        """Take the chroma planes of a picture for which `can_reuse_chroma` holds, not resampled."""
-        self._reused = other
+    def reuse_chroma(self, chroma: Chroma, encoding: Encoding) -> None:
+        """Take chroma planes that lie on the target's grid, not resampled, and with its codes not copied."""
+        self._reused = chroma, encoding
 
     def picture(self) -> Picture:
         """The finished picture; one without chroma gets neutral chroma planes."""
@@ -132,8 +131,8 @@ class PictureAssembler:
         if self._color is not None:
             return Picture(self.target, color=self._color, alpha=alpha)
         chroma = self._chroma
-        if self._reused is not None and self._reused.chroma is not None:
-            chroma = _recoded_chroma(self._reused.chroma, self._reused.encoding, self.target)
+        if self._reused is not None:
+            chroma = _recoded_chroma(*self._reused, self.target)
         elif not self._has_chroma:
             for plane in chroma:
                 plane.fill(self.target.chroma_levels[0])
@@ -148,8 +147,9 @@ def _rows_to_planes(picture: Picture, assembler: PictureAssembler) -> Callable[[
     target = assembler.target
     is_gray = picture.color is None and picture.chroma is None
     through_rgb = not is_gray and (picture.color is not None or picture.encoding.matrix != target.matrix)
-    if reuses := not through_rgb and assembler.can_reuse_chroma(picture):
-        assembler.reuse_chroma(picture)
+    reuses = not through_rgb and picture.chroma is not None and picture.encoding.has_grid_of(target)
+    if reuses and picture.chroma is not None:
+        assembler.reuse_chroma(picture.chroma, picture.encoding)
     above, below = chroma_radius(target)
 
     def put(top: int, bottom: int) -> None:

@@ -49,13 +49,17 @@ def sampled(plane: np.ndarray) -> np.ndarray:
     return plane[top :: sampling.stride, left :: sampling.stride]
 
 
+def sampled_picture(picture: Picture) -> Picture:
+    """The small copy of a picture's luma or RGB."""
+    if picture.color is not None:
+        return Picture(picture.encoding, color=sampled(picture.color))
+    assert picture.luma is not None
+    return Picture(picture.encoding, luma=sampled(picture.luma))
+
+
 def small_luma(picture: Picture) -> np.ndarray:
     """A small copy of a picture's luma, float32."""
-    if picture.color is not None:
-        small = Picture(picture.encoding, color=sampled(picture.color))
-    else:
-        assert picture.luma is not None
-        small = Picture(picture.encoding, luma=sampled(picture.luma))
+    small = sampled_picture(picture)
     return luma_rows(small, 0, small.shape[0])
 
 

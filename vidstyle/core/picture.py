@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -212,3 +213,23 @@ class Picture:
         if array.ndim == 2:
             return cls(encoding, luma=array)
         return cls(encoding, color=array[..., :3], alpha=array[..., 3] if array.shape[2] == 4 else None)
+
+
+@dataclass(frozen=True)
+class PictureLayout:
+    """What a picture is made of, without its samples: all that lowering a style depends on.
+
+    Attributes:
+        shape: height and width.
+        planes: "gray", "chroma" (luma and chroma) or "color" (packed RGB).
+    """
+
+    encoding: Encoding
+    shape: tuple[int, int]
+    planes: Literal["gray", "chroma", "color"]
+
+    @classmethod
+    def of(cls, picture: Picture) -> PictureLayout:
+        """That of a picture."""
+        planes: Literal["gray", "chroma", "color"] = "gray" if picture.chroma is None else "chroma"
+        return cls(picture.encoding, picture.shape, planes if picture.color is None else "color")

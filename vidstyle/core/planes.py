@@ -37,7 +37,19 @@ def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
     shape = bottom - top, picture.shape[1]
     if picture.chroma is None:
         return np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-    blue, red = (_enlarged(plane, picture.encoding, top, shape) for plane in picture.chroma)
+    return upsampled_chroma(picture.chroma, picture.encoding, top, shape)
+
+
+def upsampled_chroma(chroma: Chroma, encoding: Encoding, top: int, shape: tuple[int, int]) -> Chroma:
+    """Chroma at luma's resolution from planes on the encoding's grid, by linear interpolation.
+
+    Args:
+        chroma: the whole planes.
+        encoding: grid and codes of the planes.
+        top: the first luma row.
+        shape: rows and columns of luma.
+    """
+    blue, red = (_enlarged(plane, encoding, top, shape) for plane in chroma)
     return blue, red
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.core.bands import CORES
 from vidstyle.core.picture import Picture
-from vidstyle.cpu import CpuRenderer
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Style
 
 LABEL, GAP = 24, 4

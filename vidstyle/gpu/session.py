@@ -12,18 +12,19 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.measured import ExponentialSmoother, small_luma
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.nodes import Measure, PictureLayout
-from vidstyle.gpu.compile.plan import Form, Plan, Steps, make_plan
+from vidstyle.gpu.compile.nodes import ShaderMeasure
+from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner
 from vidstyle.gpu.device.stabilizer import GpuStabilizer, planes_layout, stabilized_layout
 from vidstyle.stabilize.stabilizer import Stabilized
 from vidstyle.style import Style
+from vidstyle.style.lower import Steps
 from vidstyle.style.resolve import has_fixed_marks, resolve, structure
 
 MAX_SIDE = 8192
@@ -174,7 +175,9 @@ class GpuSession:
             self._stabilizer.release()
             self._stabilizer = None
 
-    def _blend_weights(self, measures: list[Measure], time: float | None, scene_cut: bool) -> BlendWeights:
+    def _blend_weights(
+        self, measures: list[ShaderMeasure], time: float | None, scene_cut: bool
+    ) -> BlendWeights:
         if scene_cut:
             self._smoothers = {}
         weights: dict[tuple[str, int], float] = {}

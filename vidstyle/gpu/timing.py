@@ -11,9 +11,8 @@ from itertools import product
 from statistics import median
 from typing import TYPE_CHECKING, Literal
 
-from vidstyle.core.picture import Picture
+from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.gpu.compile.cost import result_targets
-from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.tiles import Job

@@ -13,7 +13,7 @@ from typing import cast
 
 from vidstyle.core.measured import Sampling
 from vidstyle.gpu.compile.formats import Format, plane_format, working_format
-from vidstyle.gpu.compile.nodes import Node, Shape
+from vidstyle.gpu.compile.nodes import ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader_writer import write_shader
@@ -21,6 +21,7 @@ from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.targets import RenderTarget
 from vidstyle.gpu.compile.tiles import jobs_of
 from vidstyle.gpu.device.textures import TexturePool
+from vidstyle.style.nodes import Shape
 
 
 @dataclass(frozen=True)
@@ -112,13 +113,13 @@ class _Rooms:
         return self.taken[-1]
 
 
-def _image_bytes(plan: Plan, image: Node, most: int | None = None) -> int:
+def _image_bytes(plan: Plan, image: ShaderNode, most: int | None = None) -> int:
     """Bytes of a picture, or of as many of its pixels as are looked at."""
     area = _area(image.shape)
     return _texel_bytes(plan, image) * (area if most is None else min(area, most))
 
 
-def _texel_bytes(plan: Plan, image: Node) -> int:
+def _texel_bytes(plan: Plan, image: ShaderNode) -> int:
     if not image.is_plane:
         return working_format(image).bytes
     sample = plane_format(plan.source.encoding.depth).bytes

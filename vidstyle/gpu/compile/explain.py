@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from typing import Any
 
-from vidstyle.core.picture import Encoding
+from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.gpu.compile.cost import (
     download_bytes,
     held_textures,
@@ -15,13 +15,14 @@ from vidstyle.gpu.compile.cost import (
     upload_bytes,
 )
 from vidstyle.gpu.compile.formats import Format, plane_format, working_format
-from vidstyle.gpu.compile.nodes import Node, PictureLayout, Shape
+from vidstyle.gpu.compile.nodes import ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.targets import RenderTarget
 from vidstyle.gpu.session import MAX_SIDE
 from vidstyle.style import Style
+from vidstyle.style.nodes import Shape
 from vidstyle.style.resolve import resolve
 
 
@@ -80,7 +81,7 @@ def lines_of(explained: dict[str, Any]) -> Iterator[str]:
     yield f"  bytes a pixel up: {explained['bytes_up']:.2f}, down: {explained['bytes_down']:.2f}"
 
 
-def _explain_pass(plan: Plan, each: Pass, names: dict[Node, str]) -> dict[str, Any]:
+def _explain_pass(plan: Plan, each: Pass, names: dict[ShaderNode, str]) -> dict[str, Any]:
     traffic = pass_traffic(plan, each)
     return {
         "size": _size(each.shape),
@@ -92,13 +93,13 @@ def _explain_pass(plan: Plan, each: Pass, names: dict[Node, str]) -> dict[str, A
     }
 
 
-def _names_of_values(plan: Plan) -> dict[Node, str]:
+def _names_of_values(plan: Plan) -> dict[ShaderNode, str]:
     """A name for each value between passes: its kind, and a number of its own."""
     stored = (node for each in plan.passes for node in each.stored)
     return {node: f"{node.kind} {number}" for number, node in enumerate(stored, 1)}
 
 
-def _call(node: Node) -> str:
+def _call(node: ShaderNode) -> str:
     function = node.function
     assert function is not None
     name = function.name.removeprefix("IMAGE_")
@@ -107,14 +108,14 @@ def _call(node: Node) -> str:
     return name if part == name else f"{block} ({part})"
 
 
-def _image(plan: Plan, image: Node, names: dict[Node, str]) -> str:
+def _image(plan: Plan, image: ShaderNode, names: dict[ShaderNode, str]) -> str:
     if image in names:
         return f"{names[image]} ({_format_name(working_format(image))})"
     texture = _format_name(plane_format(plan.source.encoding.depth, 3 if image.kind == "color" else 1))
     return f"the source's {image.kind} ({'2 x ' if image.kind == 'chroma' else ''}{texture})"
 
 
-def _target(target: RenderTarget, names: dict[Node, str]) -> str:
+def _target(target: RenderTarget, names: dict[ShaderNode, str]) -> str:
     name = {"working": names.get(target.node), "samples": "samples"}.get(target.name)
     return f"{name or f'the result: {target.name}'} ({_format_name(target.format)})"
 

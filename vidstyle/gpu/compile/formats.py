@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.nodes import Kind, Node
+from vidstyle.gpu.compile.nodes import ShaderKind, ShaderNode
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Format:
         return {"f1": 255, "nu2": 65535, "f4": 1}[self.dtype]
 
 
-WORKING: dict[Kind, Format] = {
+WORKING: dict[ShaderKind, Format] = {
     "luma": Format(1, "nu2", -0.5, 2.0),
     "chroma": Format(2, "nu2", -0.75, 1.5),
     "color": Format(4, "nu2", -1.0, 3.0),
@@ -58,7 +58,7 @@ WIDE = Format(1, "f4")
 """For luma that goes far beyond black and white, as a difference of Gaussians times twenty does."""
 
 
-def working_format(node: Node) -> Format:
+def working_format(node: ShaderNode) -> Format:
     """The texture in which a value is kept between passes."""
     return WIDE if node.is_wide else WORKING[node.kind]
 
@@ -73,7 +73,7 @@ def plane_format(depth: int, components: int = 1) -> Format:
     return Format(components, "f4" if depth == 0 else "f1" if depth <= 8 else "nu2")
 
 
-def levels(encoding: Encoding, kind: Kind) -> tuple[float, float]:
+def levels(encoding: Encoding, kind: ShaderKind) -> tuple[float, float]:
     """The codes that stand for 0 and 1 of a value in a plane; RGB always has the full range."""
     if kind == "chroma":
         neutral, span = encoding.chroma_levels

@@ -34,7 +34,6 @@ class Signature:
     """A GLSL function: where it stands, what it gives and what it asks for.
 
     Attributes:
-        is_identity: whether it does nothing but return its first parameter.
         line: the direction in which a filter reads its picture, (1, 0) or (0, 1); None if all around.
         prepares: whether the file has a function of this name and `_prepare`, which all invocations of a
             compute group call together before the first pixel.
@@ -44,7 +43,6 @@ class Signature:
     type: str
     name: str
     parameters: tuple[ShaderParameter, ...]
-    is_identity: bool
     line: tuple[int, int] | None = None
     prepares: bool = False
 
@@ -63,7 +61,7 @@ def read_source(file: str) -> str:
 def signatures(file: str) -> dict[str, Signature]:
     """The functions that a file defines, by name, in the order in which they stand.
 
-    >>> [parameter.name for parameter in signatures("frame/rgb_from_gray.glsl")["rgb_from_gray"].parameters]
+    >>> [parameter.name for parameter in signatures("frame/color.glsl")["rgb_from_gray"].parameters]
     ['luma']
     """
     text = _COMMENT.sub("", read_source(file))
@@ -82,14 +80,12 @@ def functions_of_block(name: str) -> tuple[Signature, ...]:
 def _signature(file: str, match: re.Match[str]) -> Signature:
     texts = [text.strip() for text in match["parameters"].split(",")]
     parameters = tuple(_parameter(file, text) for text in texts if text)
-    is_identity = bool(parameters) and match["body"].split() == ["return", f"{parameters[0].name};"]
     line = _LINE.search(match["body"])
     return Signature(
         file,
         match["type"],
         match["name"],
         parameters,
-        is_identity,
         line=(int(line["across"]), int(line["down"])) if line else None,
         prepares=re.search(rf"\bvoid {match['name']}_prepare\(", match.string) is not None,
     )
@@ -113,11 +109,16 @@ _PLACE = re.compile(r"\b0(?::(?P<colon>\d+)|\((?P<bracket>\d+)\))")
 class Assembly:
     """A shader's text while it grows, and the files that it comes from.
 
+    Args:
+        version: of GLSL; 430 makes it a compute shader.
+
     Attributes:
+        is_compute: whether it is a compute shader.
         lines: the text so far.
     """
 
     def __init__(self, version: int) -> None:
+        self.is_compute = version >= 430
         self.lines = [f"#version {version}"]
         # Not told to the compiler by `#line`: some forget the file in some of their messages.
         self._places: dict[int, str] = {}

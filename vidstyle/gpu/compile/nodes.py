@@ -1,20 +1,19 @@
-"""What a style computes at every pixel: a graph of calls of pure functions."""
+"""What the shaders of a style compute at every pixel: calls of GLSL functions."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.glsl import Signature, signatures
+from vidstyle.style.nodes import Shape, StepKey
 
-Kind = Literal["luma", "chroma", "color", "choices"]
-"""Choices are the numbers of the filters that 2 x 2 pixels choose."""
-CHANNELS: dict[Kind, int] = {"luma": 1, "chroma": 2, "color": 3, "choices": 4}
+ShaderKind = Literal["luma", "chroma", "color", "choices"]
+"""Kinds of values; "choices" are the numbers of the filters that 2 x 2 pixels choose."""
+
+CHANNELS: dict[ShaderKind, int] = {"luma": 1, "chroma": 2, "color": 3, "choices": 4}
 """How many numbers a value of each kind has."""
-
-Shape = tuple[int, int]
-"""Height and width."""
 
 
 @dataclass(frozen=True)
@@ -38,29 +37,22 @@ class Function:
 
 
 @dataclass(frozen=True, eq=False)
-class Measure:
-    """Percentiles of luma that a measured step is given, and how fast they follow changes.
+class ShaderMeasure:
+    """Percentiles of luma that a measured step is given; the attributes are those of `lower.Measure`."""
 
-    Attributes:
-        of: the luma that is measured.
-        percentages: which percentiles.
-        time_constant: in seconds.
-        step: layer and number of the step.
-    """
-
-    of: Node
+    of: ShaderNode
     percentages: tuple[float, ...]
     time_constant: float
-    step: tuple[str, int]
+    step: StepKey
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
-    """One value at every pixel of a page.
+class ShaderNode:
+    """One value at every pixel, made by one call of a GLSL function.
 
     Attributes:
         kind: what the value is.
-        shape: of the page; for chroma in samples of its own grid.
+        shape: of the picture that it belongs to; for chroma with a grid, in samples of that grid.
         function: what makes it; None for a plane of the source.
         inputs: the function's parameters that are values of the same pixel.
         around: the picture of which the function reads other pixels too, or None.
@@ -68,20 +60,20 @@ class Node:
         values: the function's parameters that are the same for all pixels.
         options: the words that a parameter's number stands for, where it is a choice.
         measure: the numbers that it is given.
-        grid: for chroma, step and siting of its samples upon luma; None for one at each pixel.
-        page: for chroma with a grid, the size of the luma that it belongs to.
-        is_wide: whether it goes so far beyond black and white that it has to be kept as float32.
+        grid: for subsampled chroma, step and siting of its samples; None for chroma at every pixel.
+        page: for subsampled chroma, the shape of the luma that it belongs to.
+        is_wide: whether it goes so far beyond black and white that it has to be stored as float32.
     """
 
-    kind: Kind
+    kind: ShaderKind
     shape: Shape
     function: Function | None = None
-    inputs: dict[str, Node] = field(default_factory=dict)
-    around: Node | None = None
+    inputs: dict[str, ShaderNode] = field(default_factory=dict)
+    around: ShaderNode | None = None
     radius: int = 0
     values: dict[str, Any] = field(default_factory=dict)
     options: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    measure: Measure | None = None
+    measure: ShaderMeasure | None = None
     grid: Encoding | None = None
     page: Shape | None = None
     is_wide: bool = False
@@ -102,23 +94,3 @@ class Node:
     def is_heavy(self) -> bool:
         """Whether it reads so much around a pixel that it is worth a pass, and computed only once."""
         return self.around is not None and not self.is_enlarged
-
-
-@dataclass(frozen=True)
-class PictureLayout:
-    """What a picture is made of, without its samples: all that a plan depends on.
-
-    Attributes:
-        shape: height and width.
-        planes: "gray", "chroma" (luma and chroma) or "color" (packed RGB).
-    """
-
-    encoding: Encoding
-    shape: Shape
-    planes: Literal["gray", "chroma", "color"]
-
-    @classmethod
-    def of(cls, picture: Picture) -> PictureLayout:
-        """That of a picture."""
-        planes: Literal["gray", "chroma", "color"] = "gray" if picture.chroma is None else "chroma"
-        return cls(picture.encoding, picture.shape, planes if picture.color is None else "color")

@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from vidstyle.gpu.compile.nodes import CHANNELS, Measure, Node, Shape
+from vidstyle.gpu.compile.nodes import CHANNELS, ShaderMeasure, ShaderNode
+from vidstyle.style.nodes import Shape
 
 RECOMPUTED = 12
 """So many calls that need no neighbour are made anew in each pass rather than kept in a texture: arithmetic
@@ -32,7 +33,7 @@ class Result:
     """
 
     role: Literal["planes", "chroma", "color"]
-    nodes: tuple[Node, ...]
+    nodes: tuple[ShaderNode, ...]
     shape: Shape
 
 
@@ -51,21 +52,21 @@ class Pass:
     """
 
     shape: Shape
-    stored: list[Node] = field(default_factory=list)
-    sampled: Measure | None = None
+    stored: list[ShaderNode] = field(default_factory=list)
+    sampled: ShaderMeasure | None = None
     result: Result | None = None
     before: set[Pass] = field(default_factory=set)
-    nodes: list[Node] = field(default_factory=list)
-    loads: list[Node] = field(default_factory=list)
+    nodes: list[ShaderNode] = field(default_factory=list)
+    loads: list[ShaderNode] = field(default_factory=list)
 
     @property
-    def images(self) -> list[Node]:
+    def images(self) -> list[ShaderNode]:
         """All pictures that it reads, each once."""
         around = [node.around for node in self.nodes if node.around is not None]
         return list(dict.fromkeys([*self.loads, *around]))
 
     @property
-    def roots(self) -> list[Node]:
+    def roots(self) -> list[ShaderNode]:
         """What it computes for others."""
         sampled = [self.sampled.of] if self.sampled else []
         return [*self.stored, *(self.result.nodes if self.result else ()), *sampled]
@@ -87,7 +88,7 @@ class Pass:
         return False
 
 
-def cut(results: Sequence[Result], fused: bool = True) -> list[Pass]:
+def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
     """The passes that compute the results, and what has to be measured for them, in order.
 
     Args:
@@ -95,23 +96,23 @@ def cut(results: Sequence[Result], fused: bool = True) -> list[Pass]:
     """
     kept = set() if fused else {node for node in _ordered(_nodes_of(results)) if not node.is_plane}
     while True:
-        partition = _Partition(results, kept)
-        again = partition.worth_keeping()
+        attempt = _Partition(results, kept)
+        again = attempt.worth_keeping()
         if not again:
-            return partition.in_order()
+            return attempt.in_order()
         kept |= again
 
 
 class _Partition:
     """One attempt, with some nodes kept in textures from the outset."""
 
-    def __init__(self, results: Sequence[Result], kept: set[Node]) -> None:
+    def __init__(self, results: Sequence[Result], kept: set[ShaderNode]) -> None:
         nodes = list(_ordered(_nodes_of(results)))
         around = {node.around for node in nodes if node.around is not None}
         self._stored = {node for node in kept | around if not node.is_plane}
-        self._homes: dict[Node, Pass] = {}
-        self._needs: dict[Node, set[Pass]] = {node: set() for node in nodes if node.is_plane}
-        self._measured: dict[Measure, Pass] = {}
+        self._homes: dict[ShaderNode, Pass] = {}
+        self._needs: dict[ShaderNode, set[Pass]] = {node: set() for node in nodes if node.is_plane}
+        self._measured: dict[ShaderMeasure, Pass] = {}
         self._passes: list[Pass] = []
         for node in nodes:
             self._settle_measure(node.measure)
@@ -124,9 +125,9 @@ class _Partition:
         for each in self._passes:
             self._fill(each)
 
-    def worth_keeping(self) -> set[Node]:
+    def worth_keeping(self) -> set[ShaderNode]:
         """Light nodes that are so long in the making that several passes should not repeat it."""
-        users: dict[Node, int] = {}
+        users: dict[ShaderNode, int] = {}
         for each in self._passes:
             for node in each.nodes if each.sampled is None else ():
                 users[node] = users.get(node, 0) + 1
@@ -149,7 +150,7 @@ class _Partition:
                 visit(each)
         return list(done)
 
-    def _settle_measure(self, measure: Measure | None) -> None:
+    def _settle_measure(self, measure: ShaderMeasure | None) -> None:
         if measure is None or measure in self._measured:
             return
         if home := self._homes.get(measure.of):
@@ -158,7 +159,7 @@ class _Partition:
         sampling.sampled, sampling.before = measure, set(self._needs[measure.of])
         self._measured[measure] = sampling
 
-    def _settle(self, node: Node) -> None:
+    def _settle(self, node: ShaderNode) -> None:
         """Find the pass that computes a node, unless it is light: then each pass does that needs it."""
         others = [*node.inputs.values(), *([node.around] if node.around else [])]
         measured = {self._measured[node.measure]} if node.measure else set()
@@ -187,7 +188,7 @@ class _Partition:
         if node in self._stored:
             self._store(node, home)
 
-    def _pass_around(self, node: Node, measured: set[Pass]) -> Pass | None:
+    def _pass_around(self, node: ShaderNode, measured: set[Pass]) -> Pass | None:
         """A pass that reads around the same picture already: each sample then comes from memory once."""
         assert node.around is not None
         finished = measured | self._needs[node.around]
@@ -199,14 +200,14 @@ class _Partition:
                 return each
         return None
 
-    def _store_elsewhere(self, nodes: Iterable[Node], home: Pass | None) -> None:
+    def _store_elsewhere(self, nodes: Iterable[ShaderNode], home: Pass | None) -> None:
         """Keep what other passes than this one make of the nodes."""
         for node in nodes:
             other = self._homes.get(node)
             if other is not None and other is not home and not other.is_light:
                 self._store(node, other)
 
-    def _ride(self, nodes: Iterable[Node], measured: set[Pass], shape: Shape) -> Pass | None:
+    def _ride(self, nodes: Iterable[ShaderNode], measured: set[Pass], shape: Shape) -> Pass | None:
         """The pass of one of these nodes that can go on with them all; what other passes make is stored.
 
         The widest node's, because the others are then cheaper to keep.
@@ -219,7 +220,7 @@ class _Partition:
         self._store_elsewhere(riding, found)
         return found
 
-    def _can_ride(self, home: Pass, nodes: list[Node], measured: set[Pass], shape: Shape) -> bool:
+    def _can_ride(self, home: Pass, nodes: list[ShaderNode], measured: set[Pass], shape: Shape) -> bool:
         others = (self._needs[node] for node in nodes if self._homes.get(node) is not home)
         needed = measured.union(*others)
         return home.shape == shape and not any(each is home or each.needs(home) for each in needed)
@@ -239,7 +240,7 @@ class _Partition:
         home.result = result
         home.before |= needed - {home}
 
-    def _store(self, node: Node, home: Pass) -> None:
+    def _store(self, node: ShaderNode, home: Pass) -> None:
         self._stored.add(node)
         if node not in home.stored:
             home.stored.append(node)
@@ -248,7 +249,7 @@ class _Partition:
         self._passes.append(Pass(shape))
         return self._passes[-1]
 
-    def _divide(self, each: Pass, order: list[Node]) -> None:
+    def _divide(self, each: Pass, order: list[ShaderNode]) -> None:
         """Give what a pass cannot keep at once to passes before it."""
         while len(each.stored) > MAX_STORED:
             each.stored.sort(key=order.index)
@@ -267,11 +268,11 @@ class _Partition:
         wanted = [*each.roots, *(node for call in each.nodes for node in call.inputs.values())]
         each.loads = [node for node in dict.fromkeys(wanted) if node not in each.nodes]
 
-    def _calls(self, roots: list[Node], home: Pass | None) -> list[Node]:
+    def _calls(self, roots: list[ShaderNode], home: Pass | None) -> list[ShaderNode]:
         """What is computed for the roots, in order: not planes, nor what another pass has stored."""
-        found: dict[Node, None] = {}
+        found: dict[ShaderNode, None] = {}
 
-        def visit(node: Node) -> None:
+        def visit(node: ShaderNode) -> None:
             loaded = node in self._stored and self._homes.get(node) is not home
             if node.is_plane or loaded or node in found:
                 return
@@ -284,21 +285,21 @@ class _Partition:
         return list(found)
 
 
-def _both_prepare(each: Pass, node: Node) -> bool:
+def _both_prepare(each: Pass, node: ShaderNode) -> bool:
     """Whether this one prepares something for a compute group, and a pass has one that does: only one can."""
     functions = (other.function for other in (node, *each.nodes) if other.is_heavy)
     return sum(function is not None and function.signature.prepares for function in functions) > 1
 
 
-def _nodes_of(results: Sequence[Result]) -> list[Node]:
+def _nodes_of(results: Sequence[Result]) -> list[ShaderNode]:
     return [node for result in results for node in result.nodes]
 
 
-def _ordered(roots: Iterable[Node]) -> Iterator[Node]:
+def _ordered(roots: Iterable[ShaderNode]) -> Iterator[ShaderNode]:
     """All nodes that the roots need, each after those that it needs."""
-    seen: set[Node] = set()
+    seen: set[ShaderNode] = set()
 
-    def visit(node: Node) -> Iterator[Node]:
+    def visit(node: ShaderNode) -> Iterator[ShaderNode]:
         if node in seen:
             return
         seen.add(node)

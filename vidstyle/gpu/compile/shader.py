@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.formats import levels, plane_format, working_format
+from vidstyle.gpu.compile.formats import Format, levels, plane_format, working_format
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter
-from vidstyle.gpu.compile.nodes import CHANNELS, Measure, Node
+from vidstyle.gpu.compile.nodes import CHANNELS, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shared import Pair
 from vidstyle.gpu.compile.targets import RenderTarget
 
@@ -21,7 +21,7 @@ because neighbours in that direction read the same pixels."""
 class ImageOf:
     """A picture that a sampler reads; `part` is 1 for the second plane, red difference."""
 
-    node: Node
+    node: ShaderNode
     part: int = 0
 
 
@@ -40,10 +40,10 @@ class Shader:
     assembly: Assembly
     targets: list[RenderTarget] = field(default_factory=list)
     uniforms: dict[str, Any] = field(default_factory=dict)
-    samplers: dict[str, ImageOf | Measure | tuple] = field(default_factory=dict)
+    samplers: dict[str, ImageOf | ShaderMeasure | tuple] = field(default_factory=dict)
     groups: Pair = GROUPS[None]
 
-    def add_sampler(self, name: str, kind: str, what: ImageOf | Measure | tuple) -> None:
+    def add_sampler(self, name: str, kind: str, what: ImageOf | ShaderMeasure | tuple) -> None:
         """Declare a sampler, and keep what it reads."""
         self.assembly.add(f"uniform {kind} {name};")
         self.samplers[name] = what
@@ -60,7 +60,7 @@ class Shader:
 SWIZZLES = {1: "r", 2: "rg", 3: "rgb", 4: "rgba"}
 
 
-def declare_image(shader: Shader, node: Node, name: str, encoding: Encoding) -> None:
+def declare_image(shader: Shader, node: ShaderNode, name: str, encoding: Encoding) -> None:
     """Declare a picture and NAME_at, which reads it at a pixel of the page.
 
     Args:
@@ -76,12 +76,12 @@ def declare_image(shader: Shader, node: Node, name: str, encoding: Encoding) -> 
     if node.is_plane:
         _declare_plane(shader, node, name, encoding, words)
     else:
-        coding = working_format(node)
-        shader.assembly.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
-        shader.assembly.add_template("frame/image.glsl", words)
+        _declare_levels(shader, name, working_format(node), words)
 
 
-def _declare_plane(shader: Shader, node: Node, name: str, encoding: Encoding, words: dict[str, str]) -> None:
+def _declare_plane(
+    shader: Shader, node: ShaderNode, name: str, encoding: Encoding, words: dict[str, str]
+) -> None:
     zero, one = levels(encoding, node.kind)
     top = plane_format(encoding.depth).most
     gain, offset = 1 / (one - zero), -zero / (one - zero)
@@ -90,8 +90,14 @@ def _declare_plane(shader: Shader, node: Node, name: str, encoding: Encoding, wo
         shader.assembly.add(f"const float {name}_gain = {top * gain}, {name}_offset = {offset};")
         shader.assembly.add_template("frame/plane_chroma.glsl", words)
     elif encoding.depth == 0:
-        shader.assembly.add_template("frame/float_value.glsl", words)
+        _declare_levels(shader, name, plane_format(0), words)
     else:
         numbers = f"{name}_top = {float(top)}, {name}_gain = {gain}, {name}_offset = {offset}"
         shader.assembly.add(f"const float {numbers};")
         shader.assembly.add_template("frame/plane_value.glsl", words)
+
+
+def _declare_levels(shader: Shader, name: str, coding: Format, words: dict[str, str]) -> None:
+    """Declare what reads a texture whose numbers stand for a range of values, or for themselves."""
+    shader.assembly.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
+    shader.assembly.add_template("frame/image.glsl", words)

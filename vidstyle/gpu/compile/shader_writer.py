@@ -12,7 +12,7 @@ from typing import Any
 from vidstyle.core.planes import chroma_radius
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter, signatures
-from vidstyle.gpu.compile.nodes import CHANNELS, Node
+from vidstyle.gpu.compile.nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import GROUPS, Shader, declare_image
@@ -35,7 +35,7 @@ def write_shader(plan: Plan, each: Pass) -> Shader:
 class _Writer:
     def __init__(self, plan: Plan, each: Pass) -> None:
         self._plan, self._pass = plan, each
-        self._names: dict[Node, str] = {}
+        self._names: dict[ShaderNode, str] = {}
         self._images = {node: f"image_{number}" for number, node in enumerate(each.images)}
         self.shader = Shader(Assembly(430 if plan.form == "compute" else 330))
         self._text = self.shader.assembly
@@ -54,9 +54,7 @@ class _Writer:
         self._text.include(self._main())
 
     def _main(self) -> str:
-        if self._plan.form == "fragment":
-            return "frame/main_fragment.glsl"
-        return "frame/main_planes.glsl" if self._shrinks else "frame/main_compute.glsl"
+        return "frame/main_planes.glsl" if self._shrinks else "frame/main.glsl"
 
     def _declare_targets(self) -> None:
         self._text.add("uniform ivec2 origin, size, corner, stride, page;")
@@ -83,7 +81,6 @@ class _Writer:
         self._text.include("frame/code.glsl")
         lines = store_planes(self._text, target, "chroma", "value", blue)
         self._text.add("void store_chroma(ivec2 place, vec2 value) {", *lines, "}")
-        self._text.include("frame/tile_chroma.glsl")
 
     def _declare_images(self) -> None:
         for node, name in self._images.items():
@@ -104,14 +101,14 @@ class _Writer:
         words = {"IMAGE": self._images[image], "VALUE": TYPES[CHANNELS[image.kind]]}
         self._text.add_template("frame/around.glsl", words)
 
-    def _load(self, node: Node) -> list[str]:
+    def _load(self, node: ShaderNode) -> list[str]:
         """A picture's own value at the pixel. Chroma on another grid is read by `between` instead."""
         if node.grid is not None and node.shape != self._pass.shape:
             return []
         name = self._names[node] = f"loaded_{len(self._names)}"
         return [f"{TYPES[CHANNELS[node.kind]]} {name} = {self._images[node]}_at(at);"]
 
-    def _compute(self, node: Node) -> list[str]:
+    def _compute(self, node: ShaderNode) -> list[str]:
         assert node.function is not None
         number = len(self._names)
         for parameter, words in node.options.items():
@@ -133,7 +130,7 @@ class _Writer:
             if line not in self._text.lines:
                 self._text.add(line)
 
-    def _add_enlarging(self, node: Node) -> str:
+    def _add_enlarging(self, node: ShaderNode) -> str:
         assert node.around is not None and node.function is not None
         image = self._images[node.around]
         name = node.function.name.replace("IMAGE", image)
@@ -145,20 +142,20 @@ class _Writer:
         if not any(f"{name}(" in line for line in self._text.lines):
             self._text.add_template(file, words)
 
-    def _add_around(self, node: Node) -> None:
+    def _add_around(self, node: ShaderNode) -> None:
         assert node.around is not None and node.function is not None
         if self._sharing is not None:
             return
         type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
         if node.kind == "choices":
-            self._add_template_once("frame/quad.glsl", "quad_at", {"IMAGE": image})
+            self._add_template_once("blade/quad.glsl", "quad_at", {"IMAGE": image})
             return
         reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         line = f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}"
         if line not in self._text.lines:
             self._text.add(line)
 
-    def _argument(self, node: Node, number: int, parameter: ShaderParameter) -> str:
+    def _argument(self, node: ShaderNode, number: int, parameter: ShaderParameter) -> str:
         name = parameter.name.rstrip("_")  # added where the name is a word of GLSL
         if name in node.inputs:
             return self._names[node.inputs[name]]
@@ -174,7 +171,7 @@ class _Writer:
             return f"{name}_{number}"
         return self.shader.add_uniform(f"{name}_{number}", parameter, self._value(node, parameter))
 
-    def _value(self, node: Node, parameter: ShaderParameter) -> Any:
+    def _value(self, node: ShaderNode, parameter: ShaderParameter) -> Any:
         """A parameter that is the same for all pixels; NAME_count and NAME_sizes tell of the asset NAME."""
         name = parameter.name.rstrip("_")
         owner, _, what = name.rpartition("_")
@@ -231,6 +228,6 @@ class _Writer:
         return store_planes(self._text, self._plan.target, target.node.kind, name, number)
 
 
-def _parameters(node: Node) -> tuple[ShaderParameter, ...]:
+def _parameters(node: ShaderNode) -> tuple[ShaderParameter, ...]:
     assert node.function is not None
     return node.function.signature.parameters

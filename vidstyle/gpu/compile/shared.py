@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import prod
 
-from vidstyle.gpu.compile.nodes import CHANNELS, Node
+from vidstyle.gpu.compile.nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 
 MAX_BYTES = 32768
@@ -32,10 +32,10 @@ class Sharing:
         prepares: the filter that prepares something for the whole group, or None.
     """
 
-    image: Node
+    image: ShaderNode
     radius: Pair
     line: Pair | None
-    prepares: Node | None
+    prepares: ShaderNode | None
 
     def rooms(self, area: Pair, used: int) -> tuple[int, int] | None:
         """How many pixels, and how many values that a filter prepares, a group has room for.
@@ -77,7 +77,7 @@ def sharing_of(each: Pass) -> Sharing | None:
     return Sharing(image, (radius * across, radius * down), line, prepares)
 
 
-def _reads_neighbours(node: Node) -> bool:
+def _reads_neighbours(node: ShaderNode) -> bool:
     """Whether it is a filter: pictures of another size are resampled, which have no radius.
 
     So is chroma that is brought to its own grid, even where one pixel is a page of both.

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vidstyle.gpu.compile.formats import Format, working_format
-from vidstyle.gpu.compile.nodes import Measure, Node, Shape
+from vidstyle.gpu.compile.nodes import ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import Shader
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.textures import TexturePool, fits
+from vidstyle.style.nodes import Shape
 
 if TYPE_CHECKING:
     import moderngl
@@ -47,11 +48,11 @@ class Slots:
             return self.samples(each.sampled)
         return self._results[target.name]
 
-    def texture_of_node(self, node: Node) -> moderngl.Texture:
+    def texture_of_node(self, node: ShaderNode) -> moderngl.Texture:
         """The texture in which a value is kept."""
         return self._nodes[node]
 
-    def samples(self, measure: Measure) -> moderngl.Texture:
+    def samples(self, measure: ShaderMeasure) -> moderngl.Texture:
         """The texture of what is measured."""
         return self._samples[measure]
 
@@ -66,10 +67,10 @@ class Slots:
         self._taken.append((texture, coding))
         return texture
 
-    def _place(self, plan: Plan, jobs: list[Job]) -> dict[Node, moderngl.Texture]:
+    def _place(self, plan: Plan, jobs: list[Job]) -> dict[ShaderNode, moderngl.Texture]:
         """A texture for each stored value, shared by values of which the first is read no more."""
         needed = shapes_of_stored(plan, jobs)
-        found: dict[Node, moderngl.Texture] = {}
+        found: dict[ShaderNode, moderngl.Texture] = {}
         free: list[tuple[moderngl.Texture, Format]] = []
         for number, each in enumerate(plan.passes):
             for node in each.stored:
@@ -87,9 +88,9 @@ class Slots:
         return found
 
 
-def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[Node, Shape]:
+def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[ShaderNode, Shape]:
     """How large the texture of each stored value has to be: as large as its largest window."""
-    shapes: dict[Node, Shape] = {}
+    shapes: dict[ShaderNode, Shape] = {}
     for job in jobs:
         for each in job.passes:
             height, width = job.windows[each].shape
@@ -111,7 +112,7 @@ def shapes_of_results(jobs: list[Job], shaders: dict[Pass, Shader]) -> dict[tupl
     return shapes
 
 
-def ending(plan: Plan, number: int) -> list[Node]:
+def ending(plan: Plan, number: int) -> list[ShaderNode]:
     """The stored values that no pass after this one reads."""
     later = {image for each in plan.passes[number + 1 :] for image in each.images}
     now = plan.passes[number]

@@ -8,7 +8,7 @@ from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.formats import WORKING, Format, levels, plane_format, working_format
 from vidstyle.gpu.compile.glsl import Assembly
-from vidstyle.gpu.compile.nodes import CHANNELS, Kind, Node
+from vidstyle.gpu.compile.nodes import CHANNELS, ShaderKind, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 
@@ -26,7 +26,7 @@ class RenderTarget:
     """
 
     name: str
-    node: Node
+    node: ShaderNode
     format: Format
     shape: tuple[int, int]
 
@@ -47,7 +47,7 @@ def targets_of(plan: Plan, each: Pass) -> list[RenderTarget]:
     return targets
 
 
-def _planes_of(plan: Plan, node: Node) -> list[RenderTarget]:
+def _planes_of(plan: Plan, node: ShaderNode) -> list[RenderTarget]:
     encoding, shape = plan.target, plan.source.shape
     if node.kind == "color":
         return [RenderTarget("color", node, plane_format(encoding.depth, 4), shape)]
@@ -90,7 +90,7 @@ def store_working(target: RenderTarget, name: str, number: int) -> str:
     return f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"
 
 
-def store_planes(text: Assembly, encoding: Encoding, kind: Kind, name: str, number: int) -> list[str]:
+def store_planes(text: Assembly, encoding: Encoding, kind: ShaderKind, name: str, number: int) -> list[str]:
     """Lines that store the value of this name in planes of the result, from target `number` on."""
     zero, one = levels(encoding, kind)
     coding = plane_format(encoding.depth)

@@ -10,9 +10,10 @@ from math import ceil, floor
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
 from vidstyle.core.planes import chroma_radius
-from vidstyle.gpu.compile.nodes import Node, Shape
+from vidstyle.gpu.compile.nodes import ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
+from vidstyle.style.nodes import Shape
 
 RESAMPLING_RADIUS = 5
 """Pixels beyond its own area that any resampling method reads, one more than Lanczos does."""
@@ -74,7 +75,7 @@ class Window:
 
 def windows_for(
     passes: Sequence[Pass], wanted: dict[Pass, Window], target: Encoding
-) -> dict[Node | Pass, Window]:
+) -> dict[ShaderNode | Pass, Window]:
     """The part that each pass has to compute, and that is needed of each plane of the source.
 
     Args:
@@ -85,7 +86,7 @@ def windows_for(
     Returns:
         the windows of passes and of the source's planes; none for passes that are not needed.
     """
-    windows: dict[Node | Pass, Window] = dict(wanted.items())
+    windows: dict[ShaderNode | Pass, Window] = dict(wanted.items())
     for each in reversed(passes):
         window = windows.get(each)
         if window is None:
@@ -107,7 +108,7 @@ def tiles(shape: Shape, side: int) -> list[Window]:
     ]
 
 
-def _read(each: Pass, window: Window) -> Iterator[tuple[Node, Window]]:
+def _read(each: Pass, window: Window) -> Iterator[tuple[ShaderNode, Window]]:
     for node in each.loads:
         if node.grid is None or node.shape == each.shape:
             yield node, window
@@ -116,7 +117,7 @@ def _read(each: Pass, window: Window) -> Iterator[tuple[Node, Window]]:
             yield node.around, _around(node, node.around, window)
 
 
-def _around(node: Node, image: Node, window: Window) -> Window:
+def _around(node: ShaderNode, image: ShaderNode, window: Window) -> Window:
     """What a node reads of the picture around it."""
     if node.is_enlarged and image.grid is not None:
         return _between(window, image.grid)
@@ -161,7 +162,7 @@ class Job:
     """
 
     plan: Plan
-    windows: dict[Node | Pass, Window]
+    windows: dict[ShaderNode | Pass, Window]
     ends_measure: bool = True
 
     @cached_property
@@ -170,11 +171,11 @@ class Job:
         return [each for each in self.plan.passes if each in self.windows]
 
     @cached_property
-    def planes(self) -> dict[Node, Window]:
+    def planes(self) -> dict[ShaderNode, Window]:
         """The planes of the source and what of them is needed."""
-        return {node: window for node, window in self.windows.items() if isinstance(node, Node)}
+        return {node: window for node, window in self.windows.items() if isinstance(node, ShaderNode)}
 
-    def window_of(self, node: Node) -> Window:
+    def window_of(self, node: ShaderNode) -> Window:
         """What of a picture lies in its texture."""
         return self.windows.get(node) or self.windows[self._homes[node]]
 
@@ -212,7 +213,7 @@ class Job:
         return window
 
     @cached_property
-    def _homes(self) -> dict[Node, Pass]:
+    def _homes(self) -> dict[ShaderNode, Pass]:
         return {node: each for each in self.plan.passes for node in each.stored}
 
 

@@ -61,7 +61,7 @@ class Program:
     def _compile(self, assembly: Assembly) -> None:
         self._triangle: Any = None
         self._program: Any
-        if "gl_GlobalInvocationID" in assembly.text or "gl_WorkGroupID" in assembly.text:
+        if assembly.is_compute:
             self._program = self._context.compute_shader(assembly.text)
         else:
             vertices = read_source("frame/triangle.glsl")

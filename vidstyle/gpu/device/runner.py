@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
 from vidstyle.gpu.compile.formats import WORKING
-from vidstyle.gpu.compile.nodes import Measure, Node
+from vidstyle.gpu.compile.nodes import ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import ImageOf, Shader
@@ -63,7 +63,7 @@ class GpuResources:
         """
         self._nowhere.use()
 
-    def percentiles_of(self, measure: Measure) -> Percentiles:
+    def percentiles_of(self, measure: ShaderMeasure) -> Percentiles:
         """What remembers the numbers of a measured step."""
         if measure.step not in self._percentiles:
             coding = WORKING["luma"]
@@ -105,7 +105,7 @@ class Runner:
         }
         resources.trim(self._shaders.values())
         self._framebuffers: dict[tuple[int, ...], Any] = {}
-        self._numbers: dict[Measure, moderngl.Texture] = {}
+        self._numbers: dict[ShaderMeasure, moderngl.Texture] = {}
 
     @property
     def is_tiled(self) -> bool:
@@ -186,8 +186,8 @@ class Runner:
         self._bind_targets(each, shader)
         program.run(corner, size, shader.groups)
 
-    def _texture_of(self, what: ImageOf | Measure | tuple, sent: Mapping[str, moderngl.Texture]) -> Any:
-        if isinstance(what, Measure):
+    def _texture_of(self, what: ImageOf | ShaderMeasure | tuple, sent: Mapping[str, moderngl.Texture]) -> Any:
+        if isinstance(what, ShaderMeasure):
             return self._numbers[what]
         if not isinstance(what, ImageOf):
             return self._resources.assets.get(what)
@@ -206,7 +206,7 @@ class Runner:
             self._framebuffers[key] = self._resources.context.framebuffer(textures)
         self._framebuffers[key].use()
 
-    def _measure(self, measure: Measure, weights: BlendWeights) -> None:
+    def _measure(self, measure: ShaderMeasure, weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape
         samples = self._slots.samples(measure)
         self._numbers[measure] = self._resources.percentiles_of(measure).follow(
@@ -214,11 +214,11 @@ class Runner:
         )
 
 
-def _names_of(node: Node) -> Sequence[str]:
+def _names_of(node: ShaderNode) -> Sequence[str]:
     return ("blue", "red") if node.kind == "chroma" else (node.kind,)
 
 
-def _arrays_of(node: Node, picture: Picture) -> dict[str, np.ndarray]:
+def _arrays_of(node: ShaderNode, picture: Picture) -> dict[str, np.ndarray]:
     planes = {"luma": (picture.luma,), "chroma": picture.chroma, "color": (picture.color,)}[node.kind]
     assert planes is not None
     return {name: plane for name, plane in zip(_names_of(node), planes, strict=True) if plane is not None}

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidstyle.core.bands import shared_pool
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile.formats import Format, plane_format
 from vidstyle.gpu.compile.glsl import Assembly
-from vidstyle.gpu.compile.nodes import PictureLayout
 from vidstyle.gpu.device.programs import Programs
 from vidstyle.gpu.device.textures import TexturePool
 from vidstyle.stabilize.blend import STILL

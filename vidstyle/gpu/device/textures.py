@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vidstyle.gpu.compile.formats import Format
-from vidstyle.gpu.compile.nodes import Shape
+from vidstyle.style.nodes import Shape
 
 if TYPE_CHECKING:
     import moderngl

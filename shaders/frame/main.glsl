@@ -1,3 +1,10 @@
+#if __VERSION__ < 430
+// One pixel for each fragment.
+void main() {
+    ivec2 place = ivec2(gl_FragCoord.xy);
+    evaluate(origin + place * stride, place, true);
+}
+#else
 // One pixel for each invocation.
 void main() {
     ivec2 start = corner + ivec2(gl_WorkGroupID.xy * gl_WorkGroupSize.xy);
@@ -8,3 +15,4 @@ void main() {
         evaluate(origin + place * stride, place, true);
     }
 }
+#endif

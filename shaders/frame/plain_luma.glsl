@@ -1,4 +1,0 @@
-// Luma that is the same everywhere.
-float plain_luma(float level) {
-    return level;
-}

@@ -1,0 +1,124 @@
+"""Restyles pictures on the CPU."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+
+import numpy as np
+
+from vidstyle.core.bands import CORES
+from vidstyle.core.measured import ExponentialSmoother, small_luma
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
+from vidstyle.core.scene_cuts import SceneCutDetector
+from vidstyle.cpu.execute import FrameExecutor
+from vidstyle.cpu.output import write_output
+from vidstyle.cpu.schedule import Schedule, schedule
+from vidstyle.stabilize.stabilizer import Stabilizer
+from vidstyle.style import Style
+from vidstyle.style.lower import lower
+from vidstyle.style.nodes import LoweredStyle, Measure, StepKey
+from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve, structure
+
+
+class CpuRenderer:
+    """Restyles one picture after another with one style.
+
+    It keeps what measured blocks remember of earlier pictures, until a scene cut or another size.
+    Close it, or use it as a context manager, to end its threads.
+
+    Attributes:
+        frames_in_flight: how many pictures may be under way before a result is asked for.
+    """
+
+    frames_in_flight = 0
+
+    def __init__(self, style: Style, threads: int = CORES) -> None:
+        self.style = style
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
+        self._cuts = SceneCutDetector()
+        self._shape: tuple[int, int] | None = None
+        self._prepared: Style | None = None
+        self._steps: dict[str, tuple[ResolvedStep, ...]] = {}
+        self._lowered: dict[object, tuple[LoweredStyle, Schedule]] = {}
+        self._smoothers: dict[StepKey, ExponentialSmoother] = {}
+        self._stabilizer: Stabilizer | None = None
+
+    def __enter__(self) -> CpuRenderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown()
+
+    def change_style(self, style: Style) -> None:
+        """Use another style from the next picture on."""
+        self.style = style
+
+    def run(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Picture:
+        """The picture in the style, at its own size.
+
+        Args:
+            picture: any picture; its planes are only read.
+            time: presentation time in seconds, or None for a picture that stands alone.
+            target: how the planes of the result are to be encoded; None: as the picture's own.
+            rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
+        """
+        target = target or picture.encoding
+        if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
+            return picture
+        self._prepare(picture)
+        is_cut = bool(self._smoothers or self._stabilizer) and self._cuts.is_cut(small_luma(picture))
+        if is_cut:
+            for smoother in self._smoothers.values():
+                smoother.restart()
+        if self._stabilizer is None:
+            return self._styled(picture, time, target, rgb)
+        stable = self._stabilizer.before(picture, time, is_cut)
+        return self._stabilizer.after(self._styled(stable.picture, time, target, rgb), stable)
+
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Future[Picture]:
+        """As `run`, for callers that also use a GPU, whose results come later."""
+        future: Future[Picture] = Future()
+        future.set_result(self.run(picture, time, target, rgb))
+        return future
+
+    def _prepare(self, picture: Picture) -> None:
+        """Resolve the style anew for another style or size; memory goes on where only values differ."""
+        if picture.shape == self._shape and self.style is self._prepared:
+            return
+        steps = resolve(self.style, *picture.shape)
+        if picture.shape != self._shape or structure(steps) != structure(self._steps):
+            self._stabilizer = None
+            self._smoothers = {
+                (layer, number): ExponentialSmoother()
+                for layer, each in steps.items()
+                for number, step in enumerate(each)
+                if step.block is not None and step.block.kind == "measured"
+            }
+        if not self.style.steady:
+            self._stabilizer = None
+        elif self._stabilizer is None:
+            self._stabilizer = Stabilizer(self.style.steady, has_fixed_marks(steps), self._pool)
+        else:
+            self._stabilizer.change_strength(self.style.steady, has_fixed_marks(steps))
+        self._steps, self._shape, self._prepared = steps, picture.shape, self.style
+        self._lowered = {}
+
+    def _styled(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> Picture:
+        layout = PictureLayout.of(picture)
+        if (layout, target, rgb) not in self._lowered:
+            lowered = lower(self.style, self._steps, layout, target, rgb)
+            self._lowered[layout, target, rgb] = lowered, schedule(lowered)
+        lowered, tasks = self._lowered[layout, target, rgb]
+
+        def follow(measure: Measure, measured: np.ndarray) -> np.ndarray:
+            return self._smoothers[measure.step].follow(measured, time, measure.time_constant)
+
+        return write_output(self._pool, lowered, FrameExecutor(self._pool, tasks, picture, follow), picture)

@@ -1,0 +1,235 @@
+"""The GLSL functions that compute the nodes of a lowered style."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, Literal
+
+from vidstyle.blade.inference import BankRun
+from vidstyle.blade.structure_tensor import window_radius, window_weights
+from vidstyle.block import Block, Choice, LumaWeights
+from vidstyle.core.picture import Encoding
+from vidstyle.core.resample import METHODS
+from vidstyle.gpu.compile.glsl import functions_of_block
+from vidstyle.gpu.compile.nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
+from vidstyle.style.nodes import Measure, Node, identity_key, nodes_in_order
+
+FILES = {
+    "luma_from_rgb": "frame/color.glsl",
+    "chroma_from_rgb": "frame/color.glsl",
+    "rgb_from_yuv": "frame/color.glsl",
+    "rgb_from_gray": "frame/color.glsl",
+    "constant_luma": "frame/layers.glsl",
+    "constant_chroma": "frame/layers.glsl",
+    "on_paper": "frame/layers.glsl",
+    "inked_luma": "frame/layers.glsl",
+    "inked_chroma": "frame/layers.glsl",
+}
+"""The operations that one GLSL function of the same name computes, and its file."""
+
+MAX_TAPS = 16
+"""Weights of one half of the window that `chosen_filter` takes."""
+MAX_PARTS = 8
+"""Parts of a bank that `filtered` takes."""
+
+
+class ShaderGraph:
+    """Shader nodes for the nodes of a style, equal ones only once.
+
+    Args:
+        form: of the passes.
+    """
+
+    def __init__(self, form: Literal["compute", "fragment"]) -> None:
+        self._form = form
+        self._nodes: dict[object, ShaderNode] = {}
+        self._made: dict[Node, ShaderNode] = {}
+        self._measures: dict[Measure, ShaderMeasure] = {}
+
+    def add(self, outputs: Iterable[Node]) -> None:
+        """Make the shader nodes of all that these nodes need."""
+        for node in nodes_in_order(outputs):
+            self._made[node] = self._make(node)
+
+    def __getitem__(self, node: Node) -> ShaderNode:
+        return self._made[node]
+
+    def node(self, node: ShaderNode) -> ShaderNode:
+        """The node, or the equal one made before."""
+        return self._nodes.setdefault(identity_key(node), node)
+
+    def recoded(self, chroma: Node) -> ShaderNode:
+        """Chroma on the target's grid; what has other codes is computed anew."""
+        made = self[chroma]
+        call = ShaderNode("chroma", made.shape, Function("frame/color.glsl", "same_chroma"), {"chroma": made})
+        return self.node(replace(call, grid=made.grid, page=made.page))
+
+    def _make(self, node: Node) -> ShaderNode:
+        match node.op:
+            case "plane":
+                return self.node(ShaderNode(node.kind, node.shape, grid=node.grid, page=node.page))
+            case "upsample":
+                return self._upsampled(node)
+            case "resample":
+                return self._resampled(node)
+            case "filter_bank":
+                return self._filter_bank(node)
+            case "block":
+                return self._block(node)
+        inputs = {name: self[other] for name, other in node.inputs.items()}
+        matrices = _matrices(node.matrix) if node.matrix else {}
+        function = Function(FILES[node.op], node.op)
+        return self.node(ShaderNode(node.kind, node.shape, function, inputs, values=node.values | matrices))
+
+    def _upsampled(self, node: Node) -> ShaderNode:
+        chroma = self[node.inputs["chroma"]]
+        assert chroma.grid is not None
+        values = {"step": chroma.grid.step, "siting": chroma.grid.siting}
+        function = Function("frame/between.glsl", "IMAGE_between")
+        return self.node(ShaderNode("chroma", node.shape, function, around=chroma, values=values))
+
+    def _resampled(self, node: Node) -> ShaderNode:
+        image = self[node.inputs["image"]]
+        methods = tuple(METHODS)
+        values = {
+            "method": methods.index(node.values["method"]),
+            "old_size": image.shape[::-1],
+            "new_size": node.shape[::-1],
+        }
+        return self.node(
+            ShaderNode(
+                node.kind,
+                node.shape,
+                Function("frame/resampled.glsl", "resampled", CHANNELS[node.kind]),
+                around=image,
+                values=values,
+                options={"method": methods},
+                grid=node.grid,
+                page=node.page,
+                is_wide=image.is_wide,
+            )
+        )
+
+    def _block(self, node: Node) -> ShaderNode:
+        block = node.block
+        assert block is not None
+        image = self[node.inputs["image"]]
+        pictures = {name: self[other] for name, other in node.inputs.items() if name != "image"}
+        values, options = _numbered(block, node.values)
+        weights = [name for name, kind in block.injected.items() if kind is LumaWeights]
+        values |= {name: _encoding(node.matrix).weights for name in weights}
+        for signature in functions_of_block(block.name):
+            call = ShaderNode(
+                node.kind,
+                node.shape,
+                Function(signature.file, signature.name, CHANNELS[node.kind]),
+                pictures,
+                values=values,
+                options=options,
+                measure=self._measure(node.measure),
+            )
+            if block.kind == "filter":
+                call = replace(call, around=image, radius=node.radius)
+            else:
+                call = replace(call, inputs={signature.parameters[0].name: image, **pictures})
+            image = self.node(call)
+        return image
+
+    def _measure(self, measure: Measure | None) -> ShaderMeasure | None:
+        if measure is None:
+            return None
+        if measure not in self._measures:
+            of, percentages = self[measure.of], measure.percentages
+            self._measures[measure] = ShaderMeasure(of, percentages, measure.time_constant, measure.step)
+        return self._measures[measure]
+
+    def _filter_bank(self, node: Node) -> ShaderNode:
+        """Luma after all passes of a bank."""
+        run: BankRun = node.values["run"]
+        luma = self[node.inputs["luma"]]
+        if run.scale != 1:
+            # Exact: a filter chosen otherwise for one of few pixels would show in many.
+            luma = self.node(replace(luma, is_wide=True)) if not luma.is_plane else luma
+        chosen: ShaderNode | None = None
+        for _ in range(run.passes):
+            if chosen is None or run.reselect:
+                chosen = self._chosen(luma, run)
+            call = ShaderNode(
+                "luma",
+                luma.shape,
+                Function("blade/filtered.glsl", "filtered"),
+                {"chosen": chosen},
+                around=luma,
+                radius=run.bank.size // 2,
+                values=filter_values(run),
+                is_wide=run.is_wide,
+            )
+            luma = self.node(call)
+        return luma
+
+    def _chosen(self, luma: ShaderNode, run: BankRun) -> ShaderNode:
+        """The number of each pixel's filter.
+
+        A compute group shares what it reads; fragments do not, so there one chooses for 2 x 2 pixels, in a
+        pass of its own.
+        """
+        radius, values = window_radius(run.window), choice_values(run)
+        if self._form == "compute":
+            function = Function("blade/chosen_filter.glsl", "chosen_filter")
+            return self.node(
+                ShaderNode("luma", luma.shape, function, around=luma, radius=radius, values=values)
+            )
+        half = (luma.shape[0] + 1) // 2, (luma.shape[1] + 1) // 2
+        function = Function("blade/chosen_filters.glsl", "chosen_filters")
+        four = self.node(ShaderNode("choices", half, function, around=luma, radius=radius, values=values))
+        own = Function("blade/own_choice.glsl", "IMAGE_own_choice")
+        return self.node(ShaderNode("luma", luma.shape, own, around=four))
+
+
+@lru_cache
+def _encoding(matrix: str) -> Encoding:
+    return Encoding(matrix)
+
+
+def _matrices(matrix: str) -> dict[str, Any]:
+    encoding = _encoding(matrix)
+    return {"from_rgb": encoding.from_rgb, "to_rgb": encoding.to_rgb}
+
+
+def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, tuple[str, ...]]]:
+    """The values with the number of each chosen word in its place, and the words."""
+    controls = {name: block.parameters[name].control for name in values}
+    options = {name: control.options for name, control in controls.items() if isinstance(control, Choice)}
+    numbered = {
+        name: options[name].index(value) if name in options else value for name, value in values.items()
+    }
+    return numbered, options
+
+
+def choice_values(run: BankRun) -> dict[str, Any]:
+    """The values of `chosen_filter`."""
+    radius = window_radius(run.window)
+    half = [float(weight) for weight in window_weights(run.window)[:radius]]
+    orientations, strengths, coherences, *ranges = (float(number) for number in run.bank.bins.as_array)
+    return {
+        "radius": radius,
+        "window": half + [0.0] * (MAX_TAPS - len(half)),
+        "bins": (orientations, strengths, coherences),
+        "start": (ranges[0], ranges[2]),
+        "density": (ranges[1], ranges[3]),
+    }
+
+
+def filter_values(run: BankRun) -> dict[str, Any]:
+    """The values of `filtered`."""
+    padding = [0.0] * (MAX_PARTS - len(run.weights))
+    return {
+        # Weights times twenty and more would show the rounding of half floats.
+        "bank": run.bank.packed if run.is_wide else run.bank.packed_in_half,
+        "size": run.bank.size,
+        "part_weights": [float(weight) for weight in run.weights] + padding,
+        "part_sums": [*run.bank.sums, *padding],
+        "identity": float(run.identity),
+    }

@@ -1,0 +1,310 @@
+"""Lower a style to nodes: decides once, for all that execute them, what is computed at every pixel.
+
+That is what each step works on, when chroma is converted, upsampled, replaced or dropped, at which size a
+step runs, and how layers are combined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from vidstyle.blade.inference import BankRun
+from vidstyle.block import Block, SavedRef, rgb_from_text
+from vidstyle.core.picture import Encoding, PictureLayout
+from vidstyle.core.resample import fitting_method
+from vidstyle.style.model import SOURCE, Style
+from vidstyle.style.nodes import Kind, LoweredStyle, Measure, Node, Op, Shape, StepKey, identity_key
+from vidstyle.style.resolve import ResolvedStep
+
+Steps = Mapping[str, tuple[ResolvedStep, ...]]
+"""The resolved steps of each layer."""
+
+
+@dataclass(frozen=True)
+class ImageValue:
+    """A picture in the graph: RGB, or luma with or without chroma.
+
+    Attributes:
+        back: the resampling method that returns it to the page size.
+    """
+
+    luma: Node | None = None
+    chroma: Node | None = None
+    color: Node | None = None
+    back: str = "bicubic"
+
+    @property
+    def shape(self) -> Shape:
+        """Height and width."""
+        main = self.color or self.luma
+        assert main is not None
+        return main.shape
+
+    @property
+    def is_gray(self) -> bool:
+        """Whether it has no chroma."""
+        return self.chroma is None and self.color is None
+
+
+def lower(style: Style, steps: Steps, source: PictureLayout, target: Encoding, rgb: bool) -> LoweredStyle:
+    """The nodes of a style.
+
+    Args:
+        style: for its ink and paper.
+        steps: its steps, resolved for pictures of the source's size.
+        source: layout of the pictures.
+        target: how the planes of the result are encoded.
+        rgb: packed RGB of the target's depth is wanted instead.
+    """
+    graph = GraphBuilder(source)
+    image = graph.run_layers(style, steps)
+    if rgb:
+        return LoweredStyle(source, target, color=graph.color(image))
+    image = graph.in_matrix(image, target.matrix)
+    chroma = image.chroma if graph.is_on_grid(image.chroma, target) else graph.chroma(image)
+    return LoweredStyle(source, target, luma=graph.luma(image), chroma=chroma)
+
+
+class ImageBuilder:
+    """Makes nodes, equal ones only once, and converts pictures to other forms.
+
+    Attributes:
+        source: layout of what comes in.
+        encoding: its matrix is the one of luma and chroma.
+        planes: the source itself.
+    """
+
+    def __init__(self, source: PictureLayout) -> None:
+        self.source = source
+        self.encoding = source.encoding
+        self._nodes: dict[object, Node] = {}
+        self.planes = self._source_planes()
+
+    def node(self, op: Op, kind: Kind, shape: Shape, inputs: dict[str, Node], **others: Any) -> Node:
+        """A node, or the equal one made before."""
+        node = Node(op, kind, shape, inputs, **others)
+        return self._nodes.setdefault(identity_key(node), node)
+
+    def luma(self, image: ImageValue) -> Node:
+        """Its luma."""
+        if image.color is not None:
+            return self._convert("luma_from_rgb", "luma", {"color": image.color})
+        assert image.luma is not None
+        return image.luma
+
+    def chroma(self, image: ImageValue) -> Node | None:
+        """Its chroma at every pixel; None for gray."""
+        if image.color is not None:
+            return self._convert("chroma_from_rgb", "chroma", {"color": image.color})
+        if image.chroma is None or image.chroma.grid is None:
+            return image.chroma
+        return self.node("upsample", "chroma", image.shape, {"chroma": image.chroma})
+
+    def stored_chroma(self, image: ImageValue) -> Node | None:
+        """Its chroma as it is, on whatever grid; converted only from RGB."""
+        return self.chroma(image) if image.color is not None else image.chroma
+
+    def color(self, image: ImageValue) -> Node:
+        """Its RGB."""
+        if image.color is not None:
+            return image.color
+        luma, chroma = self.luma(image), self.chroma(image)
+        if chroma is None:
+            return self.node("rgb_from_gray", "color", image.shape, {"luma": luma})
+        return self._convert("rgb_from_yuv", "color", {"luma": luma, "chroma": chroma})
+
+    def is_on_grid(self, chroma: Node | None, target: Encoding) -> bool:
+        """Whether chroma samples lie where the target's do and mean the same, whatever their codes."""
+        if chroma is None or chroma.grid is None or chroma.page != self.source.shape:
+            return False
+        return chroma.grid.has_grid_of(target)
+
+    def in_matrix(self, image: ImageValue, matrix: str) -> ImageValue:
+        """The picture, whose luma and chroma are taken with another colour matrix from now on."""
+        if matrix == self.encoding.matrix or image.is_gray:
+            return image
+        image = ImageValue(color=self.color(image))
+        self.encoding = replace(self.encoding, matrix=matrix)
+        return image
+
+    def at_size(self, image: ImageValue, shape: Shape, method: str) -> ImageValue:
+        """The picture at another size; subsampled chroma stays subsampled."""
+        if image.shape == shape:
+            return image
+        if image.color is not None:
+            return ImageValue(color=self.resampled(image.color, shape, method))
+        assert image.luma is not None
+        chroma = image.chroma
+        if chroma is not None and chroma.grid is not None:
+            assert chroma.page is not None
+            grid = chroma.grid.as_float_at(chroma.page, shape)
+            small = grid.chroma_shape(*shape)
+            chroma = self._resample(chroma, small, method, grid=grid, page=shape)
+        elif chroma is not None:
+            chroma = self.resampled(chroma, shape, method)
+        return ImageValue(self.resampled(image.luma, shape, method), chroma)
+
+    def resampled(self, node: Node, shape: Shape, method: str) -> Node:
+        """The node at another size; itself where it has that."""
+        return node if node.shape == shape else self._resample(node, shape, method)
+
+    def _resample(self, node: Node, shape: Shape, method: str, **grid: Any) -> Node:
+        values = {"method": fitting_method(method, node.shape, shape)}
+        return self.node("resample", node.kind, shape, {"image": node}, values=values, **grid)
+
+    def _convert(self, op: Op, kind: Kind, inputs: dict[str, Node]) -> Node:
+        shape = next(iter(inputs.values())).shape
+        return self.node(op, kind, shape, inputs, matrix=self.encoding.matrix)
+
+    def _source_planes(self) -> ImageValue:
+        shape, encoding = self.source.shape, self.source.encoding
+        if self.source.planes == "color":
+            return ImageValue(color=self.node("plane", "color", shape, {}))
+        luma = self.node("plane", "luma", shape, {})
+        if self.source.planes == "gray":
+            return ImageValue(luma)
+        small = encoding.chroma_shape(*shape)
+        return ImageValue(luma, self.node("plane", "chroma", small, {}, grid=encoding, page=shape))
+
+
+class GraphBuilder(ImageBuilder):
+    """Follows the steps of a style."""
+
+    def __init__(self, source: PictureLayout) -> None:
+        super().__init__(source)
+        self._saved = {SOURCE: self.planes}
+
+    def run_layers(self, style: Style, steps: Steps) -> ImageValue:
+        """base, then background and lines from where it ended, and the lines laid over the background."""
+        base = self.run_layer("base", steps["base"], self.planes)
+        background = lines = None
+        if steps["background"] or not steps["lines"]:
+            background = self._at_page_size(self.run_layer("background", steps["background"], base))
+        if steps["lines"]:
+            lines = self._at_page_size(self.run_layer("lines", steps["lines"], base))
+        return self._with_lines(style, self._on_paper(style, background), lines)
+
+    def run_layer(self, layer: str, steps: tuple[ResolvedStep, ...], image: ImageValue) -> ImageValue:
+        """The picture after all steps of a layer."""
+        for number, step in enumerate(steps):
+            image = self._saved[step.source] if step.source else image
+            if step.block is not None:
+                if step.block.saves:
+                    self._saved[step.block.saves] = image
+                image = self._run_step(step, step.block, image, (layer, number))
+            if step.save:
+                self._saved[step.save] = image
+        return image
+
+    def _run_step(self, step: ResolvedStep, block: Block, image: ImageValue, key: StepKey) -> ImageValue:
+        if block.kind == "resize":
+            size = block.function(image.shape, **step.values)
+            return replace(self.at_size(image, size, step.values["method"]), back=step.values["back"])
+        if block.kind == "learned":
+            luma = self._run_bank(self.luma(image), block.function(**step.values))
+            return self._with_luma(block, image, luma, {})
+        measure = None
+        if block.kind == "measured":
+            percentages, time_constant = block.percentiles_for(step.values), step.values.get("settle", 0.0)
+            measure = Measure(self.luma(image), percentages, time_constant, key)
+        pictures = {
+            name: self.at_size(self._saved[saved], image.shape, "bilinear")
+            for name, saved in step.pictures.items()
+        }
+        if step.on == "color" or (step.on == "channels" and not image.is_gray):
+            return ImageValue(
+                color=self._call(step, block, self.color(image), pictures, measure), back=image.back
+            )
+        luma = self.luma(image)
+        if not block.is_identity:
+            luma = self._call(step, block, luma, pictures, measure)
+        return self._with_luma(block, image, luma, pictures)
+
+    def _run_bank(self, luma: Node, run: BankRun) -> Node:
+        """Luma after a bank, which may run at a smaller size."""
+        small = luma
+        if run.scale != 1:
+            small = self.resampled(luma, run.shape_at_scale(luma.shape), "area")
+        filtered = self.node(
+            "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius
+        )
+        return self.resampled(filtered, luma.shape, "bicubic")
+
+    def _call(
+        self,
+        step: ResolvedStep,
+        block: Block,
+        image: Node,
+        pictures: dict[str, ImageValue],
+        measure: Measure | None,
+    ) -> Node:
+        inputs = {"image": image}
+        for name, picture in pictures.items():
+            wanted = wanted_of(block, name)
+            if wanted != "chroma":
+                takes_color = image.kind == "color" and wanted == "same"
+                inputs[name] = self.color(picture) if takes_color else self.luma(picture)
+        return self.node(
+            "block",
+            image.kind,
+            image.shape,
+            inputs,
+            values=step.values,
+            block=block,
+            radius=block.radius_for(step.values),
+            measure=measure,
+            matrix=self.encoding.matrix,
+        )
+
+    def _with_luma(
+        self, block: Block, image: ImageValue, luma: Node, pictures: dict[str, ImageValue]
+    ) -> ImageValue:
+        """The picture with other luma, and the chroma that the block leaves or takes."""
+        chroma = None if block.chroma == "dropped" else self.stored_chroma(image)
+        for name, picture in pictures.items():
+            if wanted_of(block, name) == "chroma":
+                chroma = self.stored_chroma(picture)
+        return ImageValue(luma, chroma, back=image.back)
+
+    def _at_page_size(self, image: ImageValue) -> ImageValue:
+        return self.at_size(image, self.source.shape, image.back)
+
+    def _on_paper(self, style: Style, background: ImageValue | None) -> ImageValue:
+        """The background printed on the paper, or the paper alone."""
+        paper, shape = rgb_from_text(style.paper), self.source.shape
+        if background is None:
+            level, *tint = self.encoding.yuv_from_color(paper)
+            chroma = self._constant_chroma(tuple(tint)) if any(tint) else None
+            return ImageValue(self.node("constant_luma", "luma", shape, {}, values={"level": level}), chroma)
+        if paper == (1.0, 1.0, 1.0):
+            return background
+        inputs = {"color": self.color(background)}
+        return ImageValue(color=self.node("on_paper", "color", shape, inputs, values={"paper": paper}))
+
+    def _with_lines(self, style: Style, under: ImageValue, lines: ImageValue | None) -> ImageValue:
+        """Ink where the lines are dark. Mixing is linear, so luma and chroma serve, which come next."""
+        if lines is None:
+            return under
+        level, *tint = self.encoding.yuv_from_color(rgb_from_text(style.ink))
+        cover, shape = self.luma(lines), self.source.shape
+        inputs = {"under": self.luma(under), "lines": cover}
+        luma = self.node("inked_luma", "luma", shape, inputs, values={"ink": level})
+        chroma = self.chroma(under)
+        if chroma is None and any(tint):
+            chroma = self._constant_chroma((0.0, 0.0))
+        if chroma is not None:
+            inputs = {"under": chroma, "lines": cover}
+            chroma = self.node("inked_chroma", "chroma", shape, inputs, values={"ink": tuple(tint)})
+        return ImageValue(luma, chroma)
+
+    def _constant_chroma(self, tint: tuple[float, ...]) -> Node:
+        return self.node("constant_chroma", "chroma", self.source.shape, {}, values={"tint": tint})
+
+
+def wanted_of(block: Block, name: str) -> Literal["luma", "same", "chroma"]:
+    """What a block wants of the saved picture that a parameter names."""
+    control = block.parameters[name].control
+    assert isinstance(control, SavedRef)
+    return control.on

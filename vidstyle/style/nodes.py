@@ -1,0 +1,190 @@
+"""The nodes of a lowered style: a directed acyclic graph of what is computed at every pixel.
+
+Nodes hold neither samples nor code, and two equal ones are one. `lower` makes them; `cpu/` executes them in
+bands of rows, `gpu/compile` turns them into GLSL.
+
+Operations (`Node.op`), with the names of their inputs and values:
+
+| op               | inputs                | values   | result                                               |
+|------------------|-----------------------|----------|------------------------------------------------------|
+| plane            |                       |          | a plane of the source, or its two chroma planes      |
+| luma_from_rgb    | color                 |          | luma, with `matrix` (ITU-T H.273, section 8.3)       |
+| chroma_from_rgb  | color                 |          | blue and red difference, with `matrix`               |
+| rgb_from_yuv     | luma, chroma          |          | RGB, with `matrix`                                   |
+| rgb_from_gray    | luma                  |          | RGB with three equal channels                        |
+| upsample         | chroma                |          | chroma of a subsampled grid at every pixel, linear   |
+| resample         | image                 | method   | the image at this node's shape, see `core.resample`  |
+| block            | image, saved pictures | its own  | the function of `block`                              |
+| filter_bank      | luma                  | run      | all passes of a `BankRun` at the size of its input   |
+| constant_luma    |                       | level    | the same luma everywhere                             |
+| constant_chroma  |                       | tint     | the same chroma everywhere                           |
+| on_paper         | color                 | paper    | color * paper, clipped to 0..1                       |
+| inked_luma       | under, lines          | ink      | lines * under + (1 - lines) * ink                    |
+| inked_chroma     | under, lines          | ink      | the same for chroma                                  |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, TypeVar
+
+from vidstyle.block import Block
+from vidstyle.core.picture import Encoding, PictureLayout
+
+T = TypeVar("T")
+Kind = Literal["luma", "chroma", "color"]
+Op = Literal[
+    "plane",
+    "luma_from_rgb",
+    "chroma_from_rgb",
+    "rgb_from_yuv",
+    "rgb_from_gray",
+    "upsample",
+    "resample",
+    "block",
+    "filter_bank",
+    "constant_luma",
+    "constant_chroma",
+    "on_paper",
+    "inked_luma",
+    "inked_chroma",
+]
+Shape = tuple[int, int]
+"""Height and width."""
+
+StepKey = tuple[str, int]
+"""Layer and number of a step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """Percentiles of luma that a measured step takes, smoothed over time.
+
+    Attributes:
+        of: the luma that is measured.
+        percentages: which percentiles.
+        time_constant: in seconds.
+        step: the step, by which an executor keeps the smoothed numbers from picture to picture.
+    """
+
+    of: Node
+    percentages: tuple[float, ...]
+    time_constant: float
+    step: StepKey
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """One value at every pixel.
+
+    Attributes:
+        op: the operation, see the table above.
+        kind: what the value is.
+        shape: of the picture that it belongs to; for chroma with a grid, in samples of that grid.
+        inputs: nodes by the operation's names; `image` is what a block works on.
+        values: constants by the operation's names.
+        block: the block of a "block" node.
+        radius: how many pixels around its own a neighbourhood operation reads of its inputs.
+        measure: what a measured block takes.
+        matrix: the colour matrix of a conversion, or of the luma weights that a block takes.
+        grid: step and siting of subsampled chroma; None for chroma at every pixel.
+        page: shape of the luma that subsampled chroma belongs to.
+    """
+
+    op: Op
+    kind: Kind
+    shape: Shape
+    inputs: dict[str, Node] = field(default_factory=dict)
+    values: dict[str, Any] = field(default_factory=dict)
+    block: Block | None = None
+    radius: int = 0
+    measure: Measure | None = None
+    matrix: str = ""
+    grid: Encoding | None = None
+    page: Shape | None = None
+
+    @property
+    def reads_neighbors(self) -> bool:
+        """Whether it is a block or a bank that reads other pixels than its own."""
+        return self.op == "filter_bank" or (self.block is not None and self.block.kind == "filter")
+
+
+@dataclass(frozen=True)
+class LoweredStyle:
+    """What a style computes for pictures of one layout.
+
+    Attributes:
+        source: the layout.
+        target: how the planes of the result are encoded.
+        color: the result as RGB where packed RGB is wanted; then there is neither luma nor chroma.
+        luma: the result's luma.
+        chroma: its chroma: at every pixel, then to be averaged to the target's grid; or on that grid
+            already, at most in other codes; or None, which stands for neutral chroma.
+    """
+
+    source: PictureLayout
+    target: Encoding
+    color: Node | None = None
+    luma: Node | None = None
+    chroma: Node | None = None
+
+    @property
+    def luma_untouched(self) -> bool:
+        """Whether luma is the source's own plane, codes included."""
+        return self._is_source_plane(self.luma)
+
+    @property
+    def chroma_untouched(self) -> bool:
+        """Whether chroma is the source's own planes, codes included."""
+        return self._is_source_plane(self.chroma)
+
+    @property
+    def outputs(self) -> tuple[Node, ...]:
+        """The nodes of the result."""
+        return tuple(node for node in (self.color, self.luma, self.chroma) if node is not None)
+
+    def _is_source_plane(self, node: Node | None) -> bool:
+        return node is not None and node.op == "plane" and self.source.encoding == self.target
+
+
+def in_order(roots: Iterable[T], needs: Callable[[T], Iterable[T]]) -> list[T]:
+    """All that the roots need, each after what it needs itself. Does not recurse: styles may be long."""
+    found: dict[T, None] = {}
+    entered: set[T] = set()
+    stack = list(roots)[::-1]
+    while stack:
+        last = stack[-1]
+        if last in entered:
+            found[stack.pop()] = None
+        else:
+            entered.add(last)
+            stack += [each for each in needs(last) if each not in found][::-1]
+    return list(found)
+
+
+def nodes_in_order(roots: Iterable[Node]) -> list[Node]:
+    """All nodes that the roots need, each after those that it needs itself."""
+
+    def needs(node: Node) -> Iterable[Node]:
+        return [*node.inputs.values(), *([node.measure.of] if node.measure else [])]
+
+    return in_order(roots, needs)
+
+
+def identity_key(node: Any) -> tuple[object, ...]:
+    """What two equal nodes have in common: their fields, nodes and arrays by identity.
+
+    Arrays live as long as the style does, so their identity serves.
+    """
+    return tuple(_key(getattr(node, each.name)) for each in fields(node))
+
+
+def _key(value: Any) -> object:
+    if isinstance(value, dict):
+        return tuple((name, _key(each)) for name, each in value.items())
+    if isinstance(value, Encoding) or value is None or isinstance(value, int | float | str):
+        return value
+    if isinstance(value, tuple) and all(isinstance(part, int | float | str | tuple) for part in value):
+        return value
+    return id(value)
