@@ -16,8 +16,11 @@ from vidstyle.media.read.reader import open_reader
 def stamps(clock: FrameClock, given: list[int | None]) -> list[int]:
     """What the clock makes of the stamps; frames must come out in the order they went in."""
     natives = [av.VideoFrame(16, 16, "gray") for _ in given]
-    shown = [frame for native, pts in zip(natives, given, strict=True) for frame in clock.stamp(native, pts)]
-    shown += clock.flush()
+    shown = []
+    for native, pts in zip(natives, given, strict=True):
+        clock.push(native, pts)
+        shown += clock.pull()
+    shown += clock.pull(flush=True)
     assert all(frame.native is native for frame, native in zip(shown, natives, strict=True))
     return [frame.pts for frame in shown]
 

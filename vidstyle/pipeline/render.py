@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -54,14 +55,15 @@ def render(
         VidstyleError: of one of its kinds. A note names the partial file, if there is one.
     """
     began = time.monotonic()
-    restyler = Restyler(style, device, compare)
+    renderer = open_renderer(style, device)
     reader = open_reader(source, read or ReadOptions())
     stages: Stages | None = None
     try:
         info = compared_info(reader.info, compare)
         writer = open_writer(target, info, write or WriteOptions(), reader)
         items = first_frames(reader, frames) if frames else reader
-        stages = Stages(items, lambda frame: restyler.start(frame, writer), writer, restyler.frames_in_flight)
+        restyle = partial(_start_restyling, renderer, writer, compare)
+        stages = Stages(items, restyle, writer, renderer.frames_in_flight)
         watch = _watcher(stages, reader.info, frames, began, on_progress)
         stages.run(stop or threading.Event(), watch)
         watch()
@@ -70,40 +72,26 @@ def render(
         # A thread that still waits for data would read from freed memory.
         if stages is None or not stages.alive:
             reader.close()
-            restyler.close()
+            renderer.close()
 
 
-class Restyler:
-    """Turns a frame of the source into the frame to be written."""
+def _start_restyling(
+    renderer: Backend, writer: Writer, compare: Compare | None, frame: Frame
+) -> Callable[[], Frame]:
+    """Begin with a frame; what is returned waits for the result, in the writer's encoding.
 
-    def __init__(self, style: StyleLike, device: str, compare: Compare | None) -> None:
-        self._renderer: Backend = open_renderer(style, device)
-        self._compare = compare
+    The result is the frame itself when nothing is to be changed.
+    """
+    wanted = writer.encoding, writer.wants_rgb
+    pending = renderer.start(frame.picture, float(frame.time), *wanted)
 
-    @property
-    def frames_in_flight(self) -> int:
-        """How many frames may be under way before the result of the first is asked for."""
-        return self._renderer.frames_in_flight
+    def result() -> Frame:
+        picture = pending.result()
+        if compare:
+            picture = compared(convert(frame.picture, *wanted), picture, compare)
+        return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
 
-    def start(self, frame: Frame, writer: Writer) -> Callable[[], Frame]:
-        """Begin with a frame; what is returned waits for it to be restyled, in the writer's encoding.
-
-        It is the frame itself when nothing is to be changed.
-        """
-        wanted = writer.encoding, writer.wants_rgb
-        pending = self._renderer.start(frame.picture, float(frame.time), *wanted)
-
-        def result() -> Frame:
-            picture = pending.result()
-            if self._compare:
-                picture = compared(convert(frame.picture, *wanted), picture, self._compare)
-            return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
-
-        return result
-
-    def close(self) -> None:
-        """Let the renderer's threads go."""
-        self._renderer.close()
+    return result
 
 
 def first_frames(items: Iterable[Any], count: int) -> Iterator[Any]:

@@ -141,15 +141,22 @@ class Stages:
         for batch in self._source:
             waiting.append([self._restyle(item) if isinstance(item, Frame) else item for item in batch])
             while sum(_is_pending(each) for each in waiting) > self._frames_in_flight:
-                self._result.put(_finished(waiting.popleft()))
-        for each in waiting:
-            self._result.put(_finished(each))
+                self._finish(waiting.popleft())
+        for batch in waiting:
+            self._finish(batch)
         self._result.close()
+
+    def _finish(self, batch: Batch) -> None:
+        """Wait for the batch's frame to be restyled, and pass the batch on."""
+        self._result.put([*batch[:-1], batch[-1]()] if _is_pending(batch) else batch)
 
     def _write(self) -> None:
         try:
             for batch in self._result:
-                self._write_batch(batch)
+                for item in batch:
+                    self._writer.write(item)
+                    if isinstance(item, Frame):
+                        self._count(item)
             if not self._halted.is_set():
                 self._writer.finish()
                 self.finished, self.partial = True, None
@@ -158,12 +165,6 @@ class Stages:
                 self._halt()
                 self.partial = self._writer.abandon()
             self._over.set()
-
-    def _write_batch(self, batch: Batch) -> None:
-        for item in batch:
-            self._writer.write(item)
-            if isinstance(item, Frame):
-                self._count(item)
 
     def _count(self, frame: Frame) -> None:
         begin = float(frame.time)
@@ -174,11 +175,6 @@ class Stages:
 
 def _is_pending(batch: Batch) -> bool:
     return callable(batch[-1])
-
-
-def _finished(batch: Batch) -> Batch:
-    """The batch with its frame restyled, once that has come."""
-    return [*batch[:-1], batch[-1]()] if _is_pending(batch) else batch
 
 
 def batches(items: Iterable[Any]) -> Iterator[Batch]:

@@ -120,8 +120,8 @@ class FrameClock:
         self._waiting.clear()
         self._stamps.clear()
 
-    def stamp(self, native: av.VideoFrame, pts: int | None, repeated: bool = False) -> Iterator[DecodedFrame]:
-        """The frames that can be shown now; `pts` is in the time base of the source, None if unknown."""
+    def push(self, native: av.VideoFrame, pts: int | None, repeated: bool = False) -> None:
+        """Take a frame; `pts` is in the time base of the source, None if unknown."""
         if pts is None:
             self._warn_once(self.invented, "the stream has no timestamps: taken from its frame rate")
             self.invented += 1
@@ -131,14 +131,10 @@ class FrameClock:
         self._newest = stamp
         self._waiting.append((native, repeated))
         heapq.heappush(self._stamps, stamp)
-        yield from self._release(self._window)
 
-    def flush(self) -> Iterator[DecodedFrame]:
-        """The frames that still wait for their turn."""
-        yield from self._release(0)
-
-    def _release(self, keep: int) -> Iterator[DecodedFrame]:
-        while len(self._waiting) > keep:
+    def pull(self, flush: bool = False) -> Iterator[DecodedFrame]:
+        """The frames whose time is certain; with `flush` all that wait."""
+        while len(self._waiting) > (0 if flush else self._window):
             stamp = heapq.heappop(self._stamps)
             if self._last is not None and stamp <= self._last:
                 self._warn_once(self.nudged, "timestamps that do not grow: moved")

@@ -64,26 +64,25 @@ class FrameConverter:
 
         The latest is remembered: the first frame, and one that is repeated, are asked for several times.
         """
-        if self._latest is None or self._latest[0] is not native:
-            self._latest = native, self._converted(native)
-        return self._latest[1]
-
-    def _converted(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
-        frame = self._formatted(native)
+        if self._latest is not None and self._latest[0] is native:
+            return self._latest[1]
+        frame = to_supported_format(native, self._name)
+        if frame.format.name != self._format:
+            frame = self._reformatted(frame)
         decoded = picture = picture_from_frame(frame, self._codec, subject=self._name)
         if self._tone_map is not None:
             picture = self._tone_map.apply(picture)
-        picture = self._orientation.apply(picture)
+        if not self._orientation.is_upright:
+            picture = self._orientation.apply(picture)
         if (native.width, native.height) != self._stored:
             self._warn("the size of the pictures changes: fitted into the first size, with bars")
             picture = letterboxed(picture, *self._upright)
-        picture = resized(picture, self.width, self.height)
-        return picture, frame if picture is decoded else None
+        if picture.shape != (self.height, self.width):
+            picture = resized(picture, self.width, self.height)
+        self._latest = native, (picture, frame if picture is decoded else None)
+        return self._latest[1]
 
-    def _formatted(self, native: av.VideoFrame) -> av.VideoFrame:
-        frame = to_supported_format(native, self._name)
-        if frame.format.name == self._format:
-            return frame
+    def _reformatted(self, frame: av.VideoFrame) -> av.VideoFrame:
         if self._format != "rgb24":
             self._warn(f"the pixel format changes to {frame.format.name}: brought to {self._format}")
         tags = ColorTags.of(frame)

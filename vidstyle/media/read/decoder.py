@@ -44,14 +44,31 @@ class Decoder:
         """What it decodes with, as FFmpeg calls it."""
         return str(self._context.name)
 
-    def decode(self, packet: av.Packet) -> Iterator[DecodedFrame]:
-        """The frames that come out when the packet goes in, after those repeated for failed packets."""
-        if self._in_a_row >= MAX_FAILURES and not packet.is_keyframe:
-            self.damage.lost += 1
-            return
-        if packet.pts is not None and not packet.is_discard:
-            self._awaited.append(packet.pts)
-        yield from self._deliver(packet)
+    def decode(self, packet: av.Packet | None) -> Iterator[DecodedFrame]:
+        """The frames that come out when a packet goes in, after those repeated for failed packets.
+
+        None in place of a packet flushes the decoder; what failed at the very end is lost.
+        """
+        if packet is not None:
+            if self._in_a_row >= MAX_FAILURES and not packet.is_keyframe:
+                self.damage.lost += 1
+                return
+            if packet.pts is not None and not packet.is_discard:
+                self._awaited.append(packet.pts)
+        try:
+            for frame in self._context.decode(packet):
+                self._push(frame)
+                yield from self._clock.pull()
+        except av.EOFError:
+            pass
+        except av.FFmpegError as error:
+            log.debug("a packet could not be decoded: %s", error)
+            self._failures += 1
+            self._in_a_row += 1
+        if packet is None:
+            self.damage.lost += self._failures
+            self._failures = 0
+            yield from self._clock.pull(flush=True)
 
     def reset(self) -> None:
         """Forget the packets seen, before a seek; `damage` keeps its counts."""
@@ -61,40 +78,17 @@ class Decoder:
         self._failures = self._in_a_row = 0
         self._last = None
 
-    def flush(self) -> Iterator[DecodedFrame]:
-        """The frames that the decoder still holds; what failed at the very end is lost."""
-        yield from self._deliver(None)
-        self.damage.lost += self._failures
-        self._failures = 0
-        yield from self._clock.flush()
-
-    def _deliver(self, packet: av.Packet | None) -> Iterator[DecodedFrame]:
-        try:
-            frames = self._context.decode(packet)
-        except av.FFmpegError as error:
-            if isinstance(error, av.EOFError):
-                return
-            self._fail(error)
-            return
-        for frame in frames:
-            yield from self._count(frame)
-
-    def _fail(self, error: av.FFmpegError) -> None:
-        log.debug("a packet could not be decoded: %s", error)
-        self._failures += 1
-        self._in_a_row += 1
-
-    def _count(self, frame: av.VideoFrame) -> Iterator[DecodedFrame]:
+    def _push(self, frame: av.VideoFrame) -> None:
         # Formats without display times give the decoding time.
         pts: int | None = frame.pts if frame.pts is not None else frame.dts
-        yield from self._fill(pts)
+        self._fill(pts)
         self._in_a_row = 0
         self._last = frame
         self.damage.decoded += 1
         self.damage.concealed += bool(frame.is_corrupt)
-        yield from self._clock.stamp(frame, pts)
+        self._clock.push(frame, pts)
 
-    def _fill(self, pts: int | None) -> Iterator[DecodedFrame]:
+    def _fill(self, pts: int | None) -> None:
         """Repeat the last good frame in the slots that packets announced before this one, if any have failed.
 
         Without a failure an empty slot is none: some codecs have packets that show nothing. A failure may
@@ -108,7 +102,7 @@ class Decoder:
             return
         for slot in empty:
             self.damage.repeated += 1
-            yield from self._clock.stamp(self._last, slot, repeated=True)
+            self._clock.push(self._last, slot, repeated=True)
 
 
 def _context(stream: av.video.stream.VideoStream, max_pixels: int) -> Any:

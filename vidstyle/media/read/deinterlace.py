@@ -36,18 +36,14 @@ class Deinterlacer:
     def apply(self, items: Iterable[DecodedFrame | av.Packet]) -> Iterator[DecodedFrame | av.Packet]:
         """The items with progressive frames; packets pass through."""
         for item in items:
-            if isinstance(item, DecodedFrame):
-                yield from self.push(item)
+            if isinstance(item, DecodedFrame) and (self._graph or item.native.interlaced_frame):
+                yield from self._filter(item)
             else:
                 yield item
         yield from self.flush()
 
-    def push(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
-        """The frames that are ready."""
+    def _filter(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
         native = frame.native
-        if self._graph is None and not native.interlaced_frame:
-            yield frame
-            return
         kind = (native.width, native.height, native.format.name)
         if self._graph is None:
             log.warning("the source is interlaced: deinterlaced with bwdif")

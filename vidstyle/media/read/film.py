@@ -126,7 +126,7 @@ class FilmSource:
             self._seen_packets += 1
             self._hidden_packets += packet.is_discard
             yield from self._decoder.decode(packet)
-        yield from self._decoder.flush()
+        yield from self._decoder.decode(None)
         if self._from_start:
             self._compare_with_header()
 

@@ -102,10 +102,13 @@ class Reader:
         for item in itertools.chain(self._waiting, self._items):
             if not isinstance(item, DecodedFrame):
                 yield item
-            elif self._rate is None:
-                yield self._frame(item)
+                continue
+            picture, native = self._converter.convert(item.native)
+            frame = Frame(picture, item.pts, self._source.time_base, item.duration, native, item.key)
+            if self._rate is None:
+                yield frame
             else:
-                yield from self._rate.push(self._frame(item))
+                yield from self._rate.push(frame)
         if self._rate is not None:
             yield from self._rate.flush()
 
@@ -122,10 +125,12 @@ class Reader:
         self.close()
 
     def _trimmed(self) -> Iterator[DecodedFrame | av.Packet]:
-        options = self._options
+        options, items = self._options, Deinterlacer(self._source.time_base).apply(self._source.items())
+        if options.start is None and options.end is None:
+            return items
         sounds = [stream.index for stream in self.copied_streams if stream.type == "audio"]
         trim = Trim(self._source.time_base, options.start, options.end, sounds)
-        return trim.apply(Deinterlacer(self._source.time_base).apply(self._source.items()))
+        return trim.apply(items)
 
     def _first_frame(self) -> DecodedFrame:
         for item in self._items:
@@ -143,10 +148,6 @@ class Reader:
             if isinstance(item, DecodedFrame):
                 return False
         return True
-
-    def _frame(self, decoded: DecodedFrame) -> Frame:
-        picture, native = self._converter.convert(decoded.native)
-        return Frame(picture, decoded.pts, self._source.time_base, decoded.duration, native, decoded.key)
 
     def _describe(self, first: DecodedFrame, still: bool) -> VideoInfo:
         picture, _ = self._converter.convert(first.native)

@@ -178,7 +178,7 @@ def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av
         clock = FrameClock(Fraction(1, 25), Fraction(25))
         decoder = Decoder(choose_stream(container, str(path)), clock, DecodeReport(), max_pixels)
         for packet in container.demux(video=0):
-            for decoded in decoder.flush() if not packet.size else decoder.decode(packet):
+            for decoded in decoder.decode(packet if packet.size else None):
                 damage.decoded += 1
                 return decoded.native, decoder.codec
     return None, ""
