@@ -46,7 +46,7 @@ def followed(
 ) -> np.ndarray:
     """The numbers after this picture."""
     samples = coded_texture(percentiles._context, values)
-    out = numbers(percentiles.follow(samples, values.shape[::-1], percentages, share))
+    out = numbers(percentiles.measure(samples, values.shape[::-1], percentages, share))
     samples.release()
     return out[: len(percentages)]
 
@@ -98,7 +98,7 @@ def test_only_the_used_part_counts(context: moderngl.Context, percentiles: Perce
     larger = random(60, 80)
     larger[:40, :50] = values
     samples = coded_texture(context, larger)
-    found = numbers(percentiles.follow(samples, (50, 40), (0, 50, 100), 1.0))
+    found = numbers(percentiles.measure(samples, (50, 40), (0, 50, 100), 1.0))
     np.testing.assert_allclose(found[:3], np.percentile(values, (0, 50, 100)), rtol=0, atol=CLOSE)
     samples.release()
 
@@ -112,7 +112,7 @@ def test_pictures_before_do_not_count(percentiles: Percentiles) -> None:
 
 def test_fewer_than_four_repeat_the_last(context: moderngl.Context, percentiles: Percentiles) -> None:
     samples = coded_texture(context, random(30, 40))
-    found = numbers(percentiles.follow(samples, (40, 30), (10, 60), 1.0))
+    found = numbers(percentiles.measure(samples, (40, 30), (10, 60), 1.0))
     assert found[1] == found[2] == found[3] != found[0]
     samples.release()
 
@@ -138,7 +138,7 @@ def test_the_first_measure_is_taken_as_it_is(percentiles: Percentiles) -> None:
 def test_the_numbers_before_stay(context: moderngl.Context, percentiles: Percentiles) -> None:
     """A frame that is still being drawn reads its own numbers."""
     samples = [coded_texture(context, np.full((4, 5), value, np.float32)) for value in (0.2, 0.8)]
-    textures = [percentiles.follow(each, (5, 4), (50,), 1.0) for each in samples]
+    textures = [percentiles.measure(each, (5, 4), (50,), 1.0) for each in samples]
     assert [numbers(texture)[0] for texture in textures] == pytest.approx([0.2, 0.8], abs=CLOSE)
     for each in samples:
         each.release()
@@ -156,7 +156,7 @@ def test_two_steps_remember_their_own(context: moderngl.Context, percentiles: Pe
 def test_another_range_may_be_said(context: moderngl.Context) -> None:
     percentiles = Percentiles(context, 0.0, 2.0)
     samples = context.texture((1, 1), 1, np.array([[65535]], np.uint16), dtype="nu2")
-    assert numbers(percentiles.follow(samples, (1, 1), (50,), 1.0))[0] == 2.0
+    assert numbers(percentiles.measure(samples, (1, 1), (50,), 1.0))[0] == 2.0
     samples.release()
     percentiles.release()
 
@@ -209,9 +209,9 @@ def test_a_thousand_calls_make_no_new_objects(context: moderngl.Context) -> None
     empty = alive(context)
     percentiles = Percentiles(context, LOW, SPAN)
     samples = coded_texture(context, random(8, 9))
-    names = {percentiles.follow(samples, (9, 8), (5, 95), 0.5).glo for _ in range(2)}
+    names = {percentiles.measure(samples, (9, 8), (5, 95), 0.5).glo for _ in range(2)}
     before = alive(context)
-    names |= {percentiles.follow(samples, (9, 8), (5, 95), 0.5).glo for _ in range(1000)}
+    names |= {percentiles.measure(samples, (9, 8), (5, 95), 0.5).glo for _ in range(1000)}
     assert len(names) == 2
     assert alive(context) == before
     percentiles.release()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.lib.array_utils import byte_bounds
 
-from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload, _as_it_lies
+from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload, _layout_and_memory
 
 TYPES = {"f1": np.uint8, "nu2": np.uint16, "f4": np.float32}
 SIZES = [(1, 1), (1, 9), (9, 1), (361, 641), (8192, 16)]
@@ -159,7 +159,7 @@ def test_only_the_planes_own_memory_is_read(
 ) -> None:
     """From its first sample to its last, and without a copy where its rows allow that."""
     plane = LAYOUTS[layout][0](samples(shape, dtype))
-    _, memory = _as_it_lies(plane, 4096)
+    _, memory = _layout_and_memory(plane, 4096)
     if np.shares_memory(memory, plane):
         assert byte_bounds(memory) == byte_bounds(plane)
     else:

@@ -18,7 +18,7 @@ from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
-from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Runner, _arrays_of
+from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Runner, plane_arrays
 from vidstyle.gpu.device.transfer import Download, Upload
 from vidstyle.gpu.session import END_SECONDS, MAX_SIDE, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
@@ -43,7 +43,7 @@ class GpuTimes:
         clock: what the passes were timed with.
         passes: of each pass, without transfers: the median.
         upload, download: of the planes alone, waiting for each: the median.
-        whole: from picture to picture when the next one is sent before the last has come back: the mean.
+        whole: from picture to picture when the next one is uploaded before the last has come back: the mean.
     """
 
     plan: Plan
@@ -122,7 +122,7 @@ def _time_passes(
 
 
 def _time_upload(context: moderngl.Context, plan: Plan, picture: Picture, seconds: float) -> float:
-    planes = {name: plane for node in plan.planes for name, plane in _arrays_of(node, picture).items()}
+    planes = {name: plane for node in plan.planes for name, plane in plane_arrays(node, picture).items()}
     upload = Upload(context)
 
     def send() -> None:
@@ -207,17 +207,17 @@ class TimedRunner(Runner):
     def _run_often(
         self, job: Job, picture: Picture, weights: BlendWeights, runs: int
     ) -> dict[Pass, list[Reading]]:
-        sent = self._resources.upload.send(
+        uploaded = self._resources.upload.send(
             {
                 name: plane[window.top : window.bottom, window.left : window.right]
                 for node, window in job.planes.items()
-                for name, plane in _arrays_of(node, picture).items()
+                for name, plane in plane_arrays(node, picture).items()
             }
         )
         times: dict[Pass, list[Reading]] = {each: [] for each in job.passes}
         for _, each in product(range(runs), job.passes):
             with self._timed(times[each]):
-                self._run_pass(job, each, sent)
+                self._run_pass(job, each, uploaded)
                 if each.sampled is not None and job.ends_measure:
                     self._measure(each.sampled, weights)
         return times

@@ -141,7 +141,7 @@ def _warp_row(before, y, flow, widened, widened_rows, line):  # type: ignore[no-
     Args:
         before: H x W.
         flow: on a coarse grid over the plane, h x w x 2 float32, in samples.
-        widened, widened_rows: two of its rows at full width, 2 x 2 x W float32, and their numbers: -1 for
+        widened, widened_rows: two of its rows at full width, 2 x 2 x W float32, and which they are: -1 for
             none, -2 - row for one without motion. The caller passes them again for the next row.
         line: the row, W float32.
     """

@@ -47,6 +47,10 @@ class Signature:
     prepares: bool = False
 
 
+TRIANGLE = "frame/triangle.glsl"
+"""The vertex shader of a triangle that covers the whole target."""
+
+
 @cache
 def read_source(file: str) -> str:
     """The text of a file below shaders/.

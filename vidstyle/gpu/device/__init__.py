@@ -1,1 +1,1 @@
-"""Everything that calls OpenGL: contexts, programs, textures, transfers and running a plan."""
+"""All calls of OpenGL: contexts, programs, textures, transfers, and running a plan."""

@@ -1,4 +1,4 @@
-"""The OpenGL devices of this machine, and which of them a style runs on."""
+"""The OpenGL devices of this machine, and the choice of one."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from vidstyle.gpu.compile.plan import Form
 
 DEVICES = ("auto", "cpu", "gpu", "gpu:N")
-"""The words that choose a device; N is its number."""
+"""Names of devices; N is a number."""
 SOFTWARE = ("llvmpipe", "softpipe", "swr", "swiftshader", "software", "basic render")
 """Words in the names of software renderers, which do not count as a GPU (docs/rules.md, Devices)."""
 DEVICE_FILES = ("/dev/dri/renderD*", "/dev/nvidia[0-9]*", "/dev/dxg")
-"""What a graphics card looks like on Linux: those with a driver in Mesa, NVIDIA's, and Windows' below WSL."""
+"""Device files of graphics cards on Linux: those with a Mesa driver, NVIDIA's, and Windows' below WSL."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a device can take.
+    """Limits of a device.
 
     Attributes:
         texture_size: the largest width and height, in pixels.
@@ -40,14 +40,13 @@ class Limits:
 
 @dataclass(frozen=True)
 class Device:
-    """Something that OpenGL draws on.
+    """An OpenGL device.
 
     Attributes:
         index: its number for `open_context`.
-        name: the renderer's.
-        version: of OpenGL, 450 for 4.5; for some drivers the best of those that we ask for.
-        software: whether it is in truth the CPU.
-        limits: what it can take.
+        name: of the renderer.
+        version: of OpenGL, 450 for 4.5; for some drivers the highest of `context.VERSIONS`.
+        software: whether it draws on the CPU.
     """
 
     index: int
@@ -58,7 +57,7 @@ class Device:
 
     @property
     def form(self) -> Form:
-        """How passes run on it."""
+        """How passes run on it by default."""
         return "compute" if self.version >= 430 else "fragment"
 
     def __str__(self) -> str:
@@ -67,11 +66,11 @@ class Device:
 
 @dataclass(frozen=True)
 class DeviceChoice:
-    """What a style runs on.
+    """The device that a style runs on.
 
     Attributes:
-        device: None: the CPU, without OpenGL.
-        notice: which it is and why, in one line; empty where the user asked for the CPU.
+        device: None for the CPU, without OpenGL.
+        notice: which device it is and why, in one line; empty where the user asked for the CPU.
     """
 
     device: Device | None
@@ -79,63 +78,63 @@ class DeviceChoice:
 
 
 def list_devices() -> list[Device]:
-    """All devices that can be opened, in the order of their numbers; looked for once in a process."""
+    """All devices that can be opened, in the order of their numbers; cached."""
     return [device for device in map(_device, range(count_devices())) if isinstance(device, Device)]
 
 
 def has_gpu_hardware() -> bool:
-    """Whether there may be a graphics card: without a look at OpenGL, which takes time."""
+    """Whether there may be a graphics card, without loading OpenGL, which takes time."""
     return not sys.platform.startswith("linux") or bool(_device_files())
 
 
 def choose(device: str) -> DeviceChoice:
-    """The device that a word stands for.
+    """The device of a name.
 
     Args:
         device: "auto": the first real GPU, else the CPU; "cpu"; "gpu": the first real GPU, else the first
             software renderer; "gpu:N": the one with that number.
 
     Raises:
-        UsageError: another word.
+        UsageError: an unknown name.
         DeviceError: there is no such device.
     """
     if device == "cpu":
         return DeviceChoice(None)
     if device == "auto":
-        return _choose_by_itself()
+        return _choose_auto()
     if device == "gpu":
-        return _chosen(_first_gpu() or _first(device))
+        return _choice(_first_gpu() or _first_device(device))
     if re.fullmatch("gpu:[0-9]{1,4}", device):
-        return _chosen(_numbered(device))
+        return _choice(_numbered(device))
     raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
 
 
-def _choose_by_itself() -> DeviceChoice:
+def _choose_auto() -> DeviceChoice:
     if not has_gpu_hardware():
         return DeviceChoice(None, "no GPU: this machine has no graphics card; using the CPU")
     gpu = _first_gpu()
     if gpu:
-        return _chosen(gpu)
+        return _choice(gpu)
     try:
-        reason = f"{_first('auto').name} is a software renderer"
+        reason = f"{_first_device('auto').name} is a software renderer"
     except DeviceError as error:
         reason = error.reason
-    return DeviceChoice(None, f"no GPU: {_obstacle() or reason}; using the CPU")
+    return DeviceChoice(None, f"no GPU: {_why_unusable() or reason}; using the CPU")
 
 
-def _chosen(device: Device) -> DeviceChoice:
+def _choice(device: Device) -> DeviceChoice:
     if device.software:
         return DeviceChoice(device, f"{device}, is software that draws on the CPU: --device cpu is faster")
     return DeviceChoice(device, f"using {device}")
 
 
 def _first_gpu() -> Device | None:
-    """The first real one; those after it are not opened."""
+    """The first real GPU; later ones are not opened."""
     devices = (_device(index) for index in range(count_devices()))
     return next((each for each in devices if isinstance(each, Device) and not each.software), None)
 
 
-def _first(word: str) -> Device:
+def _first_device(word: str) -> Device:
     devices = list_devices()
     if devices:
         return devices[0]
@@ -145,7 +144,7 @@ def _first(word: str) -> Device:
 
 
 def _numbered(word: str) -> Device:
-    devices = {f"gpu:{device.index}": device for device in list_devices() or [_first(word)]}
+    devices = {f"gpu:{device.index}": device for device in list_devices() or [_first_device(word)]}
     if word not in devices:
         names = " or ".join(map(str, devices.values()))
         raise DeviceError(f"--device {word}", "there is no such device", f"choose {names}")
@@ -156,16 +155,16 @@ def _numbered(word: str) -> Device:
 def _device(index: int) -> Device | DeviceError:
     """A device, or why it cannot be opened.
 
-    A thread of its own: to open a context would take the caller's own context out of the caller's thread.
+    Opened in another thread, as a new context would replace the caller's current one.
     """
     with ThreadPoolExecutor(1) as thread:
         try:
-            return thread.submit(_examine, index).result()
+            return thread.submit(_probe, index).result()
         except DeviceError as error:
             return error
 
 
-def _examine(index: int) -> Device:
+def _probe(index: int) -> Device:
     context = open_context(index)
     try:
         info = context.info
@@ -181,8 +180,8 @@ def _device_files() -> list[str]:
     return sorted(path for pattern in DEVICE_FILES for path in glob.glob(pattern))
 
 
-def _obstacle() -> str:
-    """Why a graphics card that is there cannot be used, in the two cases that are frequent on Linux."""
+def _why_unusable() -> str:
+    """Why a graphics card cannot be used, in the two cases that are frequent on Linux."""
     files = _device_files()
     closed = [path for path in files if not os.access(path, os.R_OK | os.W_OK)]
     if closed:

@@ -1,7 +1,7 @@
 """OpenGL contexts without a window.
 
-A context is current in the thread that opens it, takes the place there of any other one, and is to be used
-and closed in that same thread.
+A context is current in the thread that opens it, where it replaces any other; it must be used and closed
+there.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from typing import Any, ParamSpec, TypeVar
 from vidstyle.errors import DeviceError
 
 EGL_LIBRARY = "libEGL.so.1"
-"""Opens contexts on Linux without a display. Given by name, as moderngl finds it only with `ldconfig`."""
+"""Opens contexts on Linux without a display. Named, as moderngl finds it only with `ldconfig`."""
 GL_LIBRARIES = (EGL_LIBRARY, "libOpenGL.so.0", "libGL.so.1")
-"""Where OpenGL's functions may lie; moderngl by itself looks only for the last, which servers often lack."""
+"""Libraries with OpenGL's functions; moderngl by default tries only the last, which servers often lack."""
 # NVIDIA gives just the version that is asked for, and the Mac's one version whatever is asked for.
 VERSIONS = (330,) if sys.platform == "darwin" else (460, 430, 330)
 """The versions of OpenGL to ask for, the best first."""
@@ -39,7 +39,7 @@ def open_context(index: int | None = None) -> Any:
     Raises:
         DeviceError: there is no such device, or it cannot be opened.
     """
-    devices, obstacle = _devices()
+    devices, failure = _devices()
     subject = "OpenGL" if index is None else f"gpu:{index}"
     if index is not None and index not in range(len(devices)):
         raise DeviceError(subject, f"there is no such device, the last is gpu:{len(devices) - 1}")
@@ -49,27 +49,27 @@ def open_context(index: int | None = None) -> Any:
             return _open(settings)
         except Exception as error:  # moderngl raises plain Exception when it finds no library or device
             failures.append(f"no OpenGL 3.3 ({error})")
-    if obstacle:
-        raise DeviceError(subject, obstacle, "apt-get install libegl1 libgl1 libgl1-mesa-dri")
+    if failure:
+        raise DeviceError(subject, failure, "apt-get install libegl1 libgl1 libgl1-mesa-dri")
     raise DeviceError(subject, failures[0], "install or update the graphics driver")
 
 
 def close_context(context: Any) -> None:
-    """Let go of the context and of all that was made in it."""
-    # Leaves no context current, or the one before. A context that is released while it is current lives on,
-    # with its textures, until its thread opens another, and for ever if the thread ends first.
+    """Release the context and everything created in it."""
+    # Makes no context current, or the one before. A context that is released while current stays alive with
+    # its textures until its thread opens another, and for ever if the thread ends first.
     with context:
         pass
     context.release()
 
 
 def count_devices() -> int:
-    """How many numbers there are to open; some may fail."""
+    """The number of devices; some may fail to open."""
     return len(_devices()[0])
 
 
 def _devices() -> tuple[list[dict[str, Any]], str]:
-    """What moderngl needs to be told for each device, and why EGL has none of them where it should."""
+    """The arguments of moderngl for each device, and why EGL has none where it should."""
     if not sys.platform.startswith("linux"):
         return [{}], ""
     try:
@@ -82,7 +82,7 @@ def _devices() -> tuple[list[dict[str, Any]], str]:
 
 
 def _count_egl_devices() -> int:
-    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # Mesa talks on standard error otherwise
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # else Mesa writes to standard error
     library = ctypes.CDLL(EGL_LIBRARY)
     library.eglGetProcAddress.restype = ctypes.c_void_p
     address = library.eglGetProcAddress(b"eglQueryDevicesEXT")
@@ -113,9 +113,9 @@ Result = TypeVar("Result")
 
 
 class ContextThread:
-    """Runs calls one after another in a thread of its own, because a context belongs to one thread.
+    """Runs calls in order in one thread, as a context belongs to one thread.
 
-    A daemon: a driver that hangs must not keep the program from ending.
+    A daemon thread: a driver that hangs must not keep the program from ending.
     """
 
     def __init__(self, name: str) -> None:
@@ -126,13 +126,13 @@ class ContextThread:
     def submit(
         self, function: Callable[Arguments, Result], *values: Arguments.args, **named: Arguments.kwargs
     ) -> Future[Result]:
-        """Call the function in the thread, after all that was submitted before."""
+        """Call the function in the thread, after earlier calls."""
         future: Future[Result] = Future()
         self._calls.put((future, lambda: function(*values, **named)))
         return future
 
     def end(self, seconds: float) -> None:
-        """Let the thread end after what was submitted, and wait for that so long."""
+        """End the thread after the submitted calls; wait for at most so many seconds."""
         self._calls.put(None)
         self._thread.join(seconds)
 
@@ -141,7 +141,7 @@ class ContextThread:
             future, call = item
             try:
                 future.set_result(call())
-            except BaseException as error:  # it belongs to whoever asks for the result
+            except BaseException as error:  # raised to the caller of result()
                 future.set_exception(error)
-            # Else the last result, perhaps a picture, would live until the next call.
+            # Else the last result, perhaps a picture, would stay alive until the next call.
             del item, future, call

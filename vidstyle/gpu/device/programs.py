@@ -1,4 +1,4 @@
-"""Compiled shaders, each text only once."""
+"""Compiled shaders, cached by their text."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.glsl import Assembly, read_source
+from vidstyle.gpu.compile.glsl import TRIANGLE, Assembly, read_source
 
 if TYPE_CHECKING:
     import moderngl
@@ -19,7 +19,7 @@ MAX_UNUSED = 64
 
 
 class Program:
-    """A compiled shader and the values that its uniforms have."""
+    """A compiled shader and the values of its uniforms."""
 
     def __init__(self, context: moderngl.Context, assembly: Assembly) -> None:
         self._context = context
@@ -33,7 +33,7 @@ class Program:
             raise DeviceError("the GPU", f"refuses a shader: {reason.strip()}", "use --device cpu") from None
 
     def set(self, name: str, value: Any) -> None:
-        """Give a uniform a value; nothing happens where it has it, or where the compiler has left it out."""
+        """Set a uniform, unless it has the value already or the compiler has removed it."""
         plain = _plain(value)
         if self._values.get(name) == plain:
             return
@@ -53,7 +53,7 @@ class Program:
             self._triangle.render(self._context.TRIANGLES, vertices=3)
 
     def release(self) -> None:
-        """Let it go."""
+        """Release the program."""
         if self._triangle is not None:
             self._triangle.release()
         self._program.release()
@@ -64,23 +64,24 @@ class Program:
         if assembly.is_compute:
             self._program = self._context.compute_shader(assembly.text)
         else:
-            vertices = read_source("frame/triangle.glsl")
-            self._program = self._context.program(vertex_shader=vertices, fragment_shader=assembly.text)
+            self._program = self._context.program(
+                vertex_shader=read_source(TRIANGLE), fragment_shader=assembly.text
+            )
             self._triangle = self._context.vertex_array(self._program, [])
 
 
 class Programs:
-    """All programs of a context, by their texts."""
+    """The programs of a context, cached by their text."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._programs: dict[str, Program] = {}
 
     def get(self, assembly: Assembly) -> Program:
-        """The program of a text, compiled if it is new.
+        """The program of a shader, compiled if it is new.
 
         Raises:
-            DeviceError: the driver does not compile it; names our file and line.
+            DeviceError: the driver does not compile it; the message names our file and line.
         """
         text = assembly.text
         program = self._programs.pop(text) if text in self._programs else Program(self._context, assembly)
@@ -95,13 +96,13 @@ class Programs:
             self._programs.pop(text).release()
 
     def release(self) -> None:
-        """Let all go."""
+        """Release all programs."""
         while self._programs:
             self._programs.popitem()[1].release()
 
 
 def _plain(value: Any) -> Any:
-    """The value as moderngl takes it: matrices by columns."""
+    """The value as moderngl takes it, matrices in column order."""
     if isinstance(value, np.ndarray):
         return tuple(float(number) for number in (value.T if value.ndim == 2 else value).ravel())
     return list(value) if isinstance(value, list) else value

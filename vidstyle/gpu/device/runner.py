@@ -1,4 +1,4 @@
-"""Runs a plan on the GPU: binds textures and values, draws the passes, fetches the planes."""
+"""Runs a plan on the GPU: binds textures and uniforms, starts the passes, reads the planes back."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     import moderngl
 
 BlendWeights = Mapping[tuple[str, int], float]
-"""For each measured step how far its numbers go towards the new measure, 0..1."""
+"""By layer and number of each measured step the weight of its new percentiles, 0..1."""
 
 
 @dataclass(frozen=True)
 class Readback:
-    """Planes of one tile of the result on their way from the GPU.
+    """Planes of one tile of the result in transfer from the GPU.
 
     Attributes:
         windows: where each plane lies, in its own samples, by its name.
@@ -44,7 +44,7 @@ class Readback:
 
 
 class GpuResources:
-    """What all plans on one context share. Whoever calls it owns the context."""
+    """What the plans on one context share. Whoever calls it owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
@@ -54,24 +54,24 @@ class GpuResources:
         self.upload = Upload(context)
         self.download = Download(context)
         self._percentiles: dict[tuple[str, int], Percentiles] = {}
-        self._nowhere = context.framebuffer([context.renderbuffer((1, 1))])
+        self._unused = context.framebuffer([context.renderbuffer((1, 1))])
 
-    def draw_nowhere(self) -> None:
-        """Take the framebuffer out of use, so that it can be let go.
+    def unbind(self) -> None:
+        """Unbind the framebuffer in use, so that it can be released.
 
-        Whatever makes another one puts the one in use back afterwards, which fails if that is gone.
+        moderngl rebinds the one in use whenever it makes another, which fails if that was released.
         """
-        self._nowhere.use()
+        self._unused.use()
 
     def percentiles_of(self, measure: ShaderMeasure) -> Percentiles:
-        """What remembers the numbers of a measured step."""
+        """The percentiles of a measured step."""
         if measure.step not in self._percentiles:
             coding = WORKING["luma"]
             self._percentiles[measure.step] = Percentiles(self.context, coding.low, coding.span)
         return self._percentiles[measure.step]
 
     def forget_percentiles(self) -> None:
-        """Let go of what measured steps remember: another style comes."""
+        """Release all percentiles, before another structure of steps."""
         while self._percentiles:
             self._percentiles.popitem()[1].release()
 
@@ -84,9 +84,9 @@ class GpuResources:
         self.textures.clear()
 
     def release(self) -> None:
-        """Let go of everything."""
+        """Release everything."""
         self.forget_percentiles()
-        for each in (self.programs, self.upload, self.download, self.assets, self._nowhere):
+        for each in (self.programs, self.upload, self.download, self.assets, self._unused):
             each.release()
         self.textures.clear()
 
@@ -105,29 +105,29 @@ class Runner:
         }
         resources.trim(self._shaders.values())
         self._framebuffers: dict[tuple[int, ...], Any] = {}
-        self._numbers: dict[ShaderMeasure, moderngl.Texture] = {}
+        self._measured: dict[ShaderMeasure, moderngl.Texture] = {}
 
     @property
     def is_tiled(self) -> bool:
-        """Whether the page is done in parts."""
+        """Whether the page is done in tiles."""
         return len(self._jobs) > 1
 
     def start(
         self, picture: Picture, weights: BlendWeights, stabilizer: StabilizerTextures | None = None
     ) -> list[Readback]:
-        """Start all that is to be done for a picture; nothing here waits for the GPU.
+        """Start all passes of a picture; does not wait for the GPU.
 
         Args:
             picture: of the plan's layout, or of planes that `stabilizer` brings to it.
             weights: of the new percentiles of each measured step.
-            stabilizer: keeps the film steady; not for a page that is done in parts.
+            stabilizer: keeps the film steady; not for a page that is done in tiles.
         """
         found = (self._run_job(job, picture, weights, stabilizer) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
     def release(self) -> None:
-        """Give textures back and let go of the rest."""
-        self._resources.draw_nowhere()
+        """Return textures to the pool and release the rest."""
+        self._resources.unbind()
         for framebuffer in self._framebuffers.values():
             framebuffer.release()
         self._framebuffers.clear()
@@ -139,14 +139,14 @@ class Runner:
         arrays = {
             name: plane[window.top : window.bottom, window.left : window.right]
             for node, window in job.planes.items()
-            for name, plane in _arrays_of(node, picture).items()
+            for name, plane in plane_arrays(node, picture).items()
         }
-        sent = self._resources.upload.send(arrays)
+        uploaded = self._resources.upload.send(arrays)
         if stabilizer is not None:
             shapes = {name: (plane.shape[0], plane.shape[1]) for name, plane in arrays.items()}
-            sent = stabilizer.before(sent, shapes)
+            uploaded = stabilizer.before(uploaded, shapes)
         for each in job.passes:
-            self._run_pass(job, each, sent)
+            self._run_pass(job, each, uploaded)
             if each.sampled is not None and job.ends_measure:
                 self._measure(each.sampled, weights)
         results = [
@@ -167,13 +167,13 @@ class Runner:
         )
         return Readback(transfer, windows)
 
-    def _run_pass(self, job: Job, each: Pass, sent: Mapping[str, moderngl.Texture]) -> None:
+    def _run_pass(self, job: Job, each: Pass, uploaded: Mapping[str, moderngl.Texture]) -> None:
         shader, program = self._shaders[each], self._programs[each]
         for name, value in shader.uniforms.items():
             program.set(name, value)
         for unit, (name, what) in enumerate(shader.samplers.items()):
             program.set(name, unit)
-            self._texture_of(what, sent).use(unit)
+            self._texture_of(what, uploaded).use(unit)
             if isinstance(what, ImageOf):
                 window = job.window_of(what.node)
                 program.set(f"{name}_origin", (window.left, window.top))
@@ -186,13 +186,15 @@ class Runner:
         self._bind_targets(each, shader)
         program.run(corner, size, shader.groups)
 
-    def _texture_of(self, what: ImageOf | ShaderMeasure | tuple, sent: Mapping[str, moderngl.Texture]) -> Any:
+    def _texture_of(
+        self, what: ImageOf | ShaderMeasure | tuple, uploaded: Mapping[str, moderngl.Texture]
+    ) -> Any:
         if isinstance(what, ShaderMeasure):
-            return self._numbers[what]
+            return self._measured[what]
         if not isinstance(what, ImageOf):
             return self._resources.assets.get(what)
         if what.node.is_plane:
-            return sent[_names_of(what.node)[what.part]]
+            return uploaded[_plane_names(what.node)[what.part]]
         return self._slots.texture_of_node(what.node)
 
     def _bind_targets(self, each: Pass, shader: Shader) -> None:
@@ -209,16 +211,17 @@ class Runner:
     def _measure(self, measure: ShaderMeasure, weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape
         samples = self._slots.samples(measure)
-        self._numbers[measure] = self._resources.percentiles_of(measure).follow(
+        self._measured[measure] = self._resources.percentiles_of(measure).measure(
             samples, (width, height), measure.percentages, weights[measure.step]
         )
 
 
-def _names_of(node: ShaderNode) -> Sequence[str]:
+def _plane_names(node: ShaderNode) -> Sequence[str]:
     return ("blue", "red") if node.kind == "chroma" else (node.kind,)
 
 
-def _arrays_of(node: ShaderNode, picture: Picture) -> dict[str, np.ndarray]:
+def plane_arrays(node: ShaderNode, picture: Picture) -> dict[str, np.ndarray]:
+    """The arrays of a node that is a plane of the source, by their names."""
     planes = {"luma": (picture.luma,), "chroma": picture.chroma, "color": (picture.color,)}[node.kind]
     assert planes is not None
-    return {name: plane for name, plane in zip(_names_of(node), planes, strict=True) if plane is not None}
+    return {name: plane for name, plane in zip(_plane_names(node), planes, strict=True) if plane is not None}

@@ -133,17 +133,17 @@ class StabilizerTextures:
         self._framebuffers: dict[tuple[int, ...], Any] = {}
 
     def before(
-        self, sent: Mapping[str, moderngl.Texture], shapes: Mapping[str, tuple[int, int]]
+        self, uploaded: Mapping[str, moderngl.Texture], shapes: Mapping[str, tuple[int, int]]
     ) -> dict[str, moderngl.Texture]:
         """The planes that the style sees, of those that were uploaded: "luma", "blue", "red".
 
         Args:
             shapes: height and width of each; a texture may be wider.
         """
-        self._send_flow(False, self.warp.flow if self.warp else None)
-        self._send_flow(True, self.warp.strong_flow if self.warp else None)
-        names = [name for name in ("luma", "blue", "red") if name in sent]
-        return {name: self._stabilized(name, sent[name], shapes[name]) for name in names}
+        self._upload_flow(False, self.warp.flow if self.warp else None)
+        self._upload_flow(True, self.warp.strong_flow if self.warp else None)
+        names = [name for name in ("luma", "blue", "red") if name in uploaded]
+        return {name: self._stabilized(name, uploaded[name], shapes[name]) for name in names}
 
     def after(self, results: Iterable[tuple[str, moderngl.Texture]]) -> list[moderngl.Texture]:
         """The planes to be shown, of those that the style has made, by their names."""
@@ -231,7 +231,7 @@ class StabilizerTextures:
         self._framebuffers[key].use()
         program.run((0, 0), targets[0].size, (1, 1))
 
-    def _send_flow(self, strong: bool, flow: np.ndarray | None) -> None:
+    def _upload_flow(self, strong: bool, flow: np.ndarray | None) -> None:
         flow = STILL if flow is None else np.ascontiguousarray(flow, np.float32)
         size = flow.shape[1], flow.shape[0]
         if strong in self._flows and self._flows[strong].size != size:

@@ -1,4 +1,4 @@
-"""Working textures, used again by what comes later."""
+"""A pool of working textures, and textures of assets."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
     import moderngl
 
 WASTE = 2
-"""A texture serves for a picture of at least this part of its own area."""
+"""A texture may be this many times larger than the picture in it."""
 
 
 class TexturePool:
-    """Textures that nobody uses at the moment. Whoever calls it owns the context."""
+    """Free textures for reuse. Whoever calls it owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._free: list[tuple[Format, moderngl.Texture]] = []
 
     def take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
-        """A texture of at least this height and width: the smallest that is free, else a new one.
+        """A texture of at least this height and width: the smallest free one, else a new one.
 
         Args:
-            exact: it must not be larger, because it will be read as a whole.
+            exact: it must not be larger.
         """
         fitting = [free for free in self._free if free[0] == coding and fits(free[1], shape, exact)]
         if fitting:
@@ -41,18 +41,18 @@ class TexturePool:
         return texture
 
     def give(self, texture: moderngl.Texture, coding: Format) -> None:
-        """Take a texture back."""
+        """Return a texture to the pool."""
         self._free.append((coding, texture))
 
     def clear(self) -> None:
-        """Let go of all textures that nobody has taken."""
+        """Release all free textures."""
         for _, texture in self._free:
             texture.release()
         self._free.clear()
 
 
 def fits(texture: moderngl.Texture, shape: Shape, exact: bool) -> bool:
-    """Whether a texture serves for a picture of this height and width."""
+    """Whether a texture can hold a picture of this height and width."""
     size = texture.height, texture.width
     if exact:
         return size == shape
@@ -61,7 +61,7 @@ def fits(texture: moderngl.Texture, shape: Shape, exact: bool) -> bool:
 
 
 class AssetTextures:
-    """Array textures by the arrays that they hold. Whoever calls it owns the context."""
+    """Array textures of assets, cached by identity. Whoever calls it owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
@@ -75,12 +75,12 @@ class AssetTextures:
         """
         key = id(arrays)
         if key not in self._textures:
-            # The arrays are kept with the texture, so that nothing else can come to have their identity.
+            # The arrays are kept with the texture, so that nothing else can get their identity.
             self._textures[key] = arrays, self._make(arrays or (np.zeros((1, 1), np.float32),))
         return self._textures[key][1]
 
     def trim(self, used: Iterable[tuple[np.ndarray, ...]]) -> None:
-        """Release all others than these."""
+        """Release all textures but those of these arrays."""
         for key in self._textures.keys() - {id(arrays) for arrays in used}:
             self._textures.pop(key)[1].release()
 

@@ -1,4 +1,4 @@
-"""Planes to the GPU and back through pixel buffers, two in turn, so that neither side waits for the other."""
+"""Double-buffered upload and download of planes through pixel buffers."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _SAMPLE_TYPES: dict[str, np.dtype] = {
     "nu2": np.dtype(np.uint16),
     "f4": np.dtype(np.float32),
 }
-"""The type of a plane's samples by that of its texture, as moderngl names it; integers are normalized."""
+"""The type of samples by moderngl's name of the texture's type; integers are normalized."""
 _TEXTURE_TYPES = {sample: texture for texture, sample in _SAMPLE_TYPES.items()}
 
 _ROW_PADDING = 128
-"""Rows with more unused pixels than this are copied together first, as the texture is as wide as they are."""
+"""Rows with more padding pixels than this are made contiguous first, as the texture includes the padding."""
 _OFFSET_STEP = 64
-"""Planes in one buffer begin at a multiple of so many bytes: more than any sample, one line of the cache."""
+"""Planes in a buffer are aligned to so many bytes: one cache line."""
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """How a plane lies in memory, in the terms of OpenGL.
+    """Memory layout of a plane, in the terms of OpenGL.
 
     Attributes:
         size: pixels from one row to the next, and rows.
@@ -46,7 +46,7 @@ class _Layout:
 
 
 class Upload:
-    """Sends planes to textures. Whoever calls it owns the context."""
+    """Uploads planes to textures. Whoever calls it owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
@@ -55,10 +55,9 @@ class Upload:
         self._turn = 0
 
     def send(self, planes: Mapping[str, np.ndarray]) -> dict[str, moderngl.Texture]:
-        """The planes as textures, good until the next but one call; the planes may be changed at once.
+        """The planes as textures, valid until the next but one call; the planes may be changed at once.
 
-        A texture can be wider than its plane, as rows are sent with their padding: what lies beyond the
-        plane's width is undefined.
+        A texture can be wider than its plane, as rows are sent with their padding, which is undefined.
 
         Args:
             planes: H x W or H x W x 3, of uint8, uint16 or float32, under names that stay the same from
@@ -71,7 +70,7 @@ class Upload:
         return {name: self._send(slots, name, plane) for name, plane in planes.items()}
 
     def _send(self, slots: dict[str, _Slot], name: str, plane: np.ndarray) -> moderngl.Texture:
-        layout, memory = _as_it_lies(plane, self._widest)
+        layout, memory = _layout_and_memory(plane, self._widest)
         if name in slots and slots[name].layout != layout:
             slots.pop(name).release()
         if name not in slots:
@@ -79,7 +78,7 @@ class Upload:
         return slots[name].write(memory)
 
     def release(self) -> None:
-        """Let go of all buffers and textures."""
+        """Release all buffers and textures."""
         for slots in self._sets:
             while slots:
                 slots.popitem()[1].release()
@@ -97,7 +96,7 @@ class _Slot:
         self._texture.repeat_x = self._texture.repeat_y = False
 
     def write(self, memory: np.ndarray) -> moderngl.Texture:
-        # Orphaned: the GPU may still be reading what was written the time before.
+        # Orphaned, as the GPU may still be reading the data of the time before.
         self._buffer.orphan()
         self._buffer.write(memory)
         self._texture.write(self._buffer, alignment=self.layout.alignment)
@@ -108,8 +107,8 @@ class _Slot:
         self._texture.release()
 
 
-def _as_it_lies(plane: np.ndarray, widest: int) -> tuple[_Layout, np.ndarray]:
-    """How the plane lies, and its memory from the first sample to the last; no copy if OpenGL can read it."""
+def _layout_and_memory(plane: np.ndarray, widest: int) -> tuple[_Layout, np.ndarray]:
+    """The layout of a plane and its memory, from first to last sample; a copy if OpenGL cannot read it."""
     layout = _layout(plane)
     if layout is None or layout.size[0] > widest:
         plane = np.ascontiguousarray(plane, plane.dtype.newbyteorder("="))
@@ -123,18 +122,18 @@ def _as_it_lies(plane: np.ndarray, widest: int) -> tuple[_Layout, np.ndarray]:
 
 
 def _layout(plane: np.ndarray) -> _Layout | None:
-    """How the plane lies, or None if its rows are not what OpenGL can read."""
+    """The layout of a plane, or None if OpenGL cannot read its rows."""
     if not (plane.dtype.isnative and plane[0].flags.c_contiguous):
         return None
     height, width, *channels = plane.shape
     components = math.prod(channels)
     pixel = components * plane.itemsize
-    # A stride over one row alone says nothing.
+    # The stride of a single row means nothing.
     row = plane.strides[0] if height > 1 else width * pixel
     across = row // pixel
     if not width <= across <= width + _ROW_PADDING:
         return None
-    # Rows of RGB often end with less than a pixel; OpenGL passes over that when it aligns them.
+    # Rows of RGB often end with less than a pixel, which the alignment skips.
     for alignment in (1, 2, 4, 8):
         if -(-across * pixel // alignment) * alignment == row:
             return _Layout((across, height), components, plane.dtype, alignment, row)
@@ -142,12 +141,12 @@ def _layout(plane: np.ndarray) -> _Layout | None:
 
 
 class Download:
-    """Fetches textures as planes. Whoever calls it owns the context."""
+    """Downloads textures as planes. Whoever calls it owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._buffers = [context.buffer(reserve=1, dynamic=True) for _ in range(2)]
-        # Weak: an ended transfer holds its arrays, and one that nobody holds need not end.
+        # Weak: a finished transfer holds its arrays, and one without a reference need not finish.
         self._transfers: list[Callable[[], PlaneTransfer | None]] = [lambda: None] * 2
         self._turn = 0
 
@@ -156,9 +155,9 @@ class Download:
         textures: Sequence[tuple[moderngl.Texture, int]],
         shapes: Sequence[tuple[int, int]] | None = None,
     ) -> PlaneTransfer:
-        """Start to read the textures, without waiting unless the transfer before the last is still under way.
+        """Start to read the textures; waits only if the transfer before the last is still in flight.
 
-        What a compute shader wrote needs a memory barrier before.
+        Needs a memory barrier after a compute shader has written.
 
         Args:
             textures: each with the channels wanted: 1 of a texture with one component, or 3 of one with four.
@@ -195,17 +194,17 @@ class Download:
             dtype=texture.dtype,
             write_offset=plane.offset,
         )
-        # Not kept: it would hold the memory of a texture that its owner has released.
+        # Not cached: it would keep the memory of a texture that its owner has released.
         framebuffer.release()
 
     def release(self) -> None:
-        """Let go of the buffers; transfers whose arrays were not asked for are lost."""
+        """Release the buffers; transfers whose arrays were not read are lost."""
         for buffer in self._buffers:
             buffer.release()
 
 
 class PlaneTransfer:
-    """Textures on their way from the GPU."""
+    """Textures in transfer from the GPU."""
 
     def __init__(self, planes: list[_Plane], buffer: moderngl.Buffer) -> None:
         self._planes = planes
@@ -213,7 +212,7 @@ class PlaneTransfer:
         self._arrays: list[np.ndarray] = []
 
     def arrays(self) -> list[np.ndarray]:
-        """The planes, H x W or H x W x 3, once they have arrived; the same arrays each time.
+        """Wait for the planes, H x W or H x W x 3; the same arrays each time.
 
         They have the textures' samples: uint8, uint16 or float32. Row 0 is the texture's first.
         """
@@ -224,7 +223,7 @@ class PlaneTransfer:
 
 @dataclass(frozen=True)
 class _Plane:
-    """Where a plane lies in a buffer."""
+    """A plane within a buffer."""
 
     offset: int
     shape: tuple[int, ...]
@@ -232,7 +231,6 @@ class _Plane:
 
     @property
     def size(self) -> int:
-        """Bytes."""
         return math.prod(self.shape) * self.dtype.itemsize
 
     def read(self, buffer: moderngl.Buffer) -> np.ndarray:

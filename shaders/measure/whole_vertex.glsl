@@ -1,8 +1,0 @@
-#version 330
-
-// A triangle that covers the whole target.
-
-void main() {
-    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-    gl_Position = vec4(corner * 4.0 - 1.0, 0.0, 1.0);
-}
