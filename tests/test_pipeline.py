@@ -21,7 +21,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import first_frames, render
-from vidstyle.pipeline.stages import QUEUE_CAPACITY, batches
+from vidstyle.pipeline.stages import QUEUE_CAPACITY, Stages, batches
 
 ROOT = Path(__file__).parent.parent
 POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
@@ -108,18 +108,24 @@ def test_first_frames_lets_the_source_go(clip: Path):
 
 
 def test_stopping_keeps_what_is_done(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    original, stop = Reader.__iter__, threading.Event()
+    original, halt = Reader.__iter__, Stages._halt
+    stop, halted = threading.Event(), threading.Event()
 
     def iterate(self: Reader):
         for number, item in enumerate(original(self)):
             if number == 60:
-                assert stop.wait(60)
+                assert halted.wait(60)
             yield item
+
+    def noted_halt(self: Stages) -> None:
+        halt(self)
+        halted.set()
 
     def watch(progress: Progress) -> None:
         if progress.frames:
             stop.set()
 
+    monkeypatch.setattr(Stages, "_halt", noted_halt)
     monkeypatch.setattr(Reader, "__iter__", iterate)
     summary = render(clip, tmp_path / "out.mp4", "plain", stop=stop, on_progress=watch)
     assert summary.stopped and summary.partial == tmp_path / "out.partial.mp4"
