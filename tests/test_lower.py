@@ -1,0 +1,266 @@
+"""What a style is lowered to: which planes are converted, resampled, handed on or dropped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from pictures import FLOAT, RGB8, VIDEO, step, style
+
+from vidstyle.core.picture import Encoding, PictureLayout
+from vidstyle.cpu.schedule import Sweep, schedule
+from vidstyle.gpu.compile.shader_graph import FILES
+from vidstyle.style import Style, load_style, style_names
+from vidstyle.style.lower import lower
+from vidstyle.style.nodes import LoweredStyle, Node, Op, nodes_in_order
+from vidstyle.style.resolve import resolve
+
+SHAPE = (48, 64)
+FILM, GRAY, RGB = (
+    PictureLayout(VIDEO, SHAPE, "chroma"),
+    PictureLayout(RGB8, SHAPE, "gray"),
+    PictureLayout(RGB8, SHAPE, "color"),
+)
+
+
+def lowered(
+    chosen: Style, source: PictureLayout = FILM, target: Encoding | None = None, rgb: bool = False
+) -> LoweredStyle:
+    return lower(chosen, resolve(chosen, *source.shape), source, target or source.encoding, rgb)
+
+
+def ops(node: Node | None) -> list[str]:
+    """The operations that a node needs, in order; blocks by their names."""
+    assert node is not None
+    return [each.block.name if each.block else each.op for each in nodes_in_order([node])]
+
+
+def test_a_style_without_effect_hands_the_planes_on() -> None:
+    for chosen in (style(step(save="here")), style(step("to_gray"), step("to_color"))):
+        result = lowered(chosen)
+        assert (result.luma_untouched, result.chroma_untouched) == (True, True)
+        assert [each.op for each in result.outputs] == ["plane", "plane"]
+
+
+@pytest.mark.parametrize(
+    ("source", "luma", "chroma"),
+    [
+        (FILM, ["plane", "brightness"], ["plane"]),
+        (GRAY, ["plane", "brightness"], None),
+        (RGB, ["plane", "luma_from_rgb", "brightness"], ["plane", "chroma_from_rgb"]),
+    ],
+    ids=["film", "gray", "RGB"],
+)
+def test_a_luma_block_leaves_chroma_where_it_is(source: Any, luma: list[str], chroma: list[str]) -> None:
+    result = lowered(style(step("brightness")), source)
+    assert ops(result.luma) == luma
+    assert result.chroma is None if chroma is None else ops(result.chroma) == chroma
+    assert result.chroma_untouched == (source is FILM)
+
+
+@pytest.mark.parametrize(
+    ("source", "through_rgb"),
+    [
+        (FILM, ["plane", "plane", "upsample", "rgb_from_yuv"]),
+        (GRAY, ["plane", "rgb_from_gray"]),
+        (RGB, ["plane"]),
+    ],
+    ids=["film", "gray", "RGB"],
+)
+def test_a_color_block_takes_rgb(source: Any, through_rgb: list[str]) -> None:
+    result = lowered(style(step("saturation")), source)
+    assert ops(result.luma) == [*through_rgb, "saturation", "luma_from_rgb"]
+    assert ops(result.chroma) == [*through_rgb, "saturation", "chroma_from_rgb"]
+
+
+def test_a_block_on_channels_takes_luma_of_a_gray_picture_and_rgb_of_any_other() -> None:
+    kinds = [
+        next(node.kind for node in nodes_in_order(lowered(chosen, source).outputs) if node.block)
+        for chosen, source in [
+            (style(step("gaussian")), GRAY),
+            (style(step("gaussian")), FILM),
+            (style(step("to_gray"), step("gaussian")), FILM),
+        ]
+    ]
+    assert kinds == ["luma", "color", "luma"]
+
+
+def test_chroma_is_dropped_and_taken_up_again() -> None:
+    assert lowered(style(step("to_gray"))).chroma is None
+    again = lowered(style(step("saturation"), step("to_gray"), step("sobel"), step("to_color")))
+    assert ops(again.chroma)[-2:] == ["saturation", "chroma_from_rgb"]
+    source = lowered(style(step("saturation"), step("sobel"), step("to_color", chroma="source")))
+    assert source.chroma_untouched and ops(source.luma)[-3:] == ["saturation", "luma_from_rgb", "sobel"]
+
+
+def test_from_starts_at_a_saved_picture_and_equal_nodes_are_one() -> None:
+    chosen = style(
+        step("brightness", save="bright"),
+        step("saturation"),
+        step("brightness", source="source"),
+        step("blend", other="bright"),
+    )
+    nodes = nodes_in_order(lowered(chosen, GRAY).outputs)
+    (blend,) = [node for node in nodes if node.block and node.block.name == "blend"]
+    assert blend.inputs["image"] is blend.inputs["other"]
+    assert "saturation" not in [node.block.name for node in nodes if node.block], "nobody reads it"
+
+
+def test_another_size_keeps_chroma_on_its_grid_and_the_page_gets_its_own_back() -> None:
+    result = lowered(style(step("scale", factor=0.5, method="area", back="lanczos"), step("brightness")))
+    assert ops(result.luma) == ["plane", "resample", "brightness", "resample"]
+    assert ops(result.chroma) == ["plane", "resample", "resample"]
+    assert result.luma is not None and result.chroma is not None
+    small = result.chroma.inputs["image"]
+    assert (small.shape, small.page, small.values) == ((12, 16), (24, 32), {"method": "area"})
+    assert (result.luma.shape, result.luma.values) == (SHAPE, {"method": "lanczos"})
+
+
+def test_a_saved_picture_is_resampled_to_the_working_size() -> None:
+    chosen = style(step("to_gray"), step("scale", factor=0.5), step("blend", other="source"))
+    (blend,) = [node for node in nodes_in_order(lowered(chosen).outputs) if node.op == "block"]
+    assert [(each.op, each.shape) for each in blend.inputs.values()] == [("resample", (24, 32))] * 2
+    assert blend.inputs["other"].values == {"method": "bilinear"}
+
+
+def test_a_bank_runs_on_luma_at_its_own_scale() -> None:
+    result = lowered(style(step("etf", passes=2)))
+    assert result.luma is not None and result.chroma_untouched
+    assert (ops(result.luma), result.luma.radius) == (
+        ["plane", "filter_bank"],
+        result.luma.values["run"].radius,
+    )
+    reduced = lowered(style(step("flow_dog", sigma=4.0)))
+    assert ops(reduced.luma) == ["plane", "resample", "filter_bank", "resample"]
+    assert reduced.luma is not None and reduced.luma.shape == SHAPE
+
+
+def test_a_measured_block_measures_the_luma_that_it_works_on() -> None:
+    result = lowered(style(step("saturation"), step("equalize", settle=2.0)))
+    assert result.luma is not None and result.luma.measure is not None
+    measure = result.luma.measure
+    assert (measure.of, measure.time_constant) == (result.luma.inputs["image"], 2.0)
+    assert (measure.percentages, measure.step) == ((5, 95), ("background", 1))
+
+
+def test_another_matrix_goes_through_rgb_but_gray_does_not() -> None:
+    target = Encoding("bt601")
+    film = lowered(style(step("brightness")), target=target)
+    assert ops(film.luma)[-2:] == ["rgb_from_yuv", "luma_from_rgb"]
+    assert film.luma is not None and film.luma.matrix == "bt601"
+    assert film.luma.inputs["color"].matrix == "bt709"
+    assert ops(lowered(style(step("brightness")), GRAY, target).luma) == ["plane", "brightness"]
+
+
+@pytest.mark.parametrize(
+    ("target", "on_grid"),
+    [
+        (replace(VIDEO, depth=10), True),
+        (replace(VIDEO, full_range=True), True),
+        (Encoding(step=(1, 1)), False),
+        (Encoding(siting=(0.0, 0.0)), False),
+    ],
+    ids=["depth", "range", "grid", "siting"],
+)
+def test_chroma_on_the_targets_grid_is_not_resampled(target: Encoding, on_grid: bool) -> None:
+    result = lowered(style(step("brightness")), target=target)
+    assert result.chroma is not None and not result.chroma_untouched
+    assert (result.chroma.op, result.chroma.grid is not None) == (
+        ("plane", True) if on_grid else ("upsample", False)
+    )
+
+
+def test_packed_rgb_is_one_node() -> None:
+    result = lowered(style(step("brightness")), target=FLOAT, rgb=True)
+    assert result.outputs == (result.color,)
+    assert ops(result.color) == ["plane", "brightness", "plane", "upsample", "rgb_from_yuv"]
+
+
+LINES = (step("to_gray"), step("sobel", invert=True))
+
+
+@pytest.mark.parametrize(
+    ("chosen", "luma", "chroma"),
+    [
+        (style(lines=LINES), ["constant_luma", "plane", "sobel", "inked_luma"], None),
+        (
+            style(lines=LINES, ink="#ff0000"),
+            ["constant_luma", "plane", "sobel", "inked_luma"],
+            ["constant_chroma", "plane", "sobel", "inked_chroma"],
+        ),
+        (
+            style(step("brightness"), lines=LINES),
+            ["plane", "brightness", "plane", "sobel", "inked_luma"],
+            ["plane", "upsample", "plane", "sobel", "inked_chroma"],
+        ),
+        (
+            style(step("to_gray"), lines=LINES, paper="#ffe0c0"),
+            None,
+            ["plane", "rgb_from_gray", "on_paper", "chroma_from_rgb", "sobel", "inked_chroma"],
+        ),
+    ],
+    ids=["lines alone", "coloured ink", "over the background", "on paper"],
+)
+def test_lines_are_inked_over_the_background(chosen: Style, luma: Any, chroma: Any) -> None:
+    result = lowered(chosen)
+
+    def once(names: list[str]) -> list[str]:
+        return sorted(set(names))
+
+    assert luma is None or once(ops(result.luma)) == once(luma)
+    assert result.chroma is None if chroma is None else once(ops(result.chroma)) == once(chroma)
+
+
+@pytest.mark.parametrize("name", style_names())
+def test_each_node_of_a_shipped_style_has_an_operation_that_the_gpu_knows(name: str) -> None:
+    known = {"plane", "upsample", "resample", "filter_bank", "block", *FILES}
+    assert known == set(Op.__args__)  # type: ignore[attr-defined]
+    for node in nodes_in_order(lowered(load_style(name)).outputs):
+        assert node.op in known and (node.op == "block") == (node.block is not None)
+        assert node.radius == 0 or node.reads_neighbors
+
+
+@pytest.mark.parametrize("name", style_names())
+def test_the_cpu_stores_what_filters_read_before_they_run(name: str) -> None:
+    """And computes nothing but conversions twice."""
+    plan = schedule(lowered(load_style(name)))
+    at_hand: set[object] = set()
+    computed: list[Node] = []
+    for task in [*(task for task, _ in plan.tasks), plan.output]:
+        if isinstance(task, Sweep):
+            for each in task.steps:
+                assert not each.is_loaded or each.node.op == "plane" or each.node in at_hand
+                if not each.is_loaded and each.node.block:
+                    computed.append(each.node)
+                assert each.node.measure is None or each.is_loaded or each.node.measure in at_hand
+                if each.node.reads_neighbors and not each.is_loaded:
+                    assert each.margin == 0, "a sweep has one neighborhood operation in a row"
+            at_hand |= set(task.stores)
+        else:
+            at_hand.add(task)
+    assert len(computed) == len(set(computed))
+
+
+def test_pixel_blocks_after_a_filter_need_one_sweep() -> None:
+    plan = schedule(lowered(style(step("to_gray"), step("gaussian"), step("posterize"), step("brightness"))))
+    assert plan.tasks == () and plan.output.stores == ()
+    assert plan.output.radius == 6
+
+
+def test_what_two_sweeps_need_is_stored_by_the_first() -> None:
+    chosen = style(
+        step("brightness", save="bright"),
+        step("posterize"),
+        step("sobel"),
+        step("blend", other="bright"),
+    )
+    plan = schedule(lowered(chosen, GRAY))
+    ((sweep, _),) = plan.tasks
+    assert isinstance(sweep, Sweep)
+    assert [node.block.name for node in sweep.stores if node.block] == ["brightness", "posterize"]
+
+
+def test_a_long_style_needs_no_recursion() -> None:
+    chosen = style(*[step("brightness", factor=1 + number / 9000) for number in range(3000)])
+    assert len(schedule(lowered(chosen, GRAY)).output.steps) == 3001
