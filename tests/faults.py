@@ -70,11 +70,12 @@ class Program:
             str(source),
             str(target),
         ]
+        running = own_threads()
         exit_code = cli.main(arguments)
         said = self._capfd.readouterr().err
         assert "Traceback" not in said and "Exception" not in said and "bug" not in said
         assert _digests(Path(source)) == before, "the input was changed"
-        assert not [thread.name for thread in threading.enumerate() if thread.name.startswith("vidstyle")]
+        assert not own_threads() - running
         return Outcome(exit_code, said.splitlines(), Path(target))
 
     def refused(self, exit_code: int, words: str, *arguments: str | Path, **options: str) -> Outcome:
@@ -85,6 +86,11 @@ class Program:
         assert words in outcome.said
         assert not list(self.folder.glob("**/*.partial.*"))
         return outcome
+
+
+def own_threads() -> set[threading.Thread]:
+    """The threads of the package that run now; others than those of before a call are left over by it."""
+    return {thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")}
 
 
 def video(path: Path, cut_off: bool = False) -> list[av.VideoFrame]:

@@ -5,9 +5,9 @@ Nothing of the package is used here, so that a mistake in it cannot hide in its 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
 
 import av
@@ -145,6 +145,23 @@ def alpha_ramp(height: int, width: int) -> np.ndarray:
     return np.broadcast_to(np.linspace(255, 0, width).astype(np.uint8), (height, width)).copy()
 
 
+def written_once(write: Callable[..., Path]) -> Callable[..., Path]:
+    """Have a function write a file of the same kind and options once only, and copy it from then on."""
+    made: dict[tuple[str, str], bytes] = {}
+
+    @wraps(write)
+    def written(path: Path, **options: object) -> Path:
+        key = path.suffix, repr(sorted(options.items()))
+        if key in made:
+            path.write_bytes(made[key])
+        else:
+            made[key] = write(path, **options).read_bytes()
+        return path
+
+    return written
+
+
+@written_once
 def make_clip(
     path: Path,
     *,

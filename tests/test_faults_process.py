@@ -8,12 +8,11 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
 import pytest
-from faults import Program, packets, video
+from faults import Program, own_threads, packets, video
 from media import make_clip
 
 from vidstyle import cli
@@ -179,10 +178,11 @@ def test_38_a_stage_that_fails_ends_all(tmp_path: Path, monkeypatch, capfd, stag
         monkeypatch.setattr(CpuRenderer, "run", fail_at(40, CpuRenderer.run))
     else:
         monkeypatch.setattr(FilmWriter, "write", fail_at(40, FilmWriter.write))
+    running = own_threads()
     exit_code = cli.main(["render", "--style", "plain", "--progress", "none", str(clip), str(target)])
     said = capfd.readouterr().err
     partial = tmp_path / "out.partial.mp4"
     assert exit_code == 1 and said.count("\n") == 1, said
     assert "injected" in said and str(partial) in said
     assert 10 < len(video(partial)) <= 40 and not target.exists()
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")]
+    assert not own_threads() - running

@@ -12,7 +12,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from faults import packets, times, video
+from faults import own_threads, packets, times, video
 from media import make_clip, make_picture, rgb_from_frame, rms_error
 
 import vidstyle
@@ -138,9 +138,10 @@ def test_what_the_caller_raises_ends_the_threads(clip: Path, tmp_path: Path):
     def interrupt(_: Progress) -> None:
         raise KeyboardInterrupt
 
+    running = own_threads()
     with pytest.raises(KeyboardInterrupt) as raised:
         render(clip, tmp_path / "out.mp4", POSTER, on_progress=interrupt)
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")]
+    assert not own_threads() - running
     notes = getattr(raised.value, "__notes__", [])
     assert bool(notes) == (tmp_path / "out.partial.mp4").exists()
 
