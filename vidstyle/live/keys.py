@@ -18,7 +18,7 @@ STEADY_STEP = 0.1
 
 log = logging.getLogger("vidstyle")
 
-HELP = "n next style, s/S steadier or less, b bypass, p picture, r record, q quit"
+HELP = "n next style, s/S more or less steady, b bypass, p picture, r record, q quit"
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-// The picture, the status line, buttons and keys.
+// The picture, the status line, buttons and keyboard shortcuts.
 
 import {Panel} from "./panel.js";
 
@@ -9,38 +9,38 @@ const context = $("picture").getContext("2d", {alpha: false});
 const times = [];
 let socket, status = null, message = "", timer = 0, link = "Connecting";
 
-const say = wish => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(wish)); };
-const panel = new Panel(say);
+const send = message => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
+const panel = new Panel(send);
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
-  socket.onopen = () => { link = ""; panel.restart(); note(); able(true); };
-  socket.onmessage = ({data}) => typeof data === "string" ? hear(JSON.parse(data)) : show(data);
+  socket.onopen = () => { link = ""; panel.restart(); note(); enable(true); };
+  socket.onmessage = ({data}) => typeof data === "string" ? receive(JSON.parse(data)) : show(data);
   socket.onclose = ({code, reason}) => {
     const ended = code === GOING_AWAY;
-    link = ended ? "The session has ended" : `${reason || "vidstyle does not answer"}; trying again`;
+    link = ended ? "The session has ended" : `${reason || "vidstyle does not answer"}; reconnecting`;
     note();
-    able(false);
+    enable(false);
     if (!ended) setTimeout(connect, AGAIN_MS);
   };
 }
 
-// Without a session nothing here does anything.
-function able(on) {
+// Without a session there is nothing to control.
+function enable(on) {
   $("panel").inert = $("buttons").inert = !on;
 }
 
-function hear(news) {
-  if (news.names) panel.names(news.names);
-  if (news.panel) panel.show(news.panel);
-  if (news.status) tell(news.status);
-  if (news.error) announce(news.error, true);
-  if (news.done) panel.done(news.done, news.error);
+function receive(message) {
+  if (message.names) panel.names(message.names);
+  if (message.panel) panel.show(message.panel);
+  if (message.status) showStatus(message.status);
+  if (message.error) announce(message.error, true);
+  if (message.done) panel.done(message.done, message.error);
 }
 
-// A page that nobody looks at asks for no pictures.
-const seen = () => new Promise(resolve => {
+// A hidden page requests no pictures.
+const visible = () => new Promise(resolve => {
   if (!document.hidden) return resolve();
   document.addEventListener("visibilitychange", resolve, {once: true});
 });
@@ -55,8 +55,8 @@ async function show(data) {
   context.drawImage(picture, 0, 0);
   picture.close();
   times.push(performance.now());
-  await seen();
-  if (from === socket) say({do: "shown", number});
+  await visible();
+  if (from === socket) send({do: "shown", number});
 }
 
 function rate() {
@@ -65,14 +65,14 @@ function rate() {
   return times.length > 1 ? 1000 * (times.length - 1) / (times.at(-1) - times[0]) : 0;
 }
 
-function tell(now) {
+function showStatus(now) {
   const facts = [
-    [now.style, "the style that runs"],
+    [now.style, "style"],
     [now.size.join("×"), "width and height of the picture"],
-    [`${rate().toFixed(0)} fps`, `pictures shown here each second; restyled: ${now.rate.toFixed(1)}`],
-    [`${now.shown_ms.toFixed(0)} ms`, "from capture to this page, half of the pictures"],
-    [`${now.dropped} dropped`, `of ${now.frames + now.dropped} pictures that came`],
-    [now.degraded, "reduced to hold the rate"],
+    [`${rate().toFixed(0)} fps`, `frames shown here per second; restyled: ${now.rate.toFixed(1)}`],
+    [`${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
+    [`${now.dropped} dropped`, `of ${now.frames + now.dropped} captured frames`],
+    [now.degraded, "reduced to hold the frame rate"],
     ...now.targets.filter(([name]) => name !== "page").map(target => [target.join(": "), "another target"]),
   ];
   $("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) =>
@@ -91,7 +91,7 @@ function press(button, on) {
 }
 
 function note() {
-  const states = {waiting: `No picture from ${status?.source}; the last one is held`, ended: "The source has ended"};
+  const states = {waiting: `No picture from ${status?.source}; the last one is shown`, ended: "The source has ended"};
   const text = link || (status && states[status.source_state]) || "";
   if ($("note").textContent !== text) $("note").textContent = text;
   $("note").hidden = !text;
@@ -111,11 +111,11 @@ const compare = {
     if (this.since !== null) return;
     this.since = performance.now();
     this.before = Boolean(status?.bypass);
-    say({do: "bypass", on: !this.before});
+    send({do: "bypass", on: !this.before});
   },
   end() {
     if (this.since === null) return;
-    if (performance.now() - this.since > HOLD_MS) say({do: "bypass", on: this.before});
+    if (performance.now() - this.since > HOLD_MS) send({do: "bypass", on: this.before});
     this.since = null;
   },
 };
@@ -128,11 +128,11 @@ function fill() {
 const isWriting = target => target.matches("select, textarea, input[type=number], dialog *");
 const actions = {
   n: () => panel.choose({do: "next"}),
-  s: () => panel.steadier(STEP),
-  S: () => panel.steadier(-STEP),
+  s: () => panel.changeSteady(STEP),
+  S: () => panel.changeSteady(-STEP),
   b: () => compare.begin(),
   p: () => $("snapshot").click(),
-  r: () => say({do: "record", on: !status?.recording}),
+  r: () => send({do: "record", on: !status?.recording}),
   f: fill,
   q: () => $("leave").showModal(),
   "?": () => $("help").showModal(),
@@ -155,6 +155,6 @@ $("record").onclick = actions.r;
 $("full").onclick = fill;
 $("picture").ondblclick = fill;
 $("ask").onclick = actions["?"];
-$("leave").onclose = () => { if ($("leave").returnValue === "quit") say({do: "quit"}); };
+$("leave").onclose = () => { if ($("leave").returnValue === "quit") send({do: "quit"}); };
 
 connect();

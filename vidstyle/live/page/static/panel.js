@@ -1,4 +1,4 @@
-// The panel beside the picture: builds itself from what the session says a style has.
+// The panel beside the picture, built from the parameters of the style.
 
 const $ = id => document.getElementById(id);
 
@@ -15,7 +15,7 @@ const short = (number, whole) => whole ? Math.round(number) : Number(number.toPr
 const fullName = ({name, variant}) => variant ? `${name}:${variant}` : name;
 const isShort = unit => Boolean(unit) && unit.length < 8;
 
-// Where the high end is many times what is usual, most of a slider's way belongs to the low values.
+// A slider whose range is wide gives most of its travel to the low values.
 const isSteep = entry => !entry.whole && (entry.unit === "px" || (entry.low > 0 && entry.high / entry.low >= 20));
 const NOTCHES = 400;
 
@@ -29,7 +29,7 @@ function scaleOf(entry) {
   };
 }
 
-/** A control for one value; `change(value)` is told what people do, `show(value)` what the session has. */
+/** A control for one parameter; it calls `change(value)` on input, and `show(value)` sets it. */
 function control(entry, id, change) {
   if (entry.kind === "slider") return slider(entry, id, change);
   if (entry.kind === "switch") {
@@ -67,7 +67,7 @@ function slider(entry, id, change) {
     change(value);
   };
   range.oninput = () => move(Number(range.value));
-  // With step "any" the browser's own arrow steps are a hundredth; ours work on every kind alike.
+  // With step "any" browsers disagree about arrow keys.
   range.onkeydown = event => {
     const steps = {ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10}[event.key];
     if (!steps || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -87,12 +87,12 @@ function slider(entry, id, change) {
 }
 
 export class Panel {
-  #send; #shown = {}; #wanted = new Map(); #flying = null; #held = null; #name = null; #last = null;
+  #send; #shown = {}; #queued = new Map(); #inFlight = null; #dragged = null; #name = null; #last = null;
 
-  /** `send(message)` says something to the session. */
+  /** `send(message)` sends a message to the session. */
   constructor(send) {
     this.#send = send;
-    addEventListener("pointerup", () => { this.#held = null; });
+    addEventListener("pointerup", () => { this.#dragged = null; });
     $("reset").onclick = () => this.reset();
     $("copy").onclick = () => this.#copy();
   }
@@ -105,7 +105,7 @@ export class Panel {
   }
 
   choose(message) {
-    this.#wanted.clear();
+    this.#queued.clear();
     this.#send(message);
   }
 
@@ -113,26 +113,26 @@ export class Panel {
     this.choose({do: "choose", style: fullName(this.#last)});
   }
 
-  steadier(step) {
+  changeSteady(step) {
     const entry = this.#shown.steady;
     if (!entry) return;
     const value = short(Math.min(Math.max(entry.value + step, 0), 1));
     entry.control.show(value);
-    this.#want(entry, value);
+    this.#set(entry, value);
   }
 
-  /** The session has done what it was asked for, or has not: then the values are shown as they are. */
+  /** The session has answered a message; after an error the present values are shown again. */
   done(what, error) {
     if (what !== "set") return;
-    this.#flying = null;
+    this.#inFlight = null;
     if (error) this.show(this.#last);
     this.#flush();
   }
 
-  /** A new connection answers nothing that was asked on the old one. */
+  /** A new connection: pending messages of the old one are never answered. */
   restart() {
-    this.#flying = null;
-    this.#wanted.clear();
+    this.#inFlight = null;
+    this.#queued.clear();
   }
 
   show(panel) {
@@ -151,7 +151,7 @@ export class Panel {
   #update(entry) {
     const shown = this.#shown[entry.path];
     shown.box.classList.toggle("changed", entry.value !== entry.start);
-    if (this.#held === entry.path || this.#wanted.has(entry.path) || this.#flying?.has(entry.path)) return;
+    if (this.#dragged === entry.path || this.#queued.has(entry.path) || this.#inFlight?.has(entry.path)) return;
     shown.value = entry.value;
     shown.start = entry.start;
     if (!shown.box.contains(document.activeElement) || document.activeElement.type !== "number")
@@ -161,19 +161,19 @@ export class Panel {
   #press() {
     const {name, variant} = this.#last;
     const full = fullName(this.#last);
-    // A session that began with a variant has it among the styles.
+    // A session that was started with a variant lists it among the styles.
     const pressed = [...$("styles").children].some(button => button.textContent === full) ? full : name;
     for (const button of $("styles").children) {
       const chosen = button.textContent === pressed;
-      if (chosen && button.getAttribute("aria-pressed") !== "true") this.#bringIn(button);
+      if (chosen && button.getAttribute("aria-pressed") !== "true") this.#scrollTo(button);
       button.setAttribute("aria-pressed", chosen);
     }
     for (const button of $("variants").children)
       button.setAttribute("aria-pressed", button.textContent === variant);
   }
 
-  // On a narrow window the styles are one long row; scrollIntoView would move the page too.
-  #bringIn(button) {
+  // In a narrow window the styles are one long row; scrollIntoView would scroll the page too.
+  #scrollTo(button) {
     const row = $("styles");
     row.scrollTo({left: button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, behavior: "smooth"});
   }
@@ -181,7 +181,7 @@ export class Panel {
   #build(panel) {
     this.#shown = {};
     const [about] = panel.note.split(" Tune ");
-    $("about").textContent = about || "The picture as it comes.";
+    $("about").textContent = about || "The picture unchanged.";
     $("variants").replaceChildren(...panel.variants.map(({name, ink, paper}) => {
       const swatch = make("span", {className: "swatch"});
       swatch.style.background = `linear-gradient(${paper} 50%, ${ink} 50%)`;
@@ -211,32 +211,32 @@ export class Panel {
   #row(entry) {
     const id = `value-${entry.path}`;
     const shown = {value: entry.value, start: entry.start};
-    shown.control = control(entry, id, value => this.#want(shown, value, entry.path));
+    shown.control = control(entry, id, value => this.#set(shown, value, entry.path));
     const of = entry.main && entry.step ? `${stepName(entry.step)} ` : "";
     const label = make("label", {htmlFor: id, title: `${entry.help}\n${entry.path}`}, of + words(entry.name));
-    label.ondblclick = () => { shown.control.show(shown.start); this.#want(shown, shown.start, entry.path); };
+    label.ondblclick = () => { shown.control.show(shown.start); this.#set(shown, shown.start, entry.path); };
     const top = make("div", {className: "top"}, label, make("div", {className: "value"}, ...shown.control.beside));
     const unit = entry.unit && !isShort(entry.unit) ? ` (${entry.unit})` : "";
     const help = entry.main ? [make("p", {className: "help", textContent: entry.help + unit})] : [];
     shown.box = make("div", {className: "entry", title: entry.help}, top, ...(shown.control.below ?? []), ...help);
-    shown.box.onpointerdown = () => { this.#held = entry.path; };
+    shown.box.onpointerdown = () => { this.#dragged = entry.path; };
     shown.path = entry.path;
     shown.control.show(entry.value);
     this.#shown[entry.path] = shown;
     return shown.box;
   }
 
-  #want(shown, value) {
+  #set(shown, value) {
     shown.value = value;
-    this.#wanted.set(shown.path, value);
+    this.#queued.set(shown.path, value);
     this.#flush();
   }
 
   #flush() {
-    if (this.#flying || !this.#wanted.size) return;
-    this.#flying = this.#wanted;
-    this.#wanted = new Map();
-    this.#send({do: "set", assignments: [...this.#flying].map(([path, value]) => `${path}=${value}`)});
+    if (this.#inFlight || !this.#queued.size) return;
+    this.#inFlight = this.#queued;
+    this.#queued = new Map();
+    this.#send({do: "set", assignments: [...this.#inFlight].map(([path, value]) => `${path}=${value}`)});
   }
 
   async #copy() {
