@@ -62,12 +62,8 @@ def render(
         info = compared_info(reader.info, compare)
         writer = open_writer(target, info, write or WriteOptions(), reader)
         items = first_frames(reader, frames) if frames else reader
-<<<<<<< HEAD
         restyle = partial(_start_restyling, renderer, writer, compare)
         stages = Stages(items, restyle, writer, renderer.frames_in_flight)
-=======
-        stages = Stages(items, partial(restyler.start, writer=writer), writer, restyler.frames_in_flight)
->>>>>>> 54d20b1 (A frame passes two functions fewer between the stages; the test of stopping no longer races with the end of its film)
         watch = _watcher(stages, reader.info, frames, began, on_progress)
         stages.run(stop or threading.Event(), watch)
         watch()

@@ -10,7 +10,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from vidstyle.errors import OutputError
@@ -153,18 +152,11 @@ class Stages:
 
     def _write(self) -> None:
         try:
-<<<<<<< HEAD
             for batch in self._result:
                 for item in batch:
                     self._writer.write(item)
                     if isinstance(item, Frame):
                         self._count(item)
-=======
-            for item in chain.from_iterable(self._result):
-                self._writer.write(item)
-                if isinstance(item, Frame):
-                    self._count(item)
->>>>>>> 54d20b1 (A frame passes two functions fewer between the stages; the test of stopping no longer races with the end of its film)
             if not self._halted.is_set():
                 self._writer.finish()
                 self.finished, self.partial = True, None
