@@ -1,4 +1,4 @@
-"""The filter blocks, one file each; a file here that declares a block of its own name is a block."""
+"""The filter blocks: each module of this package declares a block of its own name."""
 
 from __future__ import annotations
 

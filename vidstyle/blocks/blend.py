@@ -27,22 +27,20 @@ MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "dodge": lambda below, above: np.clip(below / np.maximum(1 - above, 1 / 255), 0, 1),
     "burn": lambda below, above: 1 - np.clip((1 - below) / np.maximum(above, 1 / 255), 0, 1),
 }
-"""The usual modes: what each channel becomes, of the picture below and the one laid above it."""
+"""The blend modes: functions of each channel of the picture below and the one above."""
 
 
 @block("pixel", on="channels")
 def blend(
     picture: np.ndarray,
-    other: Annotated[Any, SavedRef("the picture laid over the current one")] = "source",
-    mode: Annotated[
-        str, Choice(tuple(MODES), "how the two are mixed", explore=("multiply", "overlay"))
-    ] = "normal",
-    opacity: Annotated[float, Slider(0, 1, "0 leaves the current picture", explore=(0.3, 1))] = 0.5,
+    other: Annotated[Any, SavedRef("picture blended over the current one")] = "source",
+    mode: Annotated[str, Choice(tuple(MODES), "blend mode", explore=("multiply", "overlay"))] = "normal",
+    opacity: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.3, 1))] = 0.5,
     mask: Annotated[
         Any, SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True)
     ] = "",
 ) -> np.ndarray:
-    """Lay a saved picture over the current one; over a gray one, its luma."""
+    """Blend a saved picture over the current one; over a gray one, its luma."""
     mixed = MODES[mode](picture, other)
     if mask is None and opacity == 1:
         return mixed

@@ -12,9 +12,9 @@ from vidstyle.block import Slider, block
 @block("pixel", on="luma")
 def brightness(
     luma: np.ndarray,
-    factor: Annotated[float, Slider(0, 4, "what luma is multiplied by", explore=(0.8, 1.4))] = 1.3,
+    factor: Annotated[float, Slider(0, 4, "factor of luma", explore=(0.8, 1.4))] = 1.3,
 ) -> np.ndarray:
-    """Multiply luma by a factor and cut it off at black and white.
+    """Multiply luma by a factor and clip it to black and white.
 
     Paper, section 4.2 A.
     """

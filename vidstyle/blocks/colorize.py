@@ -14,12 +14,10 @@ from vidstyle.block import LumaWeights, Slider, block
 def colorize(
     picture: np.ndarray,
     weights: LumaWeights,
-    hue: Annotated[
-        float, Slider(0, 360, "the one hue: 0 red, 120 green, 240 blue", "degrees", (0, 360))
-    ] = 30,
-    saturation: Annotated[float, Slider(0, 1, "0 is gray, 1 the pure hue", explore=(0.2, 0.8))] = 0.55,
+    hue: Annotated[float, Slider(0, 360, "hue: 0 red, 120 green, 240 blue", "degrees", (0, 360))] = 30,
+    saturation: Annotated[float, Slider(0, 1, "0 for gray, 1 for the pure hue", explore=(0.2, 0.8))] = 0.55,
 ) -> np.ndarray:
-    """Paint the picture in the tones of one hue, from black over the hue to white.
+    """Convert to tones of one hue, from black over the hue to white.
 
     HSL with luma as its lightness. Paper, section 4.2 A.
     """

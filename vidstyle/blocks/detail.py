@@ -12,10 +12,10 @@ from vidstyle.block import Slider, block
 @block("learned", on="luma")
 def detail(
     delta: Annotated[
-        float, Slider(-100, 60, "-100 leaves the smooth base, above 0 enhances", "percent", (-100, 40))
+        float, Slider(-100, 60, "-100 for the smooth base, above 0 to enhance", "percent", (-100, 40))
     ] = -60,
 ) -> BankRun:
-    """Take fine detail away, or enhance it.
+    """Remove fine detail, or enhance it.
 
     luma + delta (luma - base), where the base is smoothed without crossing edges, learned. Paper, sections
     4.2 C and 5.4.4; Talebi and Milanfar 2016.

@@ -9,22 +9,18 @@ import numpy as np
 from vidstyle.block import Measured, Slider, block
 
 MIN_RANGE = 8 / 255
-"""A smaller range counts as this, so that black frames and fades do not turn into noise."""
+"""The least range of luma: black frames and fades are not amplified into noise."""
 
 
-def _percentiles(low: float, high: float) -> tuple[float, float]:
-    return low, high
-
-
-@block("measured", on="luma", percentiles=_percentiles)
+@block("measured", on="luma", percentiles=lambda low, high: (low, high))
 def equalize(
     luma: np.ndarray,
     measured: Measured,
-    low: Annotated[float, Slider(0, 50, "this much of the picture turns black", "percent", (1, 10))] = 5,
-    high: Annotated[float, Slider(50, 100, "the rest above this turns white", "percent", (90, 99))] = 95,
-    settle: Annotated[float, Slider(0, 10, "time in which it follows a change; 0 is at once", "s")] = 0.4,
+    low: Annotated[float, Slider(0, 50, "percentile that becomes black", "percent", (1, 10))] = 5,
+    high: Annotated[float, Slider(50, 100, "percentile that becomes white", "percent", (90, 99))] = 95,
+    settle: Annotated[float, Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s")] = 0.4,
 ) -> np.ndarray:
-    """Stretch luma from the dark percentile to the bright one over the whole range.
+    """Stretch luma so that a low percentile becomes black and a high one white.
 
     A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D.
     """

@@ -11,20 +11,14 @@ from vidstyle.block import Slider, Switch, block
 
 @block("learned", on="luma")
 def etf(
-    passes: Annotated[int, Slider(1, 12, "more make longer strokes", explore=(1, 6))] = 3,
+    passes: Annotated[int, Slider(1, 12, "more for longer strokes", explore=(1, 6))] = 3,
     rho: Annotated[
         float,
-        Slider(
-            0.5,
-            4,
-            "window in which the direction is looked for: more makes broader strokes",
-            "pixels",
-            (1, 3),
-        ),
+        Slider(0.5, 4, "smoothing of the structure tensor: more for broader strokes", "pixels", (1, 3)),
     ] = 2,
-    reselect: Annotated[bool, Switch("choose the filters anew in each pass: truer, slower")] = False,
+    reselect: Annotated[bool, Switch("select the filters in each pass: more accurate, slower")] = False,
 ) -> BankRun:
-    """Smooth luma along the edges, as if it had been brushed.
+    """Smooth luma along the edges, like brush strokes.
 
     Line integral convolution along the edge tangent flow, learned. Paper, sections 4.2 C and 5.4.2.
     """

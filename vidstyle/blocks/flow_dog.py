@@ -9,13 +9,13 @@ from vidstyle.blade.inference import BankRun
 from vidstyle.block import Slider, block
 
 LEARNED = {0.5: "flow_dog_fine", 1.0: "flow_dog"}
-"""The banks by the sigma that they imitate, in pixels; others run one of them on a reduced picture."""
+"""The banks by their sigma in pixels; for other values one of them runs on a reduced picture."""
 
 
 @block("learned", on="luma")
 def flow_dog(
     sigma: Annotated[float, Slider(0.5, 24, "width of the lines", "px", explore=(1, 3))] = 1.4,
-    p: Annotated[float, Slider(0, 60, "how much the edges are sharpened", explore=(5, 30))] = 20,
+    p: Annotated[float, Slider(0, 60, "strength of the sharpening", explore=(5, 30))] = 20,
 ) -> BankRun:
     """Sharpen across the edges and smooth along them.
 

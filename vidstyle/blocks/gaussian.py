@@ -20,7 +20,7 @@ def gaussian(
     picture: np.ndarray,
     sigma: Annotated[float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4))] = 2,
 ) -> np.ndarray:
-    """Blur; removes noise and small detail.
+    """Blur: remove noise and small detail.
 
     The kernel ends at three sigma; the border is repeated. Paper, section 4.2 B.
     """

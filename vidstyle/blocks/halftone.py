@@ -30,11 +30,11 @@ def _radius(cell: float) -> int:
 def halftone(
     picture: np.ndarray,
     place: PageRegion,
-    cell: Annotated[float, Slider(3, 64, "distance of the dots", "px", explore=(4, 12))] = 6,
-    dot: Annotated[float, Slider(0.2, 1.5, "amount of ink; below 1 even black keeps its dots")] = 1,
-    gain: Annotated[float, Slider(0, 0.4, "dot gain: how much the middle tones spread")] = 0.15,
-    black: Annotated[float, Slider(0, 1, "how much of the dark is printed black")] = 0.9,
-    inks: Annotated[str, Choice(tuple(INKS), "computer colours, or those of a printing press")] = "press",
+    cell: Annotated[float, Slider(3, 64, "distance between dots", "px", explore=(4, 12))] = 6,
+    dot: Annotated[float, Slider(0.2, 1.5, "amount of ink; below 1 black areas show dots too")] = 1,
+    gain: Annotated[float, Slider(0, 0.4, "dot gain of the middle tones")] = 0.15,
+    black: Annotated[float, Slider(0, 1, "share of dark tones printed with black ink")] = 0.9,
+    inks: Annotated[str, Choice(tuple(INKS), "pure colours, or those of a printing press")] = "press",
 ) -> np.ndarray:
     """Print the picture in dots of cyan, magenta, yellow and black ink.
 

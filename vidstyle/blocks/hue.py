@@ -15,14 +15,14 @@ from vidstyle.core.kernels import mix_channels
 def hue(
     picture: np.ndarray,
     weights: LumaWeights,
-    angle: Annotated[float, Slider(-180, 180, "turn in the chroma plane", "degrees", (-60, 60))] = 60,
+    angle: Annotated[float, Slider(-180, 180, "rotation in the chroma plane", "degrees", (-60, 60))] = 60,
     red: Annotated[float, Slider(-255, 255, "added to red", "levels of 255", (-30, 30))] = 0,
     green: Annotated[float, Slider(-255, 255, "added to green", "levels of 255", (-30, 30))] = 0,
     blue: Annotated[float, Slider(-255, 255, "added to blue", "levels of 255", (-30, 30))] = 0,
 ) -> np.ndarray:
-    """Turn all hues by an angle, luma kept, and add a tint.
+    """Rotate all hues, keeping luma, and add a tint.
 
-    A rotation of (blue difference, red difference) and a bias in RGB, cut off to 0..1. Paper,
+    A rotation of (blue difference, red difference) and a bias in RGB, clipped to 0..1. Paper,
     section 4.2 A.
     """
     matrix = np.empty((3, 4))

@@ -12,15 +12,15 @@ from vidstyle.block import Asset, Slider, Switch, block
 @block("learned", on="luma")
 def learned(
     bank: Annotated[
-        Any, Asset("a bank file (.npz), or the name of one of ours", load_bank, shipped_banks)
+        Any, Asset("a bank file (.npz), or the name of a shipped bank", load_bank, shipped_banks)
     ] = "etf",
-    amount: Annotated[float, Slider(0, 1, "0 leaves the picture", explore=(0.5, 1))] = 1,
-    passes: Annotated[int, Slider(1, 8, "how often it runs", explore=(1, 3))] = 1,
-    reselect: Annotated[bool, Switch("choose the filters anew in each pass")] = True,
+    amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
+    passes: Annotated[int, Slider(1, 8, "number of passes", explore=(1, 3))] = 1,
+    reselect: Annotated[bool, Switch("select the filters in each pass")] = True,
 ) -> BankRun:
-    """Run a bank of learned filters over luma; `vidstyle train` makes one from any filter.
+    """Apply a bank of learned filters to luma; `vidstyle train` makes banks.
 
-    Paper, section 5, equation 2. A bank with several parts runs with the weight 1 for its first one alone.
+    Paper, section 5, equation 2. Of a bank with several parts only the first is used.
     """
     weights = (amount, *[0.0] * (len(bank.filters) - 1))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect)

@@ -7,15 +7,15 @@ from typing import Annotated, Any
 from vidstyle.block import Block, block
 from vidstyle.blocks.posterize import posterize
 
+_TONES = posterize.parameters
+
 
 @block("recipe", on="luma")
 def luma_posterize(
-    levels: Annotated[int, posterize.parameters["levels"].control] = posterize.parameters["levels"].default,
-    softness: Annotated[float, posterize.parameters["softness"].control] = posterize.parameters[
-        "softness"
-    ].default,
+    levels: Annotated[int, _TONES["levels"].control] = _TONES["levels"].default,
+    softness: Annotated[float, _TONES["softness"].control] = _TONES["softness"].default,
 ) -> list[tuple[Block, dict[str, Any]]]:
-    """Reduce luma to a few flat tones and keep the colours.
+    """Quantize luma to a few flat tones, keeping chroma.
 
     Paper, section 4.2 A: posterization between to_gray and to_color.
     """

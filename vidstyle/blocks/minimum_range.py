@@ -10,20 +10,16 @@ from vidstyle.block import Measured, Slider, block
 from vidstyle.blocks.equalize import MIN_RANGE
 
 
-def _percentiles() -> tuple[float, float]:
-    return 5, 95
-
-
-@block("measured", on="luma", percentiles=_percentiles)
+@block("measured", on="luma", percentiles=lambda: (5, 95))
 def minimum_range(
     luma: np.ndarray,
     measured: Measured,
     dynamic_range: Annotated[
-        float, Slider(0, 255, "least distance of the 5 % and 95 % percentiles", "levels of 255", (100, 200))
+        float, Slider(0, 255, "minimum distance of the 5 % and 95 % percentiles", "levels of 255", (100, 200))
     ] = 180,
-    settle: Annotated[float, Slider(0, 10, "time in which it follows a change; 0 is at once", "s")] = 0.4,
+    settle: Annotated[float, Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s")] = 0.4,
 ) -> np.ndarray:
-    """Widen a flat picture's range of luma to a least range; leave any other picture as it is.
+    """Expand the dynamic range of luma to a minimum; leave a picture with a larger range unchanged.
 
     It widens about the middle, which moves only as far as the new range needs to stay within black
     and white. A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D.

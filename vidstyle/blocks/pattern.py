@@ -19,7 +19,7 @@ TILE_SIDE = 1024
 """The longest side of a tile in pixels."""
 
 DIRECTIONS = {"cross": (0.0, 90.0, 45.0, 135.0), "parallel": (0.0,), "weave": (0.0, 90.0)}
-"""By how much each further set of strokes is turned against the first, in degrees; then over again."""
+"""Angles of the sets of strokes relative to the first, in degrees; repeated for further sets."""
 
 
 def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
@@ -52,18 +52,18 @@ def _read_tile(file: Path) -> np.ndarray:
 def pattern(
     luma: np.ndarray,
     place: PageRegion,
-    levels: Annotated[int, Slider(2, 9, "tones; the lightest is blank", explore=(3, 6))] = 5,
-    spacing: Annotated[float, Slider(3, 64, "distance of the strokes", "px", explore=(5, 12))] = 7,
+    levels: Annotated[int, Slider(2, 9, "number of tones; the lightest is blank", explore=(3, 6))] = 5,
+    spacing: Annotated[float, Slider(3, 64, "distance between strokes", "px", explore=(5, 12))] = 7,
     width: Annotated[float, Slider(0.05, 1, "width of a stroke by the distance", explore=(0.15, 0.4))] = 0.24,
     angle: Annotated[float, Slider(-90, 90, "direction of the first strokes", "degrees", (-60, 60))] = 45,
-    layout: Annotated[str, Choice(tuple(DIRECTIONS), "how darker strokes lie to lighter ones")] = "cross",
-    wobble: Annotated[float, Slider(0, 1, "unsteadiness of the hand")] = 0.5,
-    softness: Annotated[float, Slider(0, 1, "part of each level in which its strokes fade in")] = 0.35,
+    layout: Annotated[str, Choice(tuple(DIRECTIONS), "directions of further sets of strokes")] = "cross",
+    wobble: Annotated[float, Slider(0, 1, "irregularity of the strokes")] = 0.5,
+    softness: Annotated[float, Slider(0, 1, "part of each level over which its strokes fade in")] = 0.35,
     tiles: Annotated[
-        Any, Asset("folder of .png tiles, one for each level, in place of strokes", read_tiles)
+        Any, Asset("folder of .png tiles, one for each level, instead of strokes", read_tiles)
     ] = "",
 ) -> np.ndarray:
-    """Draw the tones as hatching in black on white, more strokes the darker it is.
+    """Draw tones as black hatching on white, with more strokes where it is darker.
 
     Each level adds a set of strokes to those of the lighter ones, so that tones nest; the strokes are
     fixed to the page. Tiles, if given, set the levels and repeat over the page. Paper, section 4.2 B.
@@ -99,34 +99,20 @@ _drawing = threading.Lock()
 
 @lru_cache(maxsize=8)
 def _stroke_sets(
-    levels: int,
-    spacing: float,
-    width: float,
-    angle: float,
-    layout: str,
-    wobble: float,
-    rows: int,
-    columns: int,
+    levels: int, spacing: float, width: float, angle: float, layout: str, wobble: float, *page: int
 ) -> np.ndarray:
-    """How much of each pixel the strokes of each set cover, (levels - 1) x rows x columns uint8.
+    """The coverage of each pixel by each set of strokes, (levels - 1) x page height x page width uint8.
 
     Kept for the last few pages, since the strokes do not move.
     """
-    sets = np.empty((levels - 1, rows, columns), np.uint8)
+    sets = np.empty((levels - 1, *page), np.uint8)
     turns = DIRECTIONS[layout]
     for number in range(levels - 1):
         direction = math.radians(angle + turns[number % len(turns)])
         # Strokes that come again in a direction lie between those that are there already.
         shift = 0.5 * (number // len(turns)) + 0.37 * (number % len(turns))
-        _draw_strokes(
-            math.cos(direction) / spacing,
-            -math.sin(direction) / spacing,
-            shift,
-            width / 2,
-            wobble,
-            spacing,
-            sets[number],
-        )
+        cosine, sine = math.cos(direction) / spacing, -math.sin(direction) / spacing
+        _draw_strokes(cosine, sine, shift, width / 2, wobble, spacing, sets[number])
     return sets
 
 

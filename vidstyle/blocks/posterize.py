@@ -13,10 +13,10 @@ from vidstyle.core.kernels import TIE_LIFT, compiled
 @block("pixel", on="channels")
 def posterize(
     picture: np.ndarray,
-    levels: Annotated[int, Slider(2, 32, "tones left in each channel", explore=(5, 12))] = 10,
-    softness: Annotated[float, Slider(0, 1, "part of each step that is a ramp; keeps video steady")] = 0.15,
+    levels: Annotated[int, Slider(2, 32, "tones in each channel", explore=(5, 12))] = 10,
+    softness: Annotated[float, Slider(0, 1, "part of each step that is a ramp; reduces flicker")] = 0.15,
 ) -> np.ndarray:
-    """Reduce each channel to a few flat tones.
+    """Quantize each channel to a few flat tones.
 
     Values outside 0..1 become the end tones. Paper, section 4.2 A; the soft steps are in the spirit
     of Winnemoeller 2006, with a cubic ramp so that they meet the flats without a jump.

@@ -15,12 +15,12 @@ def saturation(
     picture: np.ndarray,
     weights: LumaWeights,
     factor: Annotated[
-        float, Slider(0, 4, "0 is gray, 1 leaves the colours, more is more vivid", explore=(1.5, 2.2))
+        float, Slider(0, 4, "0 for gray, 1 for no change, above 1 more vivid", explore=(1.5, 2.2))
     ] = 1.8,
 ) -> np.ndarray:
     """Make the colours more vivid or more muted.
 
-    gray + factor (RGB - gray), cut off to 0..1. Paper, section 4.2 A.
+    gray + factor (RGB - gray), clipped to 0..1. Paper, section 4.2 A.
     """
     matrix = factor * np.eye(3, 4)
     matrix[:, :3] += (1 - factor) * weights

@@ -11,11 +11,11 @@ from vidstyle.core.resample import METHODS
 @block("resize", on="channels")
 def scale(
     size: tuple[int, int],
-    factor: Annotated[float, Slider(0.05, 4, "working size by present size", explore=(0.33, 1))] = 0.5,
-    method: Annotated[str, Choice(tuple(METHODS), "how the working size is reached")] = "area",
-    back: Annotated[str, Choice(tuple(METHODS), "how the output's size is reached again")] = "bicubic",
+    factor: Annotated[float, Slider(0.05, 4, "working size by the current one", explore=(0.33, 1))] = 0.5,
+    method: Annotated[str, Choice(tuple(METHODS), "interpolation to the working size")] = "area",
+    back: Annotated[str, Choice(tuple(METHODS), "interpolation back to the output size")] = "bicubic",
 ) -> tuple[int, int]:
-    """Go on at another size: filters after it act coarser and faster, or finer.
+    """Continue at another size: filters after it become coarser and faster, or finer.
 
     Paper, section 4.2 B. Sizes are rounded, halves up, and never below one pixel.
     """

@@ -10,17 +10,13 @@ from vidstyle.block import Slider, Switch, block
 from vidstyle.core.kernels import compiled
 
 
-def _radius() -> int:
-    return 1
-
-
-@block("filter", on="luma", radius=_radius, chroma="dropped")
+@block("filter", on="luma", radius=lambda: 1, chroma="dropped")
 def sobel(
     luma: np.ndarray,
-    gain: Annotated[float, Slider(0, 16, "a full step from black to white gives this", explore=(1, 4))] = 2,
-    invert: Annotated[bool, Switch("dark lines on white, as the lines layer wants them")] = False,
+    gain: Annotated[float, Slider(0, 16, "response to a step from black to white", explore=(1, 4))] = 2,
+    invert: Annotated[bool, Switch("dark lines on white, as for the lines layer")] = False,
 ) -> np.ndarray:
-    """Draw the edges: the length of the luma gradient, as a gray picture.
+    """Detect edges: the magnitude of the luma gradient, as a gray picture.
 
     3 x 3 Sobel, divided by 4 and cut off at white; the border is repeated. Paper, section 4.2 B.
     """

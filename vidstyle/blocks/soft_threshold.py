@@ -17,10 +17,10 @@ def soft_threshold(
         float, Slider(0.001, 1, "slope of the ramp", "per level of 255", explore=(0.013, 0.059))
     ] = 0.03,
     epsilon: Annotated[
-        float, Slider(0, 255, "cut-off; all above it is white", "levels of 255", explore=(50, 110))
+        float, Slider(0, 255, "threshold; everything above it is white", "levels of 255", explore=(50, 110))
     ] = 110,
 ) -> np.ndarray:
-    """Turn what lies above the cut-off white and let the rest fall off to black.
+    """Make everything above a threshold white, with a tanh ramp to black below it.
 
     1 + tanh(min(0, phi (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
     """

@@ -12,9 +12,9 @@ from vidstyle.block import SavedRef, block
 @block("pixel", on="luma", is_identity=True)
 def to_color(
     luma: np.ndarray,
-    chroma: Annotated[Any, SavedRef("the picture whose colours are taken", on="chroma")] = "chroma",
+    chroma: Annotated[Any, SavedRef("picture whose chroma is used", on="chroma")] = "chroma",
 ) -> np.ndarray:
-    """Give luma the colours of a saved picture, by default those that to_gray put aside.
+    """Combine luma with the chroma of a saved picture, by default that saved by to_gray.
 
     Paper, section 4.2 A.
     """

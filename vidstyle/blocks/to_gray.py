@@ -9,7 +9,7 @@ from vidstyle.block import block
 
 @block("pixel", on="luma", chroma="dropped", saves="chroma", is_identity=True)
 def to_gray(luma: np.ndarray) -> np.ndarray:
-    """Keep luma alone; the picture as it was is saved as "chroma" for to_color to take the colours from.
+    """Drop chroma; the input is saved as "chroma" for to_color.
 
     Paper, section 4.2 A.
     """

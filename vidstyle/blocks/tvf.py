@@ -11,10 +11,10 @@ from vidstyle.block import Slider, block
 
 @block("learned", on="luma")
 def tvf(
-    passes: Annotated[int, Slider(1, 12, "more flatten more", explore=(1, 4))] = 2,
-    amount: Annotated[float, Slider(0, 1, "0 leaves the picture", explore=(0.5, 1))] = 1,
+    passes: Annotated[int, Slider(1, 12, "more for flatter areas", explore=(1, 4))] = 2,
+    amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
 ) -> BankRun:
-    """Flatten texture and keep edges.
+    """Flatten texture and preserve edges.
 
     Total variation flow in the form of Marquina and Osher, learned. Paper, sections 4.2 C and
     5.4.1.
