@@ -19,7 +19,7 @@ def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LAND
     moments, scene = [], 0
     for number in range(count):
         height, width = shapes[random.integers(len(shapes))]
-        salience = random_box(random, width, height, 0.2 * np.array([width, height]), 3.0)
+        saliency = random_box(random, width, height, 0.2 * np.array([width, height]), 3.0)
         faces = [
             random_box(random, width, height, np.full(2, 0.05 * min(width, height)), 7.0)
             for _ in range(random.integers(1, 4) if random.random() < 0.5 else 0)
@@ -27,7 +27,7 @@ def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LAND
         by_size = tuple(sorted(faces, key=lambda face: -face.area))
         scene += int(random.random() < 0.5)
         moments.append(
-            Moment(Fraction(number * 3), (height, width), random.random(), salience, by_size, scene)
+            Moment(Fraction(number * 3), (height, width), random.random(), saliency, by_size, scene)
         )
     most = max(moment.importance for moment in moments)
     return [replace(moment, importance=moment.importance / most) for moment in moments]
@@ -41,7 +41,7 @@ def random_box(random: np.random.Generator, width: int, height: int, least: np.n
 
 
 def even_film(count: int, shape: tuple[int, int] = LANDSCAPE) -> list[Moment]:
-    """Moments of which none stands out: each a scene, with the salience in the middle."""
+    """Moments of which none stands out: each a scene, with the saliency in the middle."""
     height, width = shape
     middle = Box(width * 0.35, height * 0.3, width * 0.65, height * 0.7)
     return [Moment(Fraction(number), shape, 0.5, middle, (), number) for number in range(count)]

@@ -12,7 +12,7 @@ import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import judge
+from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.saliency import blobs
 from vidstyle.comic.layout.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
 from vidstyle.comic.moment import Box, Moment
@@ -44,8 +44,8 @@ def large_windows(moment: Moment, aspect: float) -> Iterator[Box]:
         yield Box(left, top, left + width, top + height)
 
 
-def moment_with(*faces: Box, salience: Box = MIDDLE) -> Moment:
-    return Moment(Fraction(0), LANDSCAPE, 0.5, salience, faces, 0)
+def moment_with(*faces: Box, saliency: Box = MIDDLE) -> Moment:
+    return Moment(Fraction(0), LANDSCAPE, 0.5, saliency, faces, 0)
 
 
 @pytest.mark.parametrize("aspect", ASPECTS)
@@ -63,7 +63,7 @@ def test_salience_is_held_and_no_face_cut_where_that_is_possible(aspect: float) 
     held = 0
     for moment in MOMENTS:
         window = crop(moment, aspect)
-        for wanted in ([moment.salience, *moment.faces[:1]], moment.faces[:1]):
+        for wanted in ([moment.saliency, *moment.faces[:1]], moment.faces[:1]):
             possible = any(
                 all(holds(other, box) for box in wanted)
                 and not any(cut(other, face) for face in moment.faces)
@@ -85,7 +85,7 @@ def test_the_main_face_is_whole_even_if_another_must_be_cut() -> None:
 
 def test_a_face_at_the_edge_of_a_narrow_panel_is_left_out_rather_than_cut() -> None:
     main, other = Box(300, 300, 700, 700), Box(1000, 350, 1200, 550)
-    window = crop(moment_with(main, other, salience=main), 0.6)
+    window = crop(moment_with(main, other, saliency=main), 0.6)
     assert holds(window, main)
     assert not cut(window, other)
 
@@ -94,18 +94,18 @@ def test_there_is_room_above_a_head() -> None:
     for top in (150, 300, 500):
         face = Box(800, top, 1000, top + 200)
         for aspect in ASPECTS[:-1]:
-            assert holds(crop(moment_with(face, salience=face), aspect), with_room(moment_with(face), face))
+            assert holds(crop(moment_with(face, saliency=face), aspect), with_room(moment_with(face), face))
 
 
 def test_there_is_room_above_a_large_head_in_a_low_panel() -> None:
     face = Box(800, 450, 1100, 800)
-    moment = moment_with(face, salience=face)
+    moment = moment_with(face, saliency=face)
     assert holds(crop(moment, 3.2), with_room(moment, face))
 
 
 def test_a_nearer_window_is_taken_if_every_large_one_cuts_a_face() -> None:
     main, below, right = Box(600, 60, 1000, 400), Box(160, 650, 650, 910), Box(1050, 150, 1500, 400)
-    moment = moment_with(main, below, right, salience=main)
+    moment = moment_with(main, below, right, saliency=main)
     assert all(any(cut(other, face) for face in moment.faces) for other in large_windows(moment, 1.0))
     window = crop(moment, 1.0)
     assert holds(window, main)
@@ -115,7 +115,7 @@ def test_a_nearer_window_is_taken_if_every_large_one_cuts_a_face() -> None:
 @pytest.mark.parametrize("middle", [500, 1300])
 def test_a_face_stands_by_a_third_with_its_eyes_high(middle: int) -> None:
     face = Box(middle - 100, 350, middle + 100, 600)
-    window = crop(moment_with(face, salience=face), 1.5)
+    window = crop(moment_with(face, saliency=face), 1.5)
     across = (middle - window.left) / window.width
     down = (475 - window.top) / window.height
     assert min(abs(across - 1 / 3), abs(across - 2 / 3)) < 0.05
@@ -126,7 +126,7 @@ def test_a_small_face_is_seen_from_nearer_but_not_too_near() -> None:
     sides = {}
     for side in (40, 130, 500):
         face = Box(900, 400, 900 + side, 400 + side)
-        sides[side] = crop(moment_with(face, salience=face), 1920 / 1080).width / 1920
+        sides[side] = crop(moment_with(face, saliency=face), 1920 / 1080).width / 1920
     assert sides == pytest.approx({40: NEAREST_TINY, 130: NEAREST, 500: 1.0}, abs=0.3)
     assert sides[40] < sides[130] < sides[500]
 
@@ -139,21 +139,21 @@ def test_without_a_face_most_of_the_picture_is_shown() -> None:
 
 
 def test_a_picture_without_anything_in_it_can_be_cropped() -> None:
-    for salience in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)):
-        window = crop(moment_with(salience=salience), 1.0)
+    for saliency in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)):
+        window = crop(moment_with(saliency=saliency), 1.0)
         assert window.width == pytest.approx(window.height)
 
 
 def test_what_stands_out_is_not_cut_where_another_window_cuts_nothing() -> None:
     """A title above, and something below it that a low window may hold instead."""
     title, ball = Box(100, 100, 800, 260), Box(900, 500, 1100, 1000)
-    moment = replace(moment_with(salience=Box(100, 100, 1700, 1000)), things=(title, ball))
+    moment = replace(moment_with(saliency=Box(100, 100, 1700, 1000)), blobs=(title, ball))
     for aspect in (2.2, 2.4, 2.6):
-        assert not any(cut(crop(moment, aspect), thing) for thing in moment.things)
-    assert any(cut(crop(replace(moment, things=()), 2.4), thing) for thing in moment.things)
+        assert not any(cut(crop(moment, aspect), blob) for blob in moment.blobs)
+    assert any(cut(crop(replace(moment, blobs=()), 2.4), blob) for blob in moment.blobs)
 
 
-def test_things_are_found_and_kept_whole() -> None:
+def test_blobs_are_found_and_kept_whole() -> None:
     """Balls on a ground that grows lighter downwards, none of them near the middle."""
     ground = np.repeat(np.linspace(60, 140, 360, dtype=np.uint8)[:, None], 640, axis=1)
     picture = np.stack([ground, ground, ground + 20], axis=2)
@@ -161,15 +161,15 @@ def test_things_are_found_and_kept_whole() -> None:
     for ball in balls:
         middle = round((ball.left + ball.right) / 2), round((ball.top + ball.bottom) / 2)
         cv2.circle(picture, middle, round(ball.width / 2), (230, 80, 40), -1, cv2.LINE_AA)
-    seen = judge(picture, 0, picture.shape[:2], FaceFinder())
-    assert len(seen.things) == 2
-    assert all(any(thing.contains(ball) for thing in seen.things) for ball in balls)
-    assert all(seen.salience.contains(ball) for ball in balls)
+    seen = extract_features(picture, 0, picture.shape[:2], FaceFinder())
+    assert len(seen.blobs) == 2
+    assert all(any(blob.contains(ball) for blob in seen.blobs) for ball in balls)
+    assert all(seen.saliency.contains(ball) for ball in balls)
     assert blobs(np.full((90, 160, 3), 90, np.uint8)) == []
 
 
 def test_of_what_is_salient_rather_the_foot_is_lost_than_the_head() -> None:
     figure = Box(800, 100, 1000, 1050)
-    window = crop(moment_with(salience=figure), 3.2)
+    window = crop(moment_with(saliency=figure), 3.2)
     assert not holds(window, figure)
     assert window.top <= figure.top

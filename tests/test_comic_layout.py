@@ -119,7 +119,7 @@ def test_no_panel_is_a_sliver(cases: list[Case]) -> None:
 
 def test_salience_is_cut_only_where_panels_are_of_quite_another_shape(cases: list[Case]) -> None:
     shown = [
-        panel.crop.intersection(moment.salience).area / moment.salience.area
+        panel.crop.intersection(moment.saliency).area / moment.saliency.area
         for case in cases
         for panel, moment in zip(case.layout.panels, case.moments, strict=True)
     ]
@@ -276,7 +276,7 @@ def test_very_wide_and_very_high_pages(size: str) -> None:
 
 def test_a_picture_without_salience_and_a_wholly_salient_one() -> None:
     film = even_film(5)
-    film[1], film[3] = (replace(film[1], salience=box) for box in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)))
+    film[1], film[3] = (replace(film[1], saliency=box) for box in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)))
     assert len(lay_out(film, PAPERS[0]).panels) == 5
 
 

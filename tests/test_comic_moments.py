@@ -16,9 +16,9 @@ from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
 from vidstyle.comic.analyze import film as film_file
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import Candidate, between_bars, judge
+from vidstyle.comic.analyze.features import Candidate, content_area, extract_features
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.similarity import ALIKE, similarity
+from vidstyle.comic.analyze.similarity import SIMILAR, similarity
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
@@ -33,19 +33,22 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_film(tmp_path_factory.mktemp("story") / "told.mp4", story(6, 30))
 
 
-def moments_of(path: Path, **wishes: object) -> list[Moment]:
-    return find_moments(open_film(path), KeyFrameOptions(**wishes))  # type: ignore[arg-type]
+def moments_of(path: Path, **options: object) -> list[Moment]:
+    return find_moments(open_film(path), KeyFrameOptions(**options))  # type: ignore[arg-type]
 
 
 def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
     """What the moments show, judged again from the whole pictures."""
     faces = FaceFinder()
     frames = open_film(path).frames_at([each.time for each in moments])
-    return [judge(frame, each.time, each.shape, faces) for each, frame in zip(moments, frames, strict=True)]
+    return [
+        extract_features(frame, each.time, each.shape, faces)
+        for each, frame in zip(moments, frames, strict=True)
+    ]
 
 
 def doubles(candidates: Sequence[Candidate]) -> int:
-    return int(np.triu(similarity([each.small for each in candidates]) > ALIKE, 1).sum())
+    return int(np.triu(similarity([each.thumbnail for each in candidates]) > SIMILAR, 1).sum())
 
 
 def test_moments_tell_each_shot_in_order(told: Path) -> None:
@@ -69,7 +72,7 @@ def test_as_many_as_wanted_are_chosen(told: Path, panels: int) -> None:
     assert all(one.time < other.time for one, other in itertools.pairwise(moments))
 
 
-def test_wishes_are_kept(told: Path) -> None:
+def test_options_are_followed(told: Path) -> None:
     moments = moments_of(told, panels=4, at=(0.5, 3.02), skip=((1.0, 2.4), (4.8, 7.2)))
     times = [each.time for each in moments]
     assert pytest.approx(0.48) in times  # the frame that is shown at 0.5
@@ -85,7 +88,7 @@ def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(told: Pat
 
 
 @pytest.mark.parametrize(
-    ("wishes", "message"),
+    ("options", "message"),
     [
         ({"at": (9,)}, "at: 9 s lies after the end; the film has 7.2 s"),
         ({"at": (1,), "skip": ((0, 2),)}, "at: 1 s lies in a part that is to be skipped"),
@@ -95,9 +98,9 @@ def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(told: Pat
         ({"panels": 0}, "panels: 0 are none to lay out; give 1 to 300, or auto"),
     ],
 )
-def test_what_cannot_be_wished_is_said(told: Path, wishes: dict[str, object], message: str) -> None:
+def test_contradicting_options_are_refused(told: Path, options: dict[str, object], message: str) -> None:
     with pytest.raises(UsageError) as error:
-        moments_of(told, **wishes)
+        moments_of(told, **options)
     assert str(error.value) == message
 
 
@@ -117,11 +120,11 @@ def test_blurred_black_and_mixed_pictures_are_left_out(tmp_path: Path) -> None:
     assert [time < 40 or 100 <= time < 124 or 140 <= time < 164 for time in times] == [True] * 3, times
 
 
-def test_a_mixture_is_taken_only_where_there_is_nothing_else(told: Path) -> None:
+def test_a_transition_is_taken_only_where_there_is_nothing_else(told: Path) -> None:
     survey = open_film(told).survey()
-    some = [replace(each, mixed=number % 3 > 0) for number, each in enumerate(survey.candidates)]
-    assert not any(each.mixed for each in choose(replace(survey, candidates=some), [], 4))
-    mixed = [replace(each, mixed=True) for each in survey.candidates]
+    some = [replace(each, in_transition=number % 3 > 0) for number, each in enumerate(survey.candidates)]
+    assert not any(each.in_transition for each in choose(replace(survey, candidates=some), [], 4))
+    mixed = [replace(each, in_transition=True) for each in survey.candidates]
     assert len(choose(replace(survey, candidates=mixed), [], 4)) == 4
 
 
@@ -160,7 +163,7 @@ def test_short_films_give_few_moments(
     assert 1 <= len(moments) <= most
     assert {each.shape for each in moments} == {pictures[0].shape[:2]}
     whole = Box(0, 0, *reversed(moments[0].shape))
-    assert all(whole.contains(each.salience) and each.salience.area > 0 for each in moments)
+    assert all(whole.contains(each.saliency) and each.saliency.area > 0 for each in moments)
 
 
 def test_a_black_film_has_nothing_to_show(tmp_path: Path) -> None:
@@ -299,7 +302,7 @@ def test_a_model_that_is_not_there_is_said(tmp_path: Path) -> None:
         FaceFinder(tmp_path / "none.xml")
 
 
-def test_a_face_is_worth_a_panel(tmp_path: Path) -> None:
+def test_a_face_scores_high(tmp_path: Path) -> None:
     """Of two shots that are equally long, the one with a face is chosen where one panel is wanted."""
     crop = cv2.resize(photograph("astronaut")[:288], (256, 144), interpolation=cv2.INTER_AREA)
     frames = [view(PLACES[2])] * 25 + [crop] * 25
@@ -307,7 +310,7 @@ def test_a_face_is_worth_a_panel(tmp_path: Path) -> None:
     (moment,) = find_moments(open_film(path, FaceFinder(cascade(tmp_path))), KeyFrameOptions(panels=1))
     assert moment.scene == 1
     assert len(moment.faces) == 1
-    assert moment.salience.intersection(moment.faces[0]).area > 0.9 * moment.faces[0].area
+    assert moment.saliency.intersection(moment.faces[0]).area > 0.9 * moment.faces[0].area
 
 
 def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
@@ -325,11 +328,11 @@ def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
         picture = moment.picture(frame)
         assert picture.shape[:2] == moment.shape
         assert min(picture.max(axis=2).mean(axis=0).min(), picture.max(axis=2).mean(axis=1).min()) > 30
-        assert Box(0, 0, *reversed(moment.shape)).contains(moment.salience)
+        assert Box(0, 0, *reversed(moment.shape)).contains(moment.saliency)
     night = view(PLACES[0])
     night[:40] = 0
-    assert between_bars(night) == (slice(0, 144), slice(0, 256))
-    assert between_bars(np.zeros_like(night)) == (slice(0, 144), slice(0, 256))
+    assert content_area(night) == (slice(0, 144), slice(0, 256))
+    assert content_area(np.zeros_like(night)) == (slice(0, 144), slice(0, 256))
 
 
 def test_a_long_film_with_too_few_key_frames_is_looked_through_whole(

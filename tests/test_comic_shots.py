@@ -71,8 +71,8 @@ def test_pictures_in_a_dissolve_are_mixed_and_others_are_not(frames: int) -> Non
     finder = finder_of(dissolved(shot(PLACES[0], 60), shot(PLACES[1], 60), frames))
     begin, middle, end = (60 - frames) / RATE, (60 - frames / 2) / RATE, 60 / RATE
     assert finder.shots() == pytest.approx([0, middle], abs=frames / 2 / RATE)
-    assert finder.is_mixed(middle)
-    assert not any(finder.is_mixed(time) for time in (0, begin - 0.4, end + 0.4))
+    assert finder.is_transition(middle)
+    assert not any(finder.is_transition(time) for time in (0, begin - 0.4, end + 0.4))
 
 
 def test_a_fade_to_black_is_mixed() -> None:
@@ -82,8 +82,8 @@ def test_a_fade_to_black_is_mixed() -> None:
         for number, frame in enumerate(frames)
     ]
     finder = finder_of(faded)
-    assert finder.is_mixed(62 / RATE)
-    assert not finder.is_mixed(40 / RATE)
+    assert finder.is_transition(62 / RATE)
+    assert not finder.is_transition(40 / RATE)
 
 
 def test_movement_is_measured_in_the_time_of_a_frame() -> None:
@@ -106,7 +106,7 @@ def test_key_frames_of_one_place_are_one_scene() -> None:
         place = PLACES[0] if number < 3 else PLACES[6]
         frame = view(place, 30 * number)
         keys.push(5.0 * number, small_luma(frame), tones(frame))
-    assert keys.begins == [0, 15]
+    assert keys.scene_starts == [0, 15]
 
 
 def test_what_moves_is_known_of_frames_that_come_twice() -> None:

@@ -109,10 +109,10 @@ def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
     from vidstyle.comic.make import ComicOptions, make_comic
     from vidstyle.comic.select.moments import KeyFrameOptions
 
-    wishes = KeyFrameOptions(options.pop("panels") or None, options.pop("at"), options.pop("skip"))
+    key_frames = KeyFrameOptions(options.pop("panels") or None, options.pop("at"), options.pop("skip"))
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
     with _steps() as show:
-        made = make_comic(source, target, ComicOptions(wishes=wishes, styles=names, **options), show)
+        made = make_comic(source, target, ComicOptions(key_frames=key_frames, styles=names, **options), show)
     panels, pages = (_counted(*each) for each in ((len(made.moments), "panel"), (made.pages, "page")))
     say(printable(f"{', '.join(map(str, made.files))}: {panels} on {pages}"))
 

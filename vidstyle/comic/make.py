@@ -71,7 +71,7 @@ class _Job:
 
     def __init__(self, source: str, target: Path, options: ComicOptions, on_step: OnStep) -> None:
         check_pillow()
-        options.wishes.check()
+        options.key_frames.check()
         self._source, self._options, self._step = source, options, on_step
         self._output = Output(target, source, options.overwrite)
         size = options.size or ("strip" if self._output.is_strip else "a4")
@@ -103,7 +103,7 @@ class _Job:
             if lines and not faces.has_model:
                 _log.info(_NO_FACES)
             self._take_letters(lines)
-            moments = find_moments(film, replace(self._options.wishes, least=panels_for(lines)))
+            moments = find_moments(film, replace(self._options.key_frames, min_panels=panels_for(lines)))
             self._step("laying out", 0, 0)
             plan = self._plan(film, moments, lines)
             return self._drawn(plan, film)
@@ -180,7 +180,7 @@ class ComicOptions:
     """What somebody wants of a comic.
 
     Attributes:
-        wishes: which moments.
+        key_frames: how the key frames are chosen.
         styles: of the panels, in turns; None: comic, or for a contact sheet none.
         size: of the paper, see `paper`; None: A4, and for a web page a strip.
         dpi: pixels per inch.
@@ -199,7 +199,7 @@ class ComicOptions:
         device: what runs the style, as for `open_renderer`.
     """
 
-    wishes: KeyFrameOptions = field(default_factory=KeyFrameOptions)
+    key_frames: KeyFrameOptions = field(default_factory=KeyFrameOptions)
     styles: tuple[StyleLike, ...] | None = None
     size: str | None = None
     dpi: float = DPI

@@ -80,20 +80,20 @@ class Moment:
         time: when the film shows it, in seconds: that of its frame.
         shape: height and width of the whole picture, upright, with square pixels and without black bars.
         importance: of all the film's moments, 0..1; the most important one has 1.
-        salience: what catches the eye, in pixels of that picture.
+        saliency: what catches the eye, in pixels of that picture.
         faces: likewise; the largest first.
         scene: which of the film's scenes, from 0.
-        things: boxes likewise of what stands out, which an edge should not cut.
+        blobs: boxes likewise of what stands out, which an edge should not cut.
         corner: left and top of the picture in its frame; more than 0 where there are bars.
     """
 
     time: float
     shape: tuple[int, int]
     importance: float
-    salience: Box
+    saliency: Box
     faces: tuple[Box, ...]
     scene: int
-    things: tuple[Box, ...] = ()
+    blobs: tuple[Box, ...] = ()
     corner: tuple[int, int] = (0, 0)
 
     def picture(self, frame: np.ndarray) -> np.ndarray:

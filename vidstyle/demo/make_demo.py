@@ -70,7 +70,7 @@ def make_page(film: Path, target: Path) -> Path:
     with atomic_file(words, overwrite=True) as write:
         write(text.encode())
     options = ComicOptions(
-        wishes=KeyFrameOptions(PANELS),
+        key_frames=KeyFrameOptions(PANELS),
         size="square",
         seed=1,
         title="Good morning",

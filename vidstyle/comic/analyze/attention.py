@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.saliency import find_blobs, rare_skin, saliency_map
+from vidstyle.comic.analyze.saliency import blob_map, saliency_map, skin_saliency
 from vidstyle.comic.analyze.survey import Film
 from vidstyle.comic.moment import Box, Moment
 
@@ -17,7 +17,7 @@ SIDE = 96
 _SEEN = 256
 """Pixels of the copy that is looked at."""
 _BARE = 1.5
-"""How much more skin counts there than for salience: it may be a face that was not found."""
+"""How much more skin counts there than for saliency: it may be a face that was not found."""
 _HAIR = 0.18
 """What catches the eye may be a face that was not found: so much of the height above it counts too."""
 
@@ -29,7 +29,7 @@ def attention_of(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     size = max(8, round(width * factor)), max(8, round(height * factor))
     small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
     seen = saliency_map(small, [face.scaled(factor) for face in faces])
-    seen += _BARE * rare_skin(small) + find_blobs(small)
+    seen += _BARE * skin_saliency(small) + blob_map(small)
     cells = max(1, round(size[0] * SIDE / _SEEN)), max(1, round(size[1] * SIDE / _SEEN))
     coarse = cv2.resize(seen, cells, interpolation=cv2.INTER_AREA)
     above = np.ones((1 + round(_HAIR * cells[1]), 1), np.uint8)
@@ -38,12 +38,12 @@ def attention_of(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
 
 
 def attention_in_box(moment: Moment) -> np.ndarray:
-    """The map of a picture of which only the salience is known."""
+    """The map of a picture of which only the saliency is known."""
     height, width = moment.shape
     factor = SIDE / max(height, width)
     rows, columns = max(1, round(height * factor)), max(1, round(width * factor))
     seen = np.zeros((rows, columns), np.float32)
-    box = moment.salience.scaled(factor)
+    box = moment.saliency.scaled(factor)
     seen[round(box.top) : round(box.bottom), round(box.left) : round(box.right)] = 1
     return seen / max(float(seen.mean()), 1e-6)
 

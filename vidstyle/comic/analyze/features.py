@@ -1,4 +1,4 @@
-"""What a picture is worth as a panel: measures of a small copy of it."""
+"""Features by which a picture is scored as a panel, measured on a small copy."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.saliency import blobs, saliency_map, smallest_box
-from vidstyle.comic.analyze.similarity import small_copy
+from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
+from vidstyle.comic.analyze.similarity import make_thumbnail
 from vidstyle.comic.moment import Box
 
 SIDE = 640
-"""Pixels of the longer side of the copies that are judged: few enough to be quick, and blur still shows."""
+"""Longer side in pixels of the copies that are measured: small enough to be quick, and blur still shows."""
 
 _FINE, _COARSE = 0.7, 2.5
 """Deviations in pixels of the two Gaussians under which edges are compared."""
@@ -42,13 +42,13 @@ class Candidate:
         sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
         clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
         blank: whether nothing is to be seen.
-        small: what is compared with other pictures, see `likeness`.
+        thumbnail: what is compared with other pictures, see `similarity`.
         tones: shares of 64 colours, float32, of sum 1.
-        salience, faces, things: boxes in pixels of that picture.
+        saliency, faces, blobs: boxes in pixels of that picture.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
         scene: which scene it belongs to.
-        mixed: whether it shows two shots, or one that is fading.
+        in_transition: whether it shows two shots, or one that is fading.
         forced: whether it was asked for.
         corner: left and top of that picture in the frame; more than 0 where there are bars.
     """
@@ -58,47 +58,47 @@ class Candidate:
     sharpness: float
     clarity: float
     blank: bool
-    small: np.ndarray
+    thumbnail: np.ndarray
     tones: np.ndarray
-    salience: Box
+    saliency: Box
     faces: tuple[Box, ...] = ()
-    things: tuple[Box, ...] = ()
+    blobs: tuple[Box, ...] = ()
     eyes: float = 0.0
     motion: float = 0.0
     scene: int = 0
-    mixed: bool = False
+    in_transition: bool = False
     forced: bool = False
     corner: tuple[int, int] = (0, 0)
 
 
-def judge(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
-    """Everything about one picture that can be told from it alone.
+def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
+    """The features of a picture, and of a film's frame those that it has by itself.
 
     Args:
         color: a small copy, H x W x 3 uint8.
         shape: height and width of the whole picture.
     """
-    rows, columns = between_bars(color)
+    rows, columns = content_area(color)
     factor = shape[1] / color.shape[1]
     left, top = round(columns.start * factor), round(rows.start * factor)
     inner = round(rows.stop * factor) - top, round(columns.stop * factor) - left
     color = np.ascontiguousarray(color[rows, columns])
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     found = faces.find(color)
-    salience, standing_out = smallest_box(saliency_map(color, found)), blobs(color)
-    for thing in standing_out:
-        salience = salience.union(thing)
+    saliency, found_blobs = salient_box(saliency_map(color, found)), find_blobs(color)
+    for blob in found_blobs:
+        saliency = saliency.union(blob)
     return Candidate(
         time,
         inner,
         sharpness(luma),
         exposure(luma) * forms(color),
         is_blank(luma),
-        small_copy(color),
+        make_thumbnail(color),
         tones(color),
-        salience.scaled(factor),
+        saliency.scaled(factor),
         tuple(face.scaled(factor) for face in found),
-        tuple(thing.scaled(factor) for thing in standing_out),
+        tuple(blob.scaled(factor) for blob in found_blobs),
         eye_contrast(luma, found[0]) if found else 0.0,
         corner=(left, top),
     )
@@ -177,7 +177,7 @@ _LEAST, _MOST = 0.02, 0.35
 """The part of a side that a bar takes."""
 
 
-def between_bars(color: np.ndarray) -> tuple[slice, slice]:
+def content_area(color: np.ndarray) -> tuple[slice, slice]:
     """The rows and columns of a picture, H x W x 3 uint8, between bars of equal width; all without such."""
     luma = color.max(axis=2)
     return _between(luma), _between(luma.T)

@@ -17,10 +17,10 @@ from typing import Self
 import numpy as np
 
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import SIDE, Candidate, judge
+from vidstyle.comic.analyze.features import SIDE, Candidate, extract_features
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.analyze.survey import Film, Survey
-from vidstyle.comic.select.choose import usual_panels
+from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
@@ -137,7 +137,7 @@ class FilmFile(_KeptFrames):
         gap = max(min(_GAP, seconds / _LEAST), seconds / MOST)
         if extent.frames * extent.pixels > WHOLE:
             found = self._survey_keys(max(gap, 0.5))
-            panels = usual_panels(len(found.begins), seconds)
+            panels = default_panels(len(found.scene_starts), seconds)
             if len(found.candidates) >= SPARE * panels:
                 self._reach = _KEY_REACH
                 return found
@@ -152,11 +152,11 @@ class FilmFile(_KeptFrames):
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if abs(time - candidate.time) <= self._reach:
-                judged.append(replace(self._judged(sample), motion=motion))
+                judged.append(replace(self._features(sample), motion=motion))
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
         return [
-            replace(each, scene=candidate.scene, mixed=shots.is_mixed(each.time))
+            replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time))
             for each in judged
             if bisect_right(begins, each.time) == shot and _clear(each.time, begins)
         ] or [candidate]
@@ -165,7 +165,7 @@ class FilmFile(_KeptFrames):
         """See `Film`."""
         start = Fraction(time)
         for sample in self._sampler.frames(start, start + Fraction(1, 1000)):
-            return self._judged(sample)
+            return self._features(sample)
         raise InputError(self.name, f"has no picture at {time:g} s")
 
     def _image_at(self, time: float) -> np.ndarray:
@@ -177,19 +177,19 @@ class FilmFile(_KeptFrames):
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if time - last >= gap - 1e-3:
-                judged.append(replace(self._judged(sample), motion=motion))
+                judged.append(replace(self._features(sample), motion=motion))
                 last = time
         begins = shots.shots()
-        mixed = [replace(each, mixed=shots.is_mixed(each.time)) for each in judged]
+        mixed = [replace(each, in_transition=shots.is_transition(each.time)) for each in judged]
         return Survey(self._in_scenes(mixed, begins), begins, time)
 
     def _survey_keys(self, gap: float) -> Survey:
         shots, judged, time = KeyShots(), list[Candidate](), 0.0
         for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
-            judged.append(self._judged(sample))
+            judged.append(self._features(sample))
             shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), judged[-1].tones)
-        return Survey(self._in_scenes(judged, shots.begins), shots.begins, time)
+        return Survey(self._in_scenes(judged, shots.scene_starts), shots.scene_starts, time)
 
     def _in_scenes(self, judged: list[Candidate], begins: list[float]) -> list[Candidate]:
         if not judged:
@@ -197,8 +197,8 @@ class FilmFile(_KeptFrames):
         self._sampler.warn_if_hdr()
         return [replace(each, scene=max(0, bisect_right(begins, each.time) - 1)) for each in judged]
 
-    def _judged(self, sample: SampledFrame) -> Candidate:
-        return judge(to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
+    def _features(self, sample: SampledFrame) -> Candidate:
+        return extract_features(to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
 
 
 def _clear(time: float, begins: list[float]) -> bool:
@@ -230,13 +230,13 @@ class PictureFolder(_KeptFrames):
         candidates = []
         for number in range(len(self._paths)):
             try:
-                candidates.append(self._judged(number))
+                candidates.append(self._features(number))
             except InputError as error:
                 log.warning("left out: %s", error)
         if not candidates:
             raise InputError(self.name, "none of its pictures can be read")
         begins = [float(number) for number in range(len(self._paths))]
-        return Survey(candidates, begins, float(len(self._paths)), pictures=True)
+        return Survey(candidates, begins, float(len(self._paths)), is_folder=True)
 
     def around(self, candidate: Candidate) -> list[Candidate]:
         """See `Film`: there is nothing else."""
@@ -244,13 +244,13 @@ class PictureFolder(_KeptFrames):
 
     def at(self, time: float) -> Candidate:
         """See `Film`."""
-        return self._judged(self._number(time))
+        return self._features(self._number(time))
 
     def _image_at(self, time: float) -> np.ndarray:
         with FilmSampler(self._paths[self._number(time)], self._options) as sampler:
             return sampler.image_at(0)
 
-    def _judged(self, number: int) -> Candidate:
+    def _features(self, number: int) -> Candidate:
         with FilmSampler(self._paths[number], self._options) as sampler:
             sample = next(sampler.frames(), None)
             if sample is None:
@@ -258,7 +258,7 @@ class PictureFolder(_KeptFrames):
             small = to_rgb(sample.picture(SIDE))
             if not self._has_warned:
                 self._has_warned = sampler.warn_if_hdr()
-        return replace(judge(small, number, sample.shape, self._faces), scene=number)
+        return replace(extract_features(small, number, sample.shape, self._faces), scene=number)
 
     def _number(self, time: float) -> int:
         return min(max(0, int(time)), len(self._paths) - 1)

@@ -11,7 +11,7 @@ from vidstyle.comic.analyze.faces import is_colorful, skin_map
 from vidstyle.comic.moment import Box
 
 BOX_SHARE = 0.85
-"""The share of all salience that the box of a picture holds."""
+"""The share of all saliency that the box of a picture holds."""
 
 HEAD_ROOM = 0.25
 """So much higher a box is than what it holds: where a body stands out, its head is above."""
@@ -42,7 +42,7 @@ def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).astype(np.float32)
     detail = cv2.resize(np.abs(cv2.Laplacian(luma, -1)), size, interpolation=cv2.INTER_AREA)
     seen = _unit(_residual(small)) + 0.5 * _unit(cv2.GaussianBlur(detail, (0, 0), 2))
-    seen = seen + 0.5 * _unit(_color_rarity(small)) + rare_skin(small)
+    seen = seen + 0.5 * _unit(_color_rarity(small)) + skin_saliency(small)
     seen *= _middle(size)
     seen = cv2.resize(seen, (width, height), interpolation=cv2.INTER_LINEAR)
     for face in faces:
@@ -50,15 +50,15 @@ def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     return _unit(seen)
 
 
-def smallest_box(salience: np.ndarray, share: float = BOX_SHARE) -> Box:
-    """The smallest box that holds a share of a picture's salience, H x W, and room for a head above it.
+def salient_box(saliency: np.ndarray, share: float = BOX_SHARE) -> Box:
+    """The smallest box that holds a share of a picture's saliency, H x W, and room for a head above it.
 
     Of a map that is 0 everywhere: the whole picture.
     """
-    height, width = salience.shape
+    height, width = saliency.shape
     cell = max(height, width) / _CELLS
     rows, columns = max(1, round(height / cell)), max(1, round(width / cell))
-    cells = cv2.resize(salience, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.float64)
+    cells = cv2.resize(saliency, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.float64)
     cells = np.maximum(cells - np.median(cells), 0)
     if cells.sum() <= 0:
         return Box(0, 0, width, height)
@@ -97,7 +97,7 @@ def _color_rarity(small: np.ndarray) -> np.ndarray:
     return np.linalg.norm(lab - lab.mean(axis=(0, 1)), axis=2).astype(np.float32)
 
 
-def rare_skin(small: np.ndarray) -> np.ndarray:
+def skin_saliency(small: np.ndarray) -> np.ndarray:
     """Where skin is, H x W float32, 0..1; less where much has its colour: sand, wood or evening light."""
     if not is_colorful(small):
         return np.zeros(small.shape[:2], np.float32)
@@ -129,7 +129,7 @@ _BLOB_GAP = 0.02
 """Things are one if no more of the picture's longer side lies between them: the letters of a word."""
 
 
-def blobs(color: np.ndarray) -> list[Box]:
+def find_blobs(color: np.ndarray) -> list[Box]:
     """Boxes about the things in a picture, H x W x 3 uint8, in its pixels; they do not meet."""
     gap, apart = _BLOB_GAP * max(color.shape), list[Box]()
     for thing in _parts(color):
@@ -140,7 +140,7 @@ def blobs(color: np.ndarray) -> list[Box]:
     return apart
 
 
-def find_blobs(color: np.ndarray) -> np.ndarray:
+def blob_map(color: np.ndarray) -> np.ndarray:
     """How much each place of a picture, H x W x 3 uint8, differs from what is around it: H x W, 0..1."""
     lab = _small_lab(color)
     most = np.max([_standing_out(lab, scale) for scale in _BLOB_SCALES[1:]], axis=0)

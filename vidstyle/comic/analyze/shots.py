@@ -52,7 +52,7 @@ class _Cut:
         return bool(self.moved < _PEAK * beside)
 
 
-_Mixed = tuple[float, np.ndarray, np.ndarray]
+_Transition = tuple[float, np.ndarray, np.ndarray]
 """When a picture is a mixture, and the pictures shortly before and after."""
 
 
@@ -60,7 +60,7 @@ class ShotFinder:
     """Is shown every frame of a film, and says at the end where its shots begin.
 
     Attributes:
-        mixtures: first and last time, in seconds, of each dissolve and fade found so far.
+        transitions: first and last time, in seconds, of each dissolve and fade found so far.
     """
 
     def __init__(self) -> None:
@@ -68,10 +68,10 @@ class ShotFinder:
         self._found: list[_Cut] = []
         self._moves: deque[float] = deque(maxlen=_NEAR)
         self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _SPANS[-1] + 1)
-        self._mixed: list[_Mixed] = []
+        self._run: list[_Transition] = []
         self._last: tuple[float, np.ndarray] | None = None
         self._motion = 0.0
-        self.mixtures: list[tuple[float, float]] = []
+        self.transitions: list[tuple[float, float]] = []
 
     def push(self, time: float, luma: np.ndarray) -> float:
         """The next frame: seconds, and a small copy of its luma, H x W float32, 0..1.
@@ -109,14 +109,14 @@ class ShotFinder:
     def shots(self) -> list[float]:
         """When each shot begins, in seconds; a dissolve or fade ends one in its middle."""
         self._end_shot()
-        middles = ((first + last) / 2 for first, last in self.mixtures)
+        middles = ((first + last) / 2 for first, last in self.transitions)
         cuts = [cut.time for number, cut in enumerate(self._found) if number == 0 or not cut.is_whip]
         alone = [each for each in middles if all(abs(each - cut) > _PAUSE for cut in cuts[1:])]
         return sorted([*cuts, *alone])
 
-    def is_mixed(self, time: float) -> bool:
+    def is_transition(self, time: float) -> bool:
         """Whether the picture at a time shows two shots, or one that fades."""
-        return any(first <= time <= last for first, last in self.mixtures)
+        return any(first <= time <= last for first, last in self.transitions)
 
     def _look(self, middle: int) -> None:
         """Whether the picture of this number among the recent ones is a mixture."""
@@ -128,49 +128,49 @@ class ShotFinder:
                 self._recent[middle - span][1], picture, self._recent[middle + span][1]
             ):
                 near = self._recent[middle - _SPANS[0]][1], self._recent[middle + _SPANS[0]][1]
-                self._mixed.append((time, *near))
+                self._run.append((time, *near))
                 return
-        if self._mixed and time - self._mixed[-1][0] > 3 * STEP:
-            self._end_mixture()
+        if self._run and time - self._run[-1][0] > 3 * STEP:
+            self._end_transition()
 
     def _end_shot(self) -> None:
         """Look at those that still wait for later ones: across a cut nothing dissolves."""
         for middle in range(max(0, len(self._recent) - _SPANS[-1]), len(self._recent)):
             self._look(middle)
-        self._end_mixture()
+        self._end_transition()
         self._recent.clear()
 
-    def _end_mixture(self) -> None:
-        if len(self._mixed) >= _LEAST:
-            (first, before, _), (last, _, after) = self._mixed[0], self._mixed[-1]
+    def _end_transition(self) -> None:
+        if len(self._run) >= _LEAST:
+            (first, before, _), (last, _, after) = self._run[0], self._run[-1]
             if last - first < _LONGEST and not is_moved(before, after):
-                self.mixtures.append((first - STEP, last + STEP))
-        self._mixed = []
+                self.transitions.append((first - STEP, last + STEP))
+        self._run = []
 
 
 class KeyShots:
     """Is shown the key frames of a film, seconds apart, and says where scenes begin, as well as that allows.
 
     Attributes:
-        begins: seconds.
+        scene_starts: seconds.
     """
 
     def __init__(self) -> None:
         self._cuts = SceneCutDetector()
         self._tones: np.ndarray | None = None
-        self.begins: list[float] = []
+        self.scene_starts: list[float] = []
 
     def push(self, time: float, luma: np.ndarray, tones: np.ndarray) -> None:
         """The next key frame: its small luma, as for `ShotFinder`, and the shares of its tones."""
         moved = self._cuts.is_cut(luma)
         before, self._tones = self._tones, tones
         if before is None or (moved and float(np.minimum(before, tones).sum()) < _TONES):
-            self.begins.append(time)
+            self.scene_starts.append(time)
 
 
-_ALIKE = 0.6
+_SIMILAR = 0.6
 """Pictures that correlate better are of one shot, between which nothing dissolves."""
-_UNLIKE = 0.05
+_DIFFERENT = 0.05
 """The root mean square by which two shots differ at least, 0..1."""
 _MIXED = 0.4
 """A picture is a mixture of two if no more of their difference is left beside it."""
@@ -183,7 +183,7 @@ def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> b
     """Whether the picture lies between the two others as the pictures of a dissolve or of a fade do."""
     change = after - before
     strength = float(np.sqrt(np.mean(change**2)))
-    if strength < _UNLIKE or (_likeness(before, after) > _ALIKE and not _fades(before, after)):
+    if strength < _DIFFERENT or (_likeness(before, after) > _SIMILAR and not _fades(before, after)):
         return False
     share = float(np.mean((picture - before) * change)) / strength**2
     if not _SHARE[0] < share < _SHARE[1]:

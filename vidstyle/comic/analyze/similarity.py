@@ -9,7 +9,7 @@ import numpy as np
 
 SIZE = 48, 32
 """Width and height of the copies that are compared, whatever the pictures' shape."""
-UNLIKE, ALIKE = 0.3, 0.5
+DIFFERENT, SIMILAR = 0.3, 0.5
 """Pictures less alike than the first look different, those more alike than the second nearly the same.
 
 Chosen on a trailer of 26 shots: views of one hall from one side, with the people in it standing elsewhere,
@@ -45,8 +45,8 @@ def similarity(copies: Sequence[np.ndarray]) -> np.ndarray:
     return np.asarray(sum(parts) / len(parts), np.float32)
 
 
-def small_copy(color: np.ndarray) -> np.ndarray:
-    """What is compared of a picture, H x W x 3 uint8."""
+def make_thumbnail(color: np.ndarray) -> np.ndarray:
+    """The copy of a picture, H x W x 3 uint8, that is compared."""
     return cv2.resize(color, SIZE, interpolation=cv2.INTER_AREA)
 
 

@@ -1,4 +1,4 @@
-"""What key frames are chosen from: a film, or a folder, looked through once."""
+"""What key frames are chosen from: the interface of a film or a folder, and the result of analysing it."""
 
 from __future__ import annotations
 
@@ -13,39 +13,39 @@ from vidstyle.comic.analyze.features import Candidate
 
 @dataclass(frozen=True)
 class Survey:
-    """What a look through a film has found.
+    """The result of analysing a film.
 
     Attributes:
         candidates: in the order of time.
-        begins: when each scene begins, in seconds.
-        seconds: how long the film is, as far as it could be read.
-        pictures: whether these are single pictures, each of which somebody has chosen already.
+        scene_starts: when each scene begins, in seconds.
+        seconds: the duration, as far as the film could be read.
+        is_folder: whether these are single pictures that somebody has chosen already.
     """
 
     candidates: list[Candidate]
-    begins: list[float]
+    scene_starts: list[float]
     seconds: float
-    pictures: bool = False
+    is_folder: bool = False
 
 
 class Film(Protocol):
-    """What key frames are chosen from."""
+    """A source of key frames."""
 
     name: str
 
     def survey(self) -> Survey:
-        """Look through all of it once."""
+        """Analyse all of it once."""
 
     def around(self, candidate: Candidate) -> list[Candidate]:
-        """The pictures close to a candidate in the same shot, itself among them."""
+        """The frames near a candidate in the same shot, itself included."""
 
     def at(self, time: float) -> Candidate:
-        """The picture that is shown at a time in seconds."""
+        """The frame shown at a time in seconds."""
 
     def frames_at(self, times: Iterable[float], keep: bool = False) -> Iterator[np.ndarray]:
-        """The pictures shown at these times, whole: H x W x 3 uint8, upright, with square pixels.
+        """The frames shown at these times in full size: H x W x 3 uint8, upright, with square pixels.
 
-        `keep`: each will be asked for again, so that it is held in memory until then if there is room.
+        `keep`: hold each in memory, if there is room, until it is requested again.
         """
 
     def close(self) -> None:

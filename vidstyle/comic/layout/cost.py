@@ -25,7 +25,7 @@ _SPREAD = 0.5
 """A moment that is a deviation more important than another wants an area exp(this) times as large."""
 _SLIVER = 4.0
 """Paid once for a sliver, and ten times for the square of how far it is one."""
-_WHIM = 2.2
+_PERTURBATION = 2.2
 """The most that a seed adds to the price of a row; on average it is a third of it."""
 _JITTER = np.array([1.0, 0.3])
 """How wide the deviations of importance, and the logarithms of shapes, are spread that a seed adds."""
@@ -41,21 +41,21 @@ _SPLASH_SIZE = 3.0
 
 @dataclass(frozen=True)
 class LayoutWeights:
-    """What counts how much.
+    """Weights of the terms of the cost.
 
     The cost of a layout is the sum, over its panels of width w and height h,
 
-        shape . ln(w/h / best shape)^2  +  salience . (part cut off of the box about salience and main face)
+        shape . ln(w/h / best shape)^2  +  saliency . (part cut off the box around salient area and main face)
         +  face . (part of the main face, with the room about it, that is cut off)
         +  size . ln(w h / wanted area)^2  +  slivers,
 
-    over its rows, of `template(tree)`: many columns, and a stack that is read before its neighbour, cost
-    more; over rows that follow one another on a page,
+    over its rows, of `template(tree)`: many columns, and a stack read before its neighbour, cost more;
+    over rows that follow one another on a page,
 
-        monotony . likeness  +  full . likeness of rows of one panel
+        monotony . similarity  +  full . similarity of rows of one panel
         +  cross . (gutters meet in a cross)  +  ragged . (they miss it by one unit),
 
-    where the likeness of rows with as many columns is 1 if their first cuts are in one place and falls to
+    where the similarity of rows with as many columns is 1 if their first cuts are in one place and falls to
     1/2 a third of the page's width on, and that of rows of one panel is 1 if they are as high and falls to
     1/2; and over page breaks, of `scene` where a scene goes on. The wanted
     area is a share of the paper by importance; for a splash `size` is larger.
@@ -63,12 +63,12 @@ class LayoutWeights:
     Attributes:
         jitter: deviations of importance, and the natural logarithms of shapes, that are added for each
             panel; panel x 2, or None.
-        whims: what is added to the price of a kind of row for each panel that it may begin with; a row
-            that is not in it costs as much as ever.
+        perturbation: what is added to the cost of a template for each panel that it may begin with; other
+            templates cost as much as before.
     """
 
     shape: float = 1.0
-    salience: float = 4.0
+    saliency: float = 4.0
     face: float = 4.0
     size: float = 1.0
     monotony: float = 0.9
@@ -77,12 +77,12 @@ class LayoutWeights:
     ragged: float = 0.4
     scene: float = 0.6
     jitter: np.ndarray | None = None
-    whims: dict[Tree, np.ndarray] = field(default_factory=dict)
+    perturbation: dict[Tree, np.ndarray] = field(default_factory=dict)
 
     def template(self, tree: Tree, count: int) -> np.ndarray:
-        """The price of a kind of row for each of the first `count` panels that it may begin with."""
-        price = 0.12 * max(0, tree.columns - 2) + (0.15 if _stack_first(tree) else 0.0)
-        return price + (self.whims[tree][:count] if tree in self.whims else np.zeros(count))
+        """The cost of a template of rows for each of the first `count` panels that it may begin with."""
+        cost = 0.12 * max(0, tree.columns - 2) + (0.15 if _stack_first(tree) else 0.0)
+        return cost + (self.perturbation[tree][:count] if tree in self.perturbation else np.zeros(count))
 
 
 def _stack_first(tree: Tree) -> bool:
@@ -92,32 +92,32 @@ def _stack_first(tree: Tree) -> bool:
     return tree.first.count > 1 or _stack_first(tree.rest)
 
 
-def taste(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> LayoutWeights:
-    """The taste of a seed for so many panels: 0 is that of the formula, others are near it.
+def perturbed_weights(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> LayoutWeights:
+    """The weights of a seed for so many panels: of seed 0 the unperturbed ones.
 
     Args:
-        attempt: one seed has several tastes; the later ones keep nearer to importance and shapes.
-        trees: all kinds of rows.
+        attempt: its number; later ones are perturbed less.
+        trees: all templates of rows.
     """
     if seed == 0:
         return LayoutWeights()
     random = np.random.default_rng((seed, attempt))
     jitter = (random.random((count, 2)) - 0.5) * _JITTER / (1 + attempt)
-    whims = {tree: _WHIM * random.random(count) ** 2 for tree in trees}
-    return LayoutWeights(jitter=jitter, whims=whims)
+    perturbation = {tree: _PERTURBATION * random.random(count) ** 2 for tree in trees}
+    return LayoutWeights(jitter=jitter, perturbation=perturbation)
 
 
 def wanted_areas(
-    moments: Sequence[Moment], paper_area: float, pages: float, taste: LayoutWeights
+    moments: Sequence[Moment], paper_area: float, pages: float, weights: LayoutWeights
 ) -> np.ndarray:
     """The area that each moment wants, in square pixels, of pages of `paper_area` each.
 
     A moment that stands out among at least four is a splash, and wants a good part of a page.
     """
     above = deviations(moments)
-    added = 0.0 if taste.jitter is None else taste.jitter[:, 0]
-    weights = np.exp(_SPREAD * np.clip(above + added, -2.0, 2.0))
-    areas = weights / weights.sum() * paper_area * pages
+    added = 0.0 if weights.jitter is None else weights.jitter[:, 0]
+    shares = np.exp(_SPREAD * np.clip(above + added, -2.0, 2.0))
+    areas = shares / shares.sum() * paper_area * pages
     top = splash(moments)
     if top is not None:
         areas[top] = max(areas[top], _SPLASH_SHARE * paper_area)
@@ -144,7 +144,7 @@ def panel_costs(
     areas: np.ndarray,
     widths: np.ndarray,
     heights: np.ndarray,
-    taste: LayoutWeights,
+    weights: LayoutWeights,
 ) -> np.ndarray:
     """The cost of the panel of each moment in each size.
 
@@ -152,16 +152,16 @@ def panel_costs(
         Moment x width x height; infinite where a width or a height is the first, which is none.
     """
     aspect, area = widths[:, None] / heights, widths[:, None] * heights
-    shapes = np.zeros(len(moments)) if taste.jitter is None else taste.jitter[:, 1]
-    size = np.full(len(moments), taste.size)
+    shapes = np.zeros(len(moments)) if weights.jitter is None else weights.jitter[:, 1]
+    size = np.full(len(moments), weights.size)
     top = splash(moments)
     if top is not None:
         size[top] *= _SPLASH_SIZE
     costs = np.stack(
         [
-            taste.shape * (np.log(aspect) - best_shape(moment) - shape) ** 2
+            weights.shape * (np.log(aspect) - best_shape(moment) - shape) ** 2
             + counts * np.log(area / wanted) ** 2
-            + _content_cost(moment, aspect, taste)
+            + _content_cost(moment, aspect, weights)
             for moment, wanted, counts, shape in zip(moments, areas, size, shapes, strict=True)
         ]
     )
@@ -180,7 +180,7 @@ def best_shape(moment: Moment) -> float:
     return _OWN * own + (1 - _OWN) * min(own + 1.5, max(own - 1.5, inner))
 
 
-def _content_cost(moment: Moment, aspect: np.ndarray, taste: LayoutWeights) -> np.ndarray:
+def _content_cost(moment: Moment, aspect: np.ndarray, weights: LayoutWeights) -> np.ndarray:
     """What a window of an aspect cannot hold."""
     height, width = moment.shape
     across = np.minimum(width, height * aspect)
@@ -192,6 +192,6 @@ def _content_cost(moment: Moment, aspect: np.ndarray, taste: LayoutWeights) -> n
 
     face = main_face(moment)
     if face is None:
-        return taste.salience * lost(moment.salience)
+        return weights.saliency * lost(moment.saliency)
     roomy = with_room(moment, face)
-    return taste.salience * lost(moment.salience.union(roomy)) + taste.face * lost(roomy)
+    return weights.saliency * lost(moment.saliency.union(roomy)) + weights.face * lost(roomy)

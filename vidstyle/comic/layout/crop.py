@@ -28,10 +28,10 @@ _THIRDS = (1 / 3, 2 / 3)
 _EYES = 0.4
 """Where the middle of a face stands in a panel's height: its eyes are a little above, at a third."""
 _MAIN, _CUT, _LOST, _SLICED, _OUT, _ROOM = 1000.0, 100.0, 30.0, 10.0, 8.0, 6.0
-"""Prices: a part of the main face that is not shown, a face cut, a part of the salience lost, a thing cut, a
+"""Prices: a part of the main face that is not shown, a face cut, a part of the saliency lost, a thing cut, a
 face left out, head room missing."""
 _TOP, _THIRD, _SHIFT = 4.0, 1.0, 0.3
-"""A part of the salience lost above, where heads are; distance to a third, and to the picture's middle."""
+"""A part of the saliency lost above, where heads are; distance to a third, and to the picture's middle."""
 _MANY = 12
 """Things beyond that number, the largest first, are not looked at: such a picture is full of them."""
 _NEARER = 4.0
@@ -40,11 +40,11 @@ _EXACT = 1e-6
 
 
 def crop(moment: Moment, aspect: float) -> Box:
-    """The window of a picture that a panel shows: it holds faces and salience, and stands by the thirds.
+    """The window of a picture that a panel shows: it holds faces and saliency, and stands by the thirds.
 
     The window is as large as fits, but nearer where what it must hold is small. It has the lowest price
-    of those whose edges, or whose thirds, meet an edge or the middle of a face or of the salience: first
-    it holds the main (the largest) face, then it cuts none, then it holds the salience, then the other
+    of those whose edges, or whose thirds, meet an edge or the middle of a face or of the saliency: first
+    it holds the main (the largest) face, then it cuts none, then it holds the saliency, then the other
     faces and the room above the main one's head; then the thirds.
 
     Args:
@@ -85,15 +85,15 @@ def with_room(moment: Moment, face: Box) -> Box:
 
 
 def what_counts(moment: Moment) -> Box:
-    """The smallest box that holds the salience and all faces with room about them."""
-    kept = moment.salience
+    """The smallest box that holds the saliency and all faces with room about them."""
+    kept = moment.saliency
     for face in moment.faces:
         kept = kept.union(with_room(moment, face))
     return kept
 
 
-def _main_things(moment: Moment) -> list[Box]:
-    return sorted(moment.things, key=lambda thing: -thing.area)[:_MANY]
+def _largest_blobs(moment: Moment) -> list[Box]:
+    return sorted(moment.blobs, key=lambda thing: -thing.area)[:_MANY]
 
 
 def _scales(moment: Moment, width: float, height: float) -> list[float]:
@@ -114,8 +114,8 @@ def _scales(moment: Moment, width: float, height: float) -> list[float]:
 
 def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[float, Box]:
     """The window of a size with the lowest price."""
-    subject = main_face(moment) or moment.salience
-    boxes = [moment.salience, *moment.faces, with_room(moment, subject), *_main_things(moment)]
+    subject = main_face(moment) or moment.saliency
+    boxes = [moment.saliency, *moment.faces, with_room(moment, subject), *_largest_blobs(moment)]
     tall, wide = moment.shape
     lefts = _places([(box.left, box.right) for box in boxes], (subject.left + subject.right) / 2, width, wide)
     tops = _places([(box.top, box.bottom) for box in boxes], (subject.top + subject.bottom) / 2, height, tall)
@@ -138,19 +138,19 @@ def _places(spans: list[tuple[float, float]], middle: float, side: float, whole:
 def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, height: float) -> np.ndarray:
     """The price of windows at `left` x `top`."""
     face = main_face(moment)
-    subject = face or moment.salience
+    subject = face or moment.saliency
 
     def lost(box: Box) -> np.ndarray:
         across = _shown(box.left, box.right, left, width)
         return 1 - across * _shown(box.top, box.bottom, top, height)
 
-    price = _LOST * _missing(lost(moment.salience))
+    price = _LOST * _missing(lost(moment.saliency))
     for each in moment.faces:
         part = lost(each)
         price = price + _CUT * ((part > _EXACT) & (part < 1 - _EXACT)) + _OUT * (part > _EXACT)
-    over = np.clip(top - moment.salience.top, 0.0, None) / max(moment.salience.height, 1.0)
+    over = np.clip(top - moment.saliency.top, 0.0, None) / max(moment.saliency.height, 1.0)
     price = price + _TOP * over
-    for thing in _main_things(moment):
+    for thing in _largest_blobs(moment):
         part = lost(thing)
         price = price + _SLICED * ((part > _EXACT) & (part < 1 - _EXACT))
     if face is not None:
@@ -210,7 +210,7 @@ def on_page(box: Box, window: Box, picture: Rectangle) -> Box:
 def elsewhere(window: Box, moment: Moment) -> Iterator[Box]:
     """Other windows of the same size in which the main face, or without one what is salient, is as whole."""
     height, width = moment.shape
-    kept = (main_face(moment) or moment.salience).intersection(window)
+    kept = (main_face(moment) or moment.saliency).intersection(window)
     left, right = max(0.0, kept.right - window.width), min(width - window.width, kept.left)
     top, bottom = max(0.0, kept.bottom - window.height), min(height - window.height, kept.top)
     for x, y in _SHIFTS:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.layout.pages import paged
+from vidstyle.comic.layout.pages import lay_out_pages
 from vidstyle.comic.layout.paper import Paper, Rectangle
-from vidstyle.comic.layout.strip import strip_of
+from vidstyle.comic.layout.strip import lay_out_strip
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.errors import UsageError
 
@@ -41,7 +41,7 @@ class PageLayout:
     Attributes:
         panels: in reading order, which is that of time.
         sizes: width and height of each page, in pixels.
-        cost: what `cost.Taste` says of it; that of seed 0 is the least there is.
+        cost: what `LayoutWeights` says of it; that of seed 0 is the least there is.
     """
 
     panels: tuple[Panel, ...]
@@ -62,7 +62,7 @@ def lay_out(
     """Lay out moments as comic pages, or as one strip.
 
     Rows fill the width and pages the height; of all rows that `slicing.rows` allows, all cuts on the page's
-    grid and all breaks of rows and pages, those are taken that cost least, see `cost.Taste`.
+    grid and all breaks of rows and pages, those are taken that cost least, see `LayoutWeights`.
 
     Args:
         moments: in the order of time.
@@ -81,12 +81,12 @@ def lay_out(
         raise UsageError("pages", f"{pages} for {len(moments)} panels", "each page holds at least one")
     growth = [1.0] * len(moments) if growth is None else growth
     if paper.is_strip:
-        height, places, cost = strip_of(moments, paper, seed, growth)
+        height, places, cost = lay_out_strip(moments, paper, seed, growth)
         sizes, placed = [(paper.width, height)], [(0, rectangle) for rectangle in places]
     else:
         number = pages or pages_for(len(moments))
         sizes = [(paper.width, paper.height)] * number
-        placed, cost = paged(moments, paper, number, seed, growth)
+        placed, cost = lay_out_pages(moments, paper, number, seed, growth)
     if bleeding:
         placed = [(page, _bled(rectangle, paper, sizes[page][1])) for page, rectangle in placed]
     if right_to_left:

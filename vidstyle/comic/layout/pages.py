@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, taste, wanted_areas
+from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturbed_weights, wanted_areas
 from vidstyle.comic.layout.pagination import Pagination, Row
 from vidstyle.comic.layout.paper import Paper, Rectangle
 from vidstyle.comic.layout.slicing import Grid, Placement, rows
@@ -39,7 +39,7 @@ class _Pages:
         return [(row.page, row.moment, row.tree) for row in self.rows]
 
 
-def paged(
+def lay_out_pages(
     moments: Sequence[Moment], paper: Paper, pages: int, seed: int, growth: Sequence[float]
 ) -> tuple[list[tuple[int, Rectangle]], float]:
     """Page and rectangle of each panel, and the cost of it all by the formula.
@@ -50,7 +50,7 @@ def paged(
     sheet = _Sheet(moments, paper, pages, growth)
     best = chosen = sheet.pages(LayoutWeights())
     for attempt in range(_ATTEMPTS if seed else 0):
-        tried = sheet.pages(taste(seed, attempt, len(moments), sheet.trees))
+        tried = sheet.pages(perturbed_weights(seed, attempt, len(moments), sheet.trees))
         good = tried.cost <= best.cost + GOOD_AT_ALL + GOOD * len(moments)
         if good and (tried.shape != best.shape or chosen is best and tried.places != best.places):
             chosen = tried
@@ -60,33 +60,33 @@ def paged(
 
 
 class _Sheet:
-    """Finds the best pages by any taste, and knows what they cost by the formula."""
+    """Finds the best pages by any weights, and knows what they cost by the formula."""
 
     def __init__(self, moments: Sequence[Moment], paper: Paper, pages: int, growth: Sequence[float]) -> None:
         self.grid, self._columns = _grid(paper)
         self.trees = [tree for count in range(1, self._columns + 1) for tree in rows(count)]
         self._moments, self._pages, self._growth = moments, pages, np.asarray(growth)
-        self._formula = self._breaking(LayoutWeights())
+        self._formula = self._pagination(LayoutWeights())
 
-    def _breaking(self, taste: LayoutWeights) -> Pagination:
+    def _pagination(self, weights: LayoutWeights) -> Pagination:
         moments, grid = self._moments, self.grid
         most = min(len(moments), 2 * math.ceil(len(moments) / self._pages))
-        areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, taste) * self._growth
-        panels = panel_costs(moments, areas, grid.widths(), grid.heights(), taste)
-        return Pagination(panels, grid, taste, _turns(moments, taste), most, self._columns)
+        areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, weights) * self._growth
+        panels = panel_costs(moments, areas, grid.widths(), grid.heights(), weights)
+        return Pagination(panels, grid, weights, _turns(moments, weights), most, self._columns)
 
-    def pages(self, taste: LayoutWeights) -> _Pages:
-        """The best pages by a taste."""
-        breaking = self._breaking(taste) if taste.whims else self._formula
-        found = breaking.pages(self._pages)
-        places = [place for row in found for place in breaking.places(row)]
+    def pages(self, weights: LayoutWeights) -> _Pages:
+        """The best pages by a weights."""
+        pagination = self._pagination(weights) if weights.perturbation else self._formula
+        found = pagination.pages(self._pages)
+        places = [place for row in found for place in pagination.places(row)]
         return _Pages(found, places, self._formula.cost(found, places))
 
 
-def _turns(moments: Sequence[Moment], taste: LayoutWeights) -> list[float]:
+def _turns(moments: Sequence[Moment], weights: LayoutWeights) -> list[float]:
     """What it costs to turn the page before each moment: it rather ends with a scene."""
     pairs = zip(moments, moments[1:], strict=False)
-    return [0.0, *(taste.scene * (before.scene == after.scene) for before, after in pairs), 0.0]
+    return [0.0, *(weights.scene * (before.scene == after.scene) for before, after in pairs), 0.0]
 
 
 def _grid(paper: Paper) -> tuple[Grid, int]:

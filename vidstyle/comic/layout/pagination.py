@@ -35,7 +35,7 @@ class Pagination:
     """The best rows and pages for panels whose costs are known.
 
     Pages are filled: the heights of a page's rows add up to its units. For each first panel of a page,
-    each end, each height filled so far and each kind of the last row, the least cost is found from those
+    each end, each height filled so far and each type of the last row, the least cost is found from those
     of one row less; then the best page breaks from the costs of all pages that there could be.
 
     Args:
@@ -50,16 +50,16 @@ class Pagination:
         self,
         panels: np.ndarray,
         grid: Grid,
-        taste: LayoutWeights,
+        weights: LayoutWeights,
         turns: list[float],
         most: int,
         columns: int,
     ) -> None:
         self.grid, self.tables = grid, Tables(panels)
         self._count, self._most, self._units, self._high = len(panels), most, grid.columns, grid.rows
-        self._taste, self._turns, self._columns = taste, turns, columns
-        self._kinds = RowTypes(columns, grid.columns, grid.rows)
-        self._after = self._kinds.costs(taste)
+        self._weights, self._turns, self._columns = weights, turns, columns
+        self._row_types = RowTypes(columns, grid.columns, grid.rows)
+        self._after = self._row_types.costs(weights)
         self._rows = {count: self._best_rows(count) for count in self._counts()}
         self._filled = self._fill()
 
@@ -67,23 +67,23 @@ class Pagination:
         return range(1, min(self._columns, self._count) + 1)
 
     def _best_rows(self, count: int) -> np.ndarray:
-        """The least cost of a row of so many panels: first panel x kind x units high."""
+        """The least cost of a row of so many panels: first panel x type x units high."""
         starts = self._count - count + 1
         best = np.full((starts, len(self._after), self._high + 1), np.inf)
         for tree in rows(count):
-            price = self._taste.template(tree, starts)
+            price = self._weights.template(tree, starts)
             if count > 1:
-                first = self._kinds.of(tree.columns, 1, 0)
-                kinds = best[:, first : first + self._units - 1]
-                np.minimum(kinds, self.tables.by_cut(tree) + price[:, None, None], out=kinds)
+                first = self._row_types.of(tree.columns, 1, 0)
+                row_types = best[:, first : first + self._units - 1]
+                np.minimum(row_types, self.tables.by_split(tree) + price[:, None, None], out=row_types)
                 continue
             for high in range(1, self._high + 1):
-                kind = self._kinds.of(1, 0, high)
-                best[:, kind, high] = self.tables.of(PANEL)[:, -1, high] + price
+                row_type = self._row_types.of(1, 0, high)
+                best[:, row_type, high] = self.tables.of(PANEL)[:, -1, high] + price
         return best
 
     def _fill(self) -> list[np.ndarray]:
-        """For each number of panels before it: panels on the page x units filled x kind of the last row."""
+        """For each number of panels before it: panels on the page x units filled x type of the last row."""
         sizes = (self._most + 1, self._high + 1, len(self._after))
         filled = [np.full(sizes, np.inf) for _ in range(self._count + 1)]
         for moment in range(self._count):
@@ -99,10 +99,10 @@ class Pagination:
         return filled
 
     def _entry(self, filled: np.ndarray) -> np.ndarray:
-        """The least cost before a row of each kind: panels on the page x units filled x kind of that row."""
+        """The least cost before a row of each type: panels on the page x units filled x type of that row."""
         entry = np.full(filled.shape, np.inf)
-        for kind in range(len(self._after)):
-            entry[:, :, kind] = (filled + self._after[:, kind]).min(axis=2)
+        for row_type in range(len(self._after)):
+            entry[:, :, row_type] = (filled + self._after[:, row_type]).min(axis=2)
         entry[0, 0] = 0.0
         return entry
 
@@ -134,40 +134,40 @@ class Pagination:
     def _rows_of(self, page: int, start: int, end: int) -> list[Row]:
         """The rows of a page, found from its end."""
         found, high = [], self._high
-        kind = int(self._filled[end][end - start, high].argmin())
+        row_type = int(self._filled[end][end - start, high].argmin())
         while end > start:
-            row, kind = self._last_row(page, start, end, high, kind)
+            row, row_type = self._last_row(page, start, end, high, row_type)
             found.append(row)
             end, high = row.moment, row.row
         return found[::-1]
 
-    def _last_row(self, page: int, start: int, end: int, high: int, kind: int) -> tuple[Row, int]:
-        """The row that ends at a panel and a height and is of a kind, and the kind of the one before it."""
+    def _last_row(self, page: int, start: int, end: int, high: int, row_type: int) -> tuple[Row, int]:
+        """The row of a type that ends at a panel and a height, and the type of the row before it."""
         choices = []
         for count, best in self._rows.items():
             moment = end - count
             if moment < start:
                 continue
-            before = self._filled[moment][moment - start, :high] + self._after[:, kind]
+            before = self._filled[moment][moment - start, :high] + self._after[:, row_type]
             entry = before.min(axis=1)
             if moment == start:
                 entry[0] = 0.0
-            cost = entry + best[moment, kind, high:0:-1]
+            cost = entry + best[moment, row_type, high:0:-1]
             top = int(cost.argmin())
             choices.append((float(cost[top]), count, top, int(before[top].argmin())))
         _, count, top, last = min(choices)
         moment = end - count
-        tree, cut = self._tree(moment, count, kind, high - top)
+        tree, cut = self._tree(moment, count, row_type, high - top)
         return Row(moment, tree, cut, high - top, page, top), last
 
-    def _tree(self, moment: int, count: int, kind: int, high: int) -> tuple[Tree, int]:
-        """The best tree of a row of a kind, and its cut."""
-        columns, cut = self._kinds.cut_of(kind)
+    def _tree(self, moment: int, count: int, row_type: int, high: int) -> tuple[Tree, int]:
+        """The best tree of a row of a type, and its split."""
+        columns, cut = self._row_types.split_of(row_type)
         if columns == 1:
             return PANEL, 0
         trees = [tree for tree in rows(count) if tree.columns == columns]
         costs = [
-            self.tables.by_cut(tree)[moment, cut - 1, high] + self._taste.template(tree, moment + 1)[-1]
+            self.tables.by_split(tree)[moment, cut - 1, high] + self._weights.template(tree, moment + 1)[-1]
             for tree in trees
         ]
         return trees[int(np.argmin(costs))], cut
@@ -178,14 +178,14 @@ class Pagination:
         return self.tables.places(row.tree, whole, row.cut or None)
 
     def cost(self, found: list[Row], places: list[Placement]) -> float:
-        """What pages cost by this taste, whoever's optimum they are."""
+        """What pages cost by these weights."""
         panels = self.tables.of(PANEL)
         cost = sum(float(panels[place.moment, place.wide, place.high]) for place in places)
-        cost += sum(float(self._taste.template(row.tree, row.moment + 1)[-1]) for row in found)
-        kinds = [self._kinds.of(row.tree.columns, row.cut, row.high) for row in found]
-        for row, other, kind, next_kind in zip(found, found[1:], kinds, kinds[1:], strict=False):
+        cost += sum(float(self._weights.template(row.tree, row.moment + 1)[-1]) for row in found)
+        row_types = [self._row_types.of(row.tree.columns, row.cut, row.high) for row in found]
+        for row, other, row_type, next_type in zip(found, found[1:], row_types, row_types[1:], strict=False):
             turned = other.page > row.page
-            cost += self._turns[other.moment] if turned else float(self._after[kind, next_kind])
+            cost += self._turns[other.moment] if turned else float(self._after[row_type, next_type])
         return cost
 
 
@@ -195,7 +195,7 @@ _HEIGHTS = 10
 
 @dataclass(frozen=True)
 class RowTypes:
-    """The kinds of rows on a grid: rows of one panel by height, others by their columns and their first cut.
+    """Types of rows on a grid: rows of one panel by height, others by number of columns and first split.
 
     Attributes:
         columns: the most that a row has.
@@ -210,7 +210,7 @@ class RowTypes:
         return self.of(self.columns, self.wide - 1, 0) + 1
 
     def of(self, columns: int, cut: int, high: int) -> int:
-        """The number of the kind of a row.
+        """The number of the type of a row.
 
         Args:
             columns: how many it has.
@@ -221,21 +221,21 @@ class RowTypes:
             return min(_HEIGHTS - 1, high * 2 * _HEIGHTS // (self.high + 1))
         return _HEIGHTS + (columns - 2) * (self.wide - 1) + cut - 1
 
-    def cut_of(self, kind: int) -> tuple[int, int]:
-        """The columns and the first cut of a kind; 1 and 0 for a row of one panel."""
-        if kind < _HEIGHTS:
+    def split_of(self, row_type: int) -> tuple[int, int]:
+        """The columns and the first split of a type; 1 and 0 for a row of one panel."""
+        if row_type < _HEIGHTS:
             return 1, 0
-        columns, cut = divmod(kind - _HEIGHTS, self.wide - 1)
+        columns, cut = divmod(row_type - _HEIGHTS, self.wide - 1)
         return columns + 2, cut + 1
 
-    def costs(self, taste: LayoutWeights) -> np.ndarray:
-        """What a row costs because of the one before it: kind of that x its own kind."""
-        kinds = np.arange(len(self))
-        columns, cut = np.array([self.cut_of(kind) for kind in range(len(self))]).T
+    def costs(self, weights: LayoutWeights) -> np.ndarray:
+        """What a row costs because of the one before it: type of that x its own type."""
+        row_types = np.arange(len(self))
+        columns, cut = np.array([self.split_of(row_type) for row_type in range(len(self))]).T
         full, several = (columns[:, None] == 1) & (columns == 1), (columns[:, None] > 1) & (columns > 1)
         apart = np.abs(cut[:, None] - cut)
         near = 1 - np.minimum(1, apart * 3 / self.wide)
         alike = (1 + near) / 2 * (columns[:, None] == columns) * several
-        heights = 1 - np.minimum(1, np.abs(kinds[:, None] - kinds) * 4 / _HEIGHTS)
-        cost = taste.monotony * alike + taste.full * full * (1 + heights) / 2
-        return cost + several * (taste.cross * (apart == 0) + taste.ragged * (apart == 1))
+        heights = 1 - np.minimum(1, np.abs(row_types[:, None] - row_types) * 4 / _HEIGHTS)
+        cost = weights.monotony * alike + weights.full * full * (1 + heights) / 2
+        return cost + several * (weights.cross * (apart == 0) + weights.ragged * (apart == 1))

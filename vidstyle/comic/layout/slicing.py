@@ -158,7 +158,7 @@ class Tables:
             self._tables[tree] = joined.transpose(swap)
         return self._tables[tree]
 
-    def by_cut(self, tree: Tree) -> np.ndarray:
+    def by_split(self, tree: Tree) -> np.ndarray:
         """The table of a row over the whole width for each place of its first cut: 1 to its columns - 1.
 
         Returns:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, taste, wanted_areas
+from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturbed_weights, wanted_areas
 from vidstyle.comic.layout.paper import Paper, Rectangle
 from vidstyle.comic.moment import Moment
 
@@ -22,11 +22,11 @@ _LONGEST = 3
 """Gutters of a pause."""
 _INSET = 0.72
 """The part of the width that a panel has which is drawn in."""
-_DRAWN_IN, _AGAIN, _WHIM = 1.0, 0.6, 3.0
+_DRAWN_IN, _AGAIN, _PERTURBATION = 1.0, 0.6, 3.0
 """What that costs, what it costs to do so with the next one too, and the most that a seed takes off."""
 
 
-def strip_of(
+def lay_out_strip(
     moments: Sequence[Moment], paper: Paper, seed: int, growth: Sequence[float]
 ) -> tuple[int, list[Rectangle], float]:
     """The panels of a strip, by the costs of a page: rows are single panels, and alike if their heights are.
@@ -39,10 +39,10 @@ def strip_of(
     width = paper.width - 2 * paper.margin
     sizes = _Sizes(width)
     panels, after = _costs(moments, sizes, growth, LayoutWeights())
-    chosen = _costs(moments, sizes, growth, taste(seed, 0, len(moments), ()))[0]
+    chosen = _costs(moments, sizes, growth, perturbed_weights(seed, 0, len(moments), ()))[0]
     random = np.random.default_rng((seed, len(moments)))
-    whims = _WHIM * random.random((len(moments), 1)) ** 2 * sizes.is_inset if seed else 0.0
-    found = _best(chosen - whims, after)
+    perturbation = _PERTURBATION * random.random((len(moments), 1)) ** 2 * sizes.is_inset if seed else 0.0
+    found = _best(chosen - perturbation, after)
     cost = float(panels[np.arange(len(found)), found].sum() + after[found[:-1], found[1:]].sum())
     rectangles, top = [], paper.margin
     aside = bool(random.integers(2))
@@ -67,18 +67,18 @@ class _Sizes:
 
 
 def _costs(
-    moments: Sequence[Moment], sizes: _Sizes, growth: Sequence[float], taste: LayoutWeights
+    moments: Sequence[Moment], sizes: _Sizes, growth: Sequence[float], weights: LayoutWeights
 ) -> tuple[np.ndarray, np.ndarray]:
     """The cost of each panel in each size, and of each size after each."""
     width = sizes.widths[0]
-    areas = wanted_areas(moments, width * width / _USUAL, len(moments), taste) * np.asarray(growth)
+    areas = wanted_areas(moments, width * width / _USUAL, len(moments), weights) * np.asarray(growth)
     heights = np.unique(sizes.heights)
     widths = np.array([1.0, _INSET * width, width])
-    grid = panel_costs(moments, areas, widths, np.maximum(heights, 1.0), taste)
+    grid = panel_costs(moments, areas, widths, np.maximum(heights, 1.0), weights)
     panels = np.concatenate([grid[:, 2], grid[:, 1] + _DRAWN_IN], axis=1)
     logarithms = np.log(np.maximum(sizes.heights, 1.0))
     apart = np.abs(logarithms[:, None] - logarithms)
-    after = taste.monotony * np.maximum(0.0, 1 - apart / _LIKE)
+    after = weights.monotony * np.maximum(0.0, 1 - apart / _LIKE)
     return panels, after + _AGAIN * (sizes.is_inset[:, None] & sizes.is_inset)
 
 

@@ -41,14 +41,14 @@ class Dialogue:
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Assignment:
     """How the lines up to one may be told: what that costs, and what stands in the last panel with words."""
 
     cost: float
     panel: int = 0
     letters: int = 0
     count: int = 0
-    before: _Told | None = None
+    before: _Assignment | None = None
     line: Line | None = None
 
 
@@ -68,10 +68,10 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
     Args:
         lines, moments: in the order of time.
     """
-    joined, told = _joined(lines), [_Told(0.0)]
+    joined, told = _joined(lines), [_Assignment(0.0)]
     for line in joined:
         told = _with_line(told, line, moments)
-    last: _Told | None = min(told, key=lambda each: each.cost)
+    last: _Assignment | None = min(told, key=lambda each: each.cost)
     panels: list[list[Line]] = [[] for _ in moments]
     while last is not None:
         if last.line is not None:
@@ -84,12 +84,12 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
     return Dialogue(panels, len(joined), left_out)
 
 
-def _with_line(told: Sequence[_Told], line: Line, moments: Sequence[Moment]) -> list[_Told]:
+def _with_line(told: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:
     """The cheapest ways on with a line in any panel, or in none."""
     near = [number for number, each in enumerate(moments) if _distance(line, each.time) <= REACH]
     if not near:
         return list(told)
-    best: dict[tuple[int, int, int], _Told] = {}
+    best: dict[tuple[int, int, int], _Assignment] = {}
     for each in told:
         tried = [replace(each, cost=each.cost + _LEFT_OUT * (1 + 0.5 * min(1.0, len(line.text) / LETTERS)))]
         tried += [
@@ -103,7 +103,7 @@ def _with_line(told: Sequence[_Told], line: Line, moments: Sequence[Moment]) -> 
     return list(best.values())
 
 
-def _placed(told: _Told, line: Line, panel: int, moment: Moment) -> _Told | None:
+def _placed(told: _Assignment, line: Line, panel: int, moment: Moment) -> _Assignment | None:
     """With the line in a panel; None if that has no room, or comes before what is told already."""
     same = panel == told.panel
     letters, count = (told.letters, told.count) if same else (0, 0)
@@ -111,7 +111,7 @@ def _placed(told: _Told, line: Line, panel: int, moment: Moment) -> _Told | None
     if panel < told.panel or (count and (count == MOST or added > LETTERS)):
         return None
     cost = _FAR * _distance(line, moment.time) / REACH + _LATE * (moment.time > line.end)
-    return _Told(
+    return _Assignment(
         told.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, told, line
     )
 

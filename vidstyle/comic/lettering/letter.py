@@ -84,7 +84,7 @@ class PanelText:
 
 
 def letter(
-    lay_out: Callable[[Sequence[float]], PageLayout], speeches: Sequence[PanelText], hand: TextStyle
+    lay_out: Callable[[Sequence[float]], PageLayout], texts: Sequence[PanelText], style: TextStyle
 ) -> tuple[PageLayout, list[LetteredPanel], int]:
     """Lay out panels and write into them.
 
@@ -94,41 +94,41 @@ def letter(
 
     Args:
         lay_out: makes a layout in which each panel is to be so many times as large as else.
-        speeches: of each moment.
+        texts: of each moment.
 
     Returns:
         The layout, its panels, and how many lines were left out.
     """
-    growth = [1.0] * len(speeches)
+    growth = [1.0] * len(texts)
     for _ in range(ROUNDS - 1):
         layout = lay_out(growth)
-        written = [_written(panel, speeches[panel.moment], hand) for panel in layout.panels]
+        written = [_written(panel, texts[panel.moment], style) for panel in layout.panels]
         if None not in written:
             return layout, [each for each in written if each], 0
         growth = [size * (1.0 if found else GROWTH) for size, found in zip(growth, written, strict=True)]
     layout = lay_out(growth)
-    ends = [_written_at_last(panel, speeches[panel.moment], hand) for panel in layout.panels]
-    lines = sum(len(speech.lines) for speech in speeches)
+    ends = [_written_at_last(panel, texts[panel.moment], style) for panel in layout.panels]
+    lines = sum(len(text.lines) for text in texts)
     return layout, [lettered for lettered, _ in ends], lines - sum(count for _, count in ends)
 
 
 def _written(
-    panel: Panel, speech: PanelText, hand: TextStyle, band: float = _BAND, busiest: float = _BUSY
+    panel: Panel, text: PanelText, style: TextStyle, band: float = _BAND, busiest: float = _BUSY
 ) -> LetteredPanel | None:
     """The panel with its words; None where they find no room, or only where much is to be seen."""
-    inside = within_border(panel.rectangle, hand.border)
+    inside = within_border(panel.rectangle, style.border)
     # The border takes a little of the panel, and of its shape.
-    best = crop(speech.moment, inside.aspect)
-    if not speech.lines:
+    best = crop(text.moment, inside.aspect)
+    if not text.lines:
         return LetteredPanel(panel, inside, best)
-    found = _calmest(panel, inside, (best, *elsewhere(best, speech.moment)), speech, hand)
+    found = _calmest(panel, inside, (best, *elsewhere(best, text.moment)), text, style)
     if found is None:
-        return _with_band(panel, speech, hand, band)
+        return _with_band(panel, text, style, band)
     return found[1] if found[0] <= busiest else None
 
 
 def _calmest(
-    panel: Panel, inside: Rectangle, windows: Sequence[Box], speech: PanelText, hand: TextStyle
+    panel: Panel, inside: Rectangle, windows: Sequence[Box], text: PanelText, style: TextStyle
 ) -> tuple[float, LetteredPanel] | None:
     """The first window in which words cover little that catches the eye, or that in which it is least.
 
@@ -136,12 +136,12 @@ def _calmest(
         How much what is covered most catches the eye, and the panel; None where there is no room.
     """
     least: tuple[float, LetteredPanel] | None = None
-    for size in (hand.size, round(hand.size * _SMALLER)):
+    for size in (style.size, round(style.size * _SMALLER)):
         for window in windows:
-            bubbles = _balloons(inside, window, speech, replace(hand, size=size))
+            bubbles = _balloons(inside, window, text, replace(style, size=size))
             if bubbles is None:
                 continue
-            seen = within(speech.attention, speech.moment, window)
+            seen = within(text.attention, text.moment, window)
             boxes = np.array([[*vars(bubble.box).values()] for bubble in bubbles])
             covered = float(mean_under(seen, Box(*map(float, inside)), boxes).max())
             if least is None or covered < least[0]:
@@ -151,46 +151,46 @@ def _calmest(
     return least
 
 
-def _written_at_last(panel: Panel, speech: PanelText, hand: TextStyle) -> tuple[LetteredPanel, int]:
+def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> tuple[LetteredPanel, int]:
     """The panel with as many of its first lines as find room, and how many these are."""
-    counts = range(len(speech.lines), -1, -1)
-    tried = ((_written(panel, speech.first(count), hand, _WIDEST_BAND, np.inf), count) for count in counts)
+    counts = range(len(text.lines), -1, -1)
+    tried = ((_written(panel, text.first(count), style, _WIDEST_BAND, np.inf), count) for count in counts)
     return next((written, count) for written, count in tried if written is not None)
 
 
-def _balloons(picture: Rectangle, window: Box, speech: PanelText, hand: TextStyle) -> list[Bubble] | None:
-    seen = [on_page(face, window, picture) for face in speech.moment.faces]
+def _balloons(picture: Rectangle, window: Box, text: PanelText, style: TextStyle) -> list[Bubble] | None:
+    seen = [on_page(face, window, picture) for face in text.moment.faces]
     faces = tuple(face for face in seen if face.area > 0)
-    air, whole = round(_AIR * hand.size), Box(*map(float, picture))
+    air, whole = round(_AIR * style.size), Box(*map(float, picture))
     area = Box(whole.left + air, whole.top + air, whole.right - air, whole.bottom - air)
-    room = FreeSpace(area, whole, faces, within(speech.attention, speech.moment, window))
-    wordings = list(_wordings(speech.lines, faces, area, hand))
-    return None if any(not each.blocks for each in wordings) else place(wordings, room, hand.right_to_left)
+    room = FreeSpace(area, whole, faces, within(text.attention, text.moment, window))
+    wordings = list(_wordings(text.lines, faces, area, style))
+    return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)
 
 
-def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, hand: TextStyle) -> Iterator[Wording]:
+def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: TextStyle) -> Iterator[Wording]:
     """Each line, with the face of who says it: several speakers are taken to stand from left to right."""
     speakers = list(dict.fromkeys(line.speaker for line in lines if not line.narrated))
-    across = sorted(faces, key=lambda face: face.left, reverse=hand.right_to_left)
+    across = sorted(faces, key=lambda face: face.left, reverse=style.right_to_left)
     if len(speakers) < 2 and faces:
         across = [max(faces, key=lambda face: face.area)]
     of = dict(zip(speakers, across, strict=False))
     for line in lines:
-        text = hand.letters.writable(line.text)
-        widest = area.width - 2 * hand.size
-        blocks = shapes(hand.letters, text, hand.size, widest) if widest > 0 else []
+        text = style.letters.writable(line.text)
+        widest = area.width - 2 * style.size
+        blocks = shapes(style.letters, text, style.size, widest) if widest > 0 else []
         yield Wording(
             "caption" if line.narrated else "balloon", blocks, None if line.narrated else of.get(line.speaker)
         )
 
 
-def _with_band(panel: Panel, speech: PanelText, hand: TextStyle, most: float) -> LetteredPanel | None:
+def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> LetteredPanel | None:
     """The words above the picture, which is lower by them."""
-    inside = within_border(panel.rectangle, hand.border)
-    found = bands(speech.lines, inside, hand.letters, hand.size)
+    inside = within_border(panel.rectangle, style.border)
+    found = bands(text.lines, inside, style.letters, style.size)
     if found is None:
         return None
-    picture = below_bands(found, inside, hand.border)
+    picture = below_bands(found, inside, style.border)
     if picture.top - inside.top > most * inside.height:
         return None
-    return LetteredPanel(panel, picture, crop(speech.moment, picture.aspect), tuple(found))
+    return LetteredPanel(panel, picture, crop(text.moment, picture.aspect), tuple(found))

@@ -1,4 +1,4 @@
-"""Chooses among the pictures of a film those that tell it, in the order of time."""
+"""Choose key frames: the candidates with the best total score, in chronological order."""
 
 from __future__ import annotations
 
@@ -8,40 +8,40 @@ from collections.abc import Sequence
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.similarity import ALIKE, UNLIKE, similarity
+from vidstyle.comic.analyze.similarity import DIFFERENT, SIMILAR, similarity
 from vidstyle.comic.analyze.survey import Survey
 from vidstyle.comic.select.scoring import scene_values, scores
 
-FEWEST, MOST = 1, 40
-"""Panels that are chosen where nothing is said."""
-CONSIDERED = 400
+MIN_PANELS, MAX_PANELS = 1, 40
+"""The number of panels chosen by default, least and most."""
+MAX_CANDIDATES = 400
 """Candidates that are considered, or twice as many as panels; of each part of the film the better ones."""
-BEFORE = 12
+LOOKBACK = 12
 """Panels before each that it is compared with: two pages of them."""
-A_PAGE = 6
+PANELS_PER_PAGE = 6
 """Of so many panels none looks nearly the same as another, where their number is free."""
 
 _FORCED, _TOO_CLOSE = 1000.0, 50.0
-"""What it is worth to keep a picture that was asked for, and what it costs to show two too close together in
+"""What it scores to keep a requested picture, and what it costs to show two too close together in
 time. Each outweighs whatever the later ones can add up to."""
-_ALIKE, _SAME = 2.0, 20.0
+_SIMILAR, _SAME = 2.0, 20.0
 """What it costs to show two neighbours that look nearly the same, and what to show the same once more, beside
 scores of 0..1: only where there is nothing else."""
 _FADES = 3
 """Panels further on that cost is half as high."""
 _SAME_SCENE, _PACE = 0.2, 0.25
-"""What another scene and an even pace are worth."""
+"""The scores of another scene and of an even pace."""
 _MIN_GAP = 0.4
 """Seconds between two panels."""
 
 
-def usual_panels(scenes: int, seconds: float) -> int:
+def default_panels(scenes: int, seconds: float) -> int:
     """How many panels tell a film: the more scenes and the longer, the more, but ever more slowly.
 
-    >>> usual_panels(1, 5), usual_panels(26, 70), usual_panels(1500, 7200)
+    >>> default_panels(1, 5), default_panels(26, 70), default_panels(1500, 7200)
     (3, 12, 40)
     """
-    return min(MOST, max(FEWEST, round(1.5 * math.sqrt(scenes) + math.log2(1 + seconds / 4))))
+    return min(MAX_PANELS, max(MIN_PANELS, round(1.5 * math.sqrt(scenes) + math.log2(1 + seconds / 4))))
 
 
 def choose(
@@ -52,7 +52,7 @@ def choose(
     Args:
         survey: what there is; blank pictures are left out.
         forced: pictures that are shown whatever they are.
-        panels: how many in all; None: `usual_panels`, and fewer where pictures would look the same.
+        panels: how many in all; None: `default_panels`, and fewer where pictures would look the same.
         least: where `panels` is None, so many rather than fewer.
     """
     seen = [each for each in survey.candidates if not each.blank]
@@ -61,12 +61,12 @@ def choose(
     if not pool:
         return []
     values = scores(pool, scene_values(survey)) + [_FORCED * each.forced for each in pool]
-    kept = _thinned(pool, values, survey, max(CONSIDERED, 2 * (panels or 0)))
+    kept = _thinned(pool, values, survey, max(MAX_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = similarity([each.small for each in pool]), _places(pool, survey)
+    like, places = similarity([each.thumbnail for each in pool]), _places(pool, survey)
     wanted = _wanted(survey, like, len(forced), panels, least)
     while True:
-        chosen = _best(values, _steps(pool, places, wanted), _prices(like), places, wanted)
+        chosen = _best(values, _steps(pool, places, wanted), _similarity_costs(like), places, wanted)
         if panels is not None or wanted <= max(1, len(forced)) or not _has_doubles(like, chosen):
             return [pool[number] for number in chosen]
         wanted -= 1
@@ -77,23 +77,23 @@ def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None, l
         return min(len(like), max(forced, panels))
     distinct: list[int] = []
     for number in range(len(like)):
-        if not (like[number, distinct[-A_PAGE:]] > ALIKE).any():
+        if not (like[number, distinct[-PANELS_PER_PAGE:]] > SIMILAR).any():
             distinct.append(number)
-    usual = MOST if survey.pictures else usual_panels(len(survey.begins), survey.seconds)
-    return max(forced, min(max(usual, least), MOST, len(distinct)))
+    usual = MAX_PANELS if survey.is_folder else default_panels(len(survey.scene_starts), survey.seconds)
+    return max(forced, min(max(usual, least), MAX_PANELS, len(distinct)))
 
 
 def _has_doubles(like: np.ndarray, chosen: Sequence[int]) -> bool:
     """Whether two of the chosen look nearly the same that a reader may see at a time."""
-    near = np.tri(len(chosen), k=A_PAGE - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
-    return bool((like[np.ix_(chosen, chosen)] > ALIKE)[near].any())
+    near = np.tri(len(chosen), k=PANELS_PER_PAGE - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
+    return bool((like[np.ix_(chosen, chosen)] > SIMILAR)[near].any())
 
 
 def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
     """Where in the film each lies, 0..1: half by time and half by scenes, so that short ones count too."""
     times = np.array([each.time for each in pool]) / max(survey.seconds, 1e-6)
-    scenes = np.array([each.scene + 0.5 for each in pool]) / len(survey.begins)
-    return np.clip((times + (scenes if len(survey.begins) > 1 else times)) / 2, 0, 1)
+    scenes = np.array([each.scene + 0.5 for each in pool]) / len(survey.scene_starts)
+    return np.clip((times + (scenes if len(survey.scene_starts) > 1 else times)) / 2, 0, 1)
 
 
 def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most: int) -> np.ndarray:
@@ -124,7 +124,7 @@ def _best(
     ways = np.arange(len(values))[:, np.newaxis]
     for _ in range(wanted - 1):
         reached = totals[:, np.newaxis] + steps
-        for back, shown in enumerate(ways[:, : -BEFORE - 1 : -1].T):
+        for back, shown in enumerate(ways[:, : -LOOKBACK - 1 : -1].T):
             reached -= prices[shown] / (1 + back / _FADES)
         last = reached.argmax(axis=0)
         totals = reached.max(axis=0) + values
@@ -133,22 +133,22 @@ def _best(
     return [int(number) for number in ways[totals.argmax()]]
 
 
-def _prices(like: np.ndarray) -> np.ndarray:
+def _similarity_costs(like: np.ndarray) -> np.ndarray:
     """What it costs to show pictures next to each other, by how alike they look: N x N."""
-    nearly = ((like - UNLIKE) / (ALIKE - UNLIKE)).clip(0, 1)
-    quite = ((like - ALIKE) / (1 - ALIKE)).clip(0, 1)
-    return _ALIKE * nearly**2 + (_SAME - _ALIKE) * quite**2
+    nearly = ((like - DIFFERENT) / (SIMILAR - DIFFERENT)).clip(0, 1)
+    quite = ((like - SIMILAR) / (1 - SIMILAR)).clip(0, 1)
+    return _SIMILAR * nearly**2 + (_SAME - _SIMILAR) * quite**2
 
 
 def _steps(pool: Sequence[Candidate], places: np.ndarray, wanted: int) -> np.ndarray:
-    """What it is worth to go from one candidate (row) to a later one (column); minus infinity to others."""
+    """The score of going from one candidate (row) to a later one (column); minus infinity to others."""
     times = np.array([each.time for each in pool])
     scenes = np.array([each.scene for each in pool])
     gap = min(_MIN_GAP, (times[-1] - times[0]) / (2 * wanted))
     pace = ((places[np.newaxis] - places[:, np.newaxis]) * wanted - 1).clip(-2, 2)
-    worth = (
+    scores = (
         -_TOO_CLOSE * (times[np.newaxis] - times[:, np.newaxis] < gap)
         - _SAME_SCENE * (scenes[np.newaxis] == scenes[:, np.newaxis])
         - _PACE * pace**2
     )
-    return np.where(np.triu(np.ones(worth.shape, bool), 1), worth, -np.inf)
+    return np.where(np.triu(np.ones(scores.shape, bool), 1), scores, -np.inf)

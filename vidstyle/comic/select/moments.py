@@ -1,4 +1,4 @@
-"""The moments of a film that a comic page shows."""
+"""Find the key frames of a film that a comic shows."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.similarity import UNLIKE, similarity
+from vidstyle.comic.analyze.similarity import DIFFERENT, similarity
 from vidstyle.comic.analyze.survey import Film, Survey
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.select.choose import BEFORE, choose
+from vidstyle.comic.select.choose import LOOKBACK, choose
 from vidstyle.comic.select.scoring import importance
 from vidstyle.errors import InputError, UsageError
 
@@ -20,22 +20,22 @@ MAX_PANELS = 300
 
 @dataclass(frozen=True)
 class KeyFrameOptions:
-    """What somebody wants of the choice.
+    """How key frames are chosen.
 
     Attributes:
-        panels: how many; None: as many as tell the film.
-        least: where `panels` is None, so many rather than fewer, as far as the film has other pictures.
-        at: seconds of pictures that are to be shown, as they are.
-        skip: first and last second of parts of which nothing is to be shown.
+        panels: how many; None: a default that depends on the film.
+        min_panels: where `panels` is None, at least so many, if the film has enough different pictures.
+        at: times in seconds of frames that must be shown.
+        skip: start and end in seconds of parts to leave out.
     """
 
     panels: int | None = None
     at: tuple[float, ...] = ()
     skip: tuple[tuple[float, float], ...] = ()
-    least: int = 0
+    min_panels: int = 0
 
     def check(self) -> None:
-        """Raise UsageError where they make no sense, whatever the film."""
+        """Raise UsageError if they contradict each other, whatever the film."""
         if self.panels is not None and not 1 <= self.panels <= MAX_PANELS:
             raise UsageError(
                 "panels", f"{self.panels} are none to lay out", f"give 1 to {MAX_PANELS}, or auto"
@@ -50,74 +50,77 @@ class KeyFrameOptions:
                 raise UsageError("at", f"{time:g} s lies in a part that is to be skipped")
 
     def skips(self, time: float) -> bool:
-        """Whether nothing is to be shown from this time."""
+        """Whether a time lies in a skipped part."""
         return any(first <= time < last for first, last in self.skip)
 
 
-def find_moments(film: Film, wishes: KeyFrameOptions | None = None) -> list[Moment]:
-    """The moments that tell the film, in the order of time.
+def find_moments(film: Film, options: KeyFrameOptions | None = None) -> list[Moment]:
+    """The key frames of a film, in chronological order.
 
-    There may be fewer than wanted where the film has not as many pictures.
+    There are fewer than requested if the film has not as many frames.
 
     Raises:
         InputError: the film cannot be read, or nothing is to be seen in it.
-        UsageError: the wishes make no sense, or not with this film.
+        UsageError: the options contradict each other or the film.
     """
-    wishes = wishes or KeyFrameOptions()
-    wishes.check()
+    options = options or KeyFrameOptions()
+    options.check()
     survey = film.survey()
-    forced = _forced(film, survey, wishes)
-    left = [each for each in survey.candidates if not wishes.skips(each.time)]
-    chosen = choose(replace(survey, candidates=left), forced, wishes.panels, wishes.least)
+    forced = _forced(film, survey, options)
+    left = [each for each in survey.candidates if not options.skips(each.time)]
+    chosen = choose(replace(survey, candidates=left), forced, options.panels, options.min_panels)
     if not chosen:
         if left:
             raise InputError(film.name, "nothing is to be seen in it: all its pictures are blank")
         raise UsageError("skip", "leaves nothing of the film")
-    better = _better(film, chosen, wishes)
+    better = _better(film, chosen, options)
     return [
-        Moment(each.time, each.shape, weight, each.salience, each.faces, each.scene, each.things, each.corner)
+        Moment(each.time, each.shape, weight, each.saliency, each.faces, each.scene, each.blobs, each.corner)
         for each, weight in zip(better, importance(better, survey), strict=True)
     ]
 
 
-def _forced(film: Film, survey: Survey, wishes: KeyFrameOptions) -> list[Candidate]:
+def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
     last = max(survey.seconds, survey.candidates[-1].time)
-    for time in wishes.at:
+    for time in options.at:
         if time > last + 1:
             raise UsageError("at", f"{time:g} s lies after the end", f"the film has {last:.1f} s")
     found = {}
-    for time in wishes.at:
+    for time in options.at:
         each = film.at(time)
-        scene = max(0, bisect_right(survey.begins, each.time) - 1)
+        scene = max(0, bisect_right(survey.scene_starts, each.time) - 1)
         found[each.time] = replace(each, scene=scene, forced=True)
     return [found[time] for time in sorted(found)]
 
 
-def _better(film: Film, chosen: Sequence[Candidate], wishes: KeyFrameOptions) -> list[Candidate]:
+def _better(film: Film, chosen: Sequence[Candidate], options: KeyFrameOptions) -> list[Candidate]:
     """Each picture, or a better one close to it that looks like none of the others."""
     better = list(chosen)
     for number, each in enumerate(chosen):
         if each.forced:
             continue
-        others = better[max(0, number - BEFORE) : number] + better[number + 1 : number + 1 + BEFORE]
+        others = better[max(0, number - LOOKBACK) : number] + better[number + 1 : number + 1 + LOOKBACK]
         after = better[number - 1].time if number else -math.inf
         before = better[number + 1].time if number + 1 < len(better) else math.inf
         near = [
             other
             for other in film.around(each)
-            if after < other.time < before and not (other.blank or other.mixed or wishes.skips(other.time))
+            if after < other.time < before
+            and not (other.blank or other.in_transition or options.skips(other.time))
         ]
-        better[number] = _sharpest(_no_liker(near, each, others) or [each])
+        better[number] = _sharpest(_not_more_similar(near, each, others) or [each])
     return better
 
 
-def _no_liker(near: Sequence[Candidate], each: Candidate, others: Sequence[Candidate]) -> list[Candidate]:
+def _not_more_similar(
+    near: Sequence[Candidate], each: Candidate, others: Sequence[Candidate]
+) -> list[Candidate]:
     """Those of the pictures near one that look no more like any of the others than that one."""
     if not others:
         return list(near)
-    like = similarity([candidate.small for candidate in (each, *near, *others)])
+    like = similarity([candidate.thumbnail for candidate in (each, *near, *others)])
     most = like[: -len(others), -len(others) :].max(axis=1)
-    return [other for other, like in zip(near, most[1:], strict=True) if like <= max(UNLIKE, most[0])]
+    return [other for other, like in zip(near, most[1:], strict=True) if like <= max(DIFFERENT, most[0])]
 
 
 def _sharpest(near: Sequence[Candidate]) -> Candidate:

@@ -28,16 +28,16 @@ def scene_values(survey: Survey) -> np.ndarray:
     It is L log(1/W), where L is the scene's length and W the share of the film of all scenes of its kind
     (Uchihashi and others 1999).
     """
-    count = len(survey.begins)
-    ends = [*survey.begins[1:], max(survey.seconds, survey.begins[-1])]
-    lengths = np.maximum(np.array(ends) - survey.begins, 1e-3)
-    kinds = _kinds(survey.candidates, count)
+    count = len(survey.scene_starts)
+    ends = [*survey.scene_starts[1:], max(survey.seconds, survey.scene_starts[-1])]
+    lengths = np.maximum(np.array(ends) - survey.scene_starts, 1e-3)
+    kinds = _scene_groups(survey.candidates, count)
     shares = np.bincount(kinds, lengths, count)[kinds] / lengths.sum()
     values = lengths * np.log(1 / np.minimum(shares, 1))
     return values / values.max() if values.max() > 1e-6 else np.ones(count)
 
 
-def _kinds(candidates: Sequence[Candidate], count: int) -> np.ndarray:
+def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
     """The number of the first scene that looks like each scene."""
     tones = np.zeros((count, len(candidates[0].tones)) if candidates else (count, 1), np.float32)
     for each in candidates:
@@ -75,7 +75,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         + 0.25 * np.array([face_share(each) for each in pool])
         + 0.3 * np.sqrt(scenes[[each.scene for each in pool]])
         - _MOVING * np.minimum(1, [each.motion / _WILD for each in pool])
-        - _MIXED * np.array([each.mixed for each in pool])
+        - _MIXED * np.array([each.in_transition for each in pool])
         - _BLURRED * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
     )
 

@@ -11,9 +11,9 @@ import pytest
 from stories import PLACES, RATE, shot, view, write_film
 
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import judge
+from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.similarity import ALIKE, similarity
+from vidstyle.comic.analyze.similarity import SIMILAR, similarity
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
 
@@ -33,7 +33,7 @@ def with_ball(still: np.ndarray, across: float, radius: int = 16, color: Color =
 
 def table(pictures: list[np.ndarray]) -> np.ndarray:
     faces = FaceFinder()
-    return similarity([judge(each, 0, each.shape[:2], faces).small for each in pictures])
+    return similarity([extract_features(each, 0, each.shape[:2], faces).thumbnail for each in pictures])
 
 
 def moments_of(path: Path, panels: int | None = None) -> list[Moment]:
@@ -45,21 +45,23 @@ def test_a_place_that_is_seen_again_looks_alike(again: str) -> None:
     for place in PLACES[:8]:
         still = view(place)
         like = table([still, AGAIN[again](still, place)])
-        assert like[0, 1] == like[1, 0] > ALIKE, place
+        assert like[0, 1] == like[1, 0] > SIMILAR, place
 
 
 def test_other_places_look_different() -> None:
     like = table([view(place) for place in PLACES])
     pairs = like[np.triu_indices(len(PLACES), 1)]
-    assert np.mean(pairs > ALIKE) < 0.02
+    assert np.mean(pairs > SIMILAR) < 0.02
     assert np.median(pairs) < 0.15
     assert np.diag(like).min() > 0.9
 
 
 def test_blank_pictures_are_no_trouble() -> None:
     faces = FaceFinder()
-    black = [judge(np.full((90, 160, 3), light, np.uint8), 0, (90, 160), faces) for light in (0, 0, 255)]
-    like = similarity([each.small for each in black])
+    black = [
+        extract_features(np.full((90, 160, 3), light, np.uint8), 0, (90, 160), faces) for light in (0, 0, 255)
+    ]
+    like = similarity([each.thumbnail for each in black])
     assert np.isfinite(like).all()
     assert like[0, 1] == pytest.approx(like[0, 0])
     assert like[0, 2] < like[0, 1]

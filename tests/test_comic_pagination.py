@@ -38,10 +38,10 @@ def all_rows(count: int) -> Iterator[tuple[Tree, int, int, Sizes]]:
                 yield tree, sizes[0][0] if tree.columns > 1 else 0, high, sizes
 
 
-def least_of_all(panels: np.ndarray, taste: LayoutWeights, turns: list[float], pages: int) -> float:
+def least_of_all(panels: np.ndarray, weights: LayoutWeights, turns: list[float], pages: int) -> float:
     """The least cost, by trying everything."""
-    kinds = RowTypes(COLUMNS, WIDE, HIGH)
-    after = kinds.costs(taste)
+    row_types = RowTypes(COLUMNS, WIDE, HIGH)
+    after = row_types.costs(weights)
     every = {count: list(all_rows(count)) for count in range(1, len(panels) + 1)}
 
     def least(start: int, page: int, filled: int, last: int | None) -> float:
@@ -54,11 +54,11 @@ def least_of_all(panels: np.ndarray, taste: LayoutWeights, turns: list[float], p
         for count in range(1, len(panels) - start + 1):
             for tree, cut, high, sizes in every[count]:
                 if filled + high <= HIGH:
-                    kind = kinds.of(tree.columns, cut, high)
+                    row_type = row_types.of(tree.columns, cut, high)
                     cost = sum(panels[start + n, w, h] for n, (w, h) in enumerate(sizes))
-                    cost += float(taste.template(tree, start + 1)[-1])
-                    cost += 0.0 if last is None else float(after[last, kind])
-                    costs.append(cost + least(start + count, page, filled + high, kind))
+                    cost += float(weights.template(tree, start + 1)[-1])
+                    cost += 0.0 if last is None else float(after[last, row_type])
+                    costs.append(cost + least(start + count, page, filled + high, row_type))
         return float(min(costs))
 
     return least(0, 0, 0, None)
@@ -72,17 +72,17 @@ def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     panels = random.random((count, WIDE + 1, HIGH + 1)) * 3
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
-    whims = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
-    taste, turns = (
-        LayoutWeights(whims=whims, monotony=3.0, cross=2.0, ragged=2.0),
+    perturbation = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
+    weights, turns = (
+        LayoutWeights(perturbation=perturbation, monotony=3.0, cross=2.0, ragged=2.0),
         [0.0, *random.random(count - 1), 0.0],
     )
     grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
-    breaking = Pagination(panels, grid, taste, turns, count, COLUMNS)
-    found = breaking.pages(pages)
-    places = [place for row in found for place in breaking.places(row)]
+    pagination = Pagination(panels, grid, weights, turns, count, COLUMNS)
+    found = pagination.pages(pages)
+    places = [place for row in found for place in pagination.places(row)]
     assert [place.moment for place in places] == list(range(count))
-    assert breaking.cost(found, places) == pytest.approx(least_of_all(panels, taste, turns, pages))
+    assert pagination.cost(found, places) == pytest.approx(least_of_all(panels, weights, turns, pages))
 
 
 def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have_it_elsewhere() -> None:
@@ -90,33 +90,37 @@ def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have
     panels[:, [1, 3]] = 0.2
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
     pair = rows(2)[0]
-    whims = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in rows(size)}
+    perturbation = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in rows(size)}
     grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
-    breaking = Pagination(panels, grid, LayoutWeights(whims=whims, monotony=3.0), [0.0] * 5, 4, COLUMNS)
-    found = breaking.pages(1)
+    pagination = Pagination(
+        panels, grid, LayoutWeights(perturbation=perturbation, monotony=3.0), [0.0] * 5, 4, COLUMNS
+    )
+    found = pagination.pages(1)
     assert [row.tree for row in found] == [pair, pair]
-    first, second = (next(breaking.places(row)).wide for row in found)
+    first, second = (next(pagination.places(row)).wide for row in found)
     assert (first, second) == (found[0].cut, found[1].cut)
     assert first != second
 
 
 def test_rows_cost_more_the_more_they_are_like_the_one_before() -> None:
-    kinds = RowTypes(4, 12, 34)
-    costs = kinds.costs(LayoutWeights())
-    full, low = kinds.of(1, 0, 10), kinds.of(1, 0, 16)
-    middle, next_to_it, apart = (kinds.of(2, cut, 0) for cut in (6, 7, 9))
-    crossing, three = kinds.of(3, 6, 0), kinds.of(3, 4, 0)
+    row_types = RowTypes(4, 12, 34)
+    costs = row_types.costs(LayoutWeights())
+    full, low = row_types.of(1, 0, 10), row_types.of(1, 0, 16)
+    middle, next_to_it, apart = (row_types.of(2, cut, 0) for cut in (6, 7, 9))
+    crossing, three = row_types.of(3, 6, 0), row_types.of(3, 4, 0)
     assert costs[middle, middle] > costs[middle, next_to_it] > costs[middle, apart] > costs[middle, three]
-    assert costs[middle, kinds.of(2, 8, 0)] < costs[middle, next_to_it] - LayoutWeights().ragged / 2
+    assert costs[middle, row_types.of(2, 8, 0)] < costs[middle, next_to_it] - LayoutWeights().ragged / 2
     assert costs[middle, crossing] == LayoutWeights().cross
     assert costs[full, full] > costs[full, low] > costs[full, middle] == costs[middle, three] == 0
 
 
 def test_each_kind_of_row_has_its_number() -> None:
-    kinds = RowTypes(4, 12, 34)
-    numbers = [kinds.of(columns, cut, 0) for columns in (2, 3, 4) for cut in range(1, 12)]
-    assert sorted({kinds.of(1, 0, high) for high in range(1, 35)} | set(numbers)) == list(range(len(kinds)))
-    assert [kinds.cut_of(number) for number in numbers] == [
+    row_types = RowTypes(4, 12, 34)
+    numbers = [row_types.of(columns, cut, 0) for columns in (2, 3, 4) for cut in range(1, 12)]
+    assert sorted({row_types.of(1, 0, high) for high in range(1, 35)} | set(numbers)) == list(
+        range(len(row_types))
+    )
+    assert [row_types.split_of(number) for number in numbers] == [
         (columns, cut) for columns in (2, 3, 4) for cut in range(1, 12)
     ]
 
