@@ -13,7 +13,7 @@ from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import extract_features
-from vidstyle.comic.analyze.saliency import blobs
+from vidstyle.comic.analyze.saliency import find_blobs
 from vidstyle.comic.layout.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
 from vidstyle.comic.moment import Box, Moment
 
@@ -165,7 +165,7 @@ def test_blobs_are_found_and_kept_whole() -> None:
     assert len(seen.blobs) == 2
     assert all(any(blob.contains(ball) for blob in seen.blobs) for ball in balls)
     assert all(seen.saliency.contains(ball) for ball in balls)
-    assert blobs(np.full((90, 160, 3), 90, np.uint8)) == []
+    assert find_blobs(np.full((90, 160, 3), 90, np.uint8)) == []
 
 
 def test_of_what_is_salient_rather_the_foot_is_lost_than_the_head() -> None:

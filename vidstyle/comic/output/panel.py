@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
 from typing import Self
 
 import cv2
@@ -48,24 +49,22 @@ def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
 
 
 class PanelRenderer:
-    """Draws panels in styles: the first in the first, and so on, over and over. A context manager.
+    """Renders panels, each in the next of the styles in turn; a context manager.
 
     Args:
         device: as for `open_renderer`.
     """
 
     def __init__(self, styles: Sequence[Style], dpi: float, device: str) -> None:
-        self._styles, self._dpi, self._device = styles, dpi, device
-        self._count = 0
-        self._open: dict[int, tuple[Style, Backend]] = {}
+        self._styles, self._dpi, self._device = cycle(styles), dpi, device
+        self._backend: Backend | None = None
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for _style, renderer in self._open.values():
-            renderer.close()
-        self._open.clear()
+        if self._backend is not None:
+            self._backend.close()
 
     def panel(self, color: np.ndarray, window: Box, picture: Rectangle) -> np.ndarray:
         """The part of a frame that a panel shows, in its style.
@@ -78,24 +77,16 @@ class PanelRenderer:
         Returns:
             A picture of that size, uint8.
         """
-        shown = cut_out(color, window, picture.width, picture.height)
-        style = self._styles[self._count % len(self._styles)]
-        if not style.is_plain:
-            renderer = self._renderer(on_paper(style, picture.height, picture.width, self._dpi))
-            # A copy, as the renderer may use its memory again.
-            shown = np.array(to_rgb(renderer.run(Picture.from_array(shown), None, _RGB, rgb=True)))
-        self._count += 1
-        return shown
-
-    def _renderer(self, style: Style) -> Backend:
-        """The renderer of the next panel, opened anew where the last one in its style had another size."""
-        turn = self._count % len(self._styles)
-        last = self._open.pop(turn, None)
-        if last is not None and last[0] != style:
-            last[1].close()
-            last = None
-        self._open[turn] = last or (style, open_renderer(style, self._device, announce=self._count == 0))
-        return self._open[turn][1]
+        shown, style = cut_out(color, window, picture.width, picture.height), next(self._styles)
+        if style.is_plain:
+            return shown
+        style = on_paper(style, picture.height, picture.width, self._dpi)
+        if self._backend is None:
+            self._backend = open_renderer(style, self._device)
+        else:
+            self._backend.change_style(style)
+        # A copy, as the memory of the result may be used again.
+        return np.array(to_rgb(self._backend.run(Picture.from_array(shown), None, _RGB, rgb=True)))
 
 
 def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarray:
