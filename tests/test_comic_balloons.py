@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vidstyle.comic.analyze.attention import attention_in_box, attention_of, mean_under, within
+from vidstyle.comic.analyze.attention import attention_map, attention_of_box, mean_under, within
 from vidstyle.comic.layout.crop import on_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
@@ -70,7 +70,7 @@ def check(bubbles: list[Bubble], area: Box, faces: list[Box], right_to_left: boo
 
 def room_of(width: float, height: float, faces: tuple[Box, ...], seen: Box) -> FreeSpace:
     whole, shape = Box(0, 0, width, height), (round(height), round(width))
-    return FreeSpace(whole, whole, faces, attention_in_box(Moment(0, shape, 1, seen, faces, 0)))
+    return FreeSpace(whole, whole, faces, attention_of_box(Moment(0, shape, 1, seen, faces, 0)))
 
 
 def random_room(random: np.random.Generator) -> FreeSpace:
@@ -170,7 +170,7 @@ def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
 
 def speeches(moments: list[Moment], words: list[list[Line]]) -> list[PanelText]:
     return [
-        PanelText(each, lines, attention_in_box(each)) for each, lines in zip(moments, words, strict=True)
+        PanelText(each, lines, attention_of_box(each)) for each, lines in zip(moments, words, strict=True)
     ]
 
 
@@ -241,7 +241,7 @@ def test_a_balloon_lies_where_nothing_is_to_be_seen() -> None:
     """Not over what catches the eye, although no face is known; however the panel is cropped."""
     color = np.full((240, 400, 3), (90, 140, 200), np.uint8)
     color[20:220, 20:200] = np.random.default_rng(5).integers(0, 255, (200, 180, 3))
-    seen = attention_of(color)
+    seen = attention_map(color)
     moment = Moment(0, (240, 400), 1, Box(0, 0, 400, 240), (), 0)
     for left in (0, 100):
         window = Box(left, 0, 400, 240)

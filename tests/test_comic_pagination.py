@@ -38,7 +38,7 @@ def all_rows(count: int) -> Iterator[tuple[Tree, int, int, Sizes]]:
                 yield tree, sizes[0][0] if tree.columns > 1 else 0, high, sizes
 
 
-def least_of_all(panels: np.ndarray, weights: LayoutWeights, turns: list[float], pages: int) -> float:
+def least_of_all(panels: np.ndarray, weights: LayoutWeights, break_costs: list[float], pages: int) -> float:
     """The least cost, by trying everything."""
     row_types = RowTypes(COLUMNS, WIDE, HIGH)
     after = row_types.costs(weights)
@@ -49,7 +49,7 @@ def least_of_all(panels: np.ndarray, weights: LayoutWeights, turns: list[float],
             return 0.0 if (page, filled) == (pages - 1, HIGH) else np.inf
         turned = np.inf
         if filled == HIGH and page < pages - 1:
-            turned = turns[start] + least(start, page + 1, 0, None)
+            turned = break_costs[start] + least(start, page + 1, 0, None)
         costs = [turned]
         for count in range(1, len(panels) - start + 1):
             for tree, cut, high, sizes in every[count]:
@@ -73,16 +73,16 @@ def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     panels = random.random((count, WIDE + 1, HIGH + 1)) * 3
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
     perturbation = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
-    weights, turns = (
+    weights, break_costs = (
         LayoutWeights(perturbation=perturbation, monotony=3.0, cross=2.0, ragged=2.0),
         [0.0, *random.random(count - 1), 0.0],
     )
     grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
-    pagination = Pagination(panels, grid, weights, turns, count, COLUMNS)
+    pagination = Pagination(panels, grid, weights, break_costs, count, COLUMNS)
     found = pagination.pages(pages)
     places = [place for row in found for place in pagination.places(row)]
     assert [place.moment for place in places] == list(range(count))
-    assert pagination.cost(found, places) == pytest.approx(least_of_all(panels, weights, turns, pages))
+    assert pagination.cost(found, places) == pytest.approx(least_of_all(panels, weights, break_costs, pages))
 
 
 def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have_it_elsewhere() -> None:

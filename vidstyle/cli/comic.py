@@ -17,7 +17,7 @@ from vidstyle.errors import printable
 
 
 class Panels(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
-    """A number, or auto, which is 0."""
+    """A number of panels, or auto, which becomes 0."""
 
     name = "N|auto"
 
@@ -31,7 +31,7 @@ class Panels(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # gener
 
 
 class Times(click.ParamType):  # type: ignore[type-arg, unused-ignore]
-    """Times with commas between them."""
+    """Comma-separated times."""
 
     name = "T,T"
 
@@ -45,14 +45,14 @@ class Times(click.ParamType):  # type: ignore[type-arg, unused-ignore]
 
 
 class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
-    """Parts of a film, FROM-TO, with commas between them."""
+    """Comma-separated parts of a film, each FROM-TO."""
 
     name = "T-T,T-T"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[tuple[float, float], ...]:
-        """The first and the last second of each."""
+        """Start and end of each in seconds."""
         if isinstance(value, tuple):
             return value
         spans = []
@@ -117,13 +117,13 @@ def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
     say(printable(f"{', '.join(map(str, made.files))}: {panels} on {pages}"))
 
 
-def _counted(number: int, thing: str) -> str:
-    return f"{number} {thing}{'s' * (number != 1)}"
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 @contextmanager
 def _steps() -> Iterator[Callable[[str, int, int], None]]:
-    """What shows people at a terminal what is being done; nobody else."""
+    """A function that shows progress on a terminal, and nothing elsewhere."""
     if not sys.stderr.isatty():
         yield lambda *_: None
         return
@@ -134,7 +134,7 @@ def _steps() -> Iterator[Callable[[str, int, int], None]]:
     with Progress(*columns, console=Console(stderr=True), redirect_stdout=False, transient=True) as bar:
         task = bar.add_task("", total=None)
 
-        def show(step: str, done: int, whole: int) -> None:
-            bar.update(task, description=step, completed=done, total=whole or None)
+        def show(step: str, done: int, total: int) -> None:
+            bar.update(task, description=step, completed=done, total=total or None)
 
         yield show

@@ -1,4 +1,4 @@
-"""From a film to a comic: `vidstyle comic` as a function."""
+"""Make a comic of a film: `vidstyle comic` as a function."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from vidstyle.comic.analyze.attention import attention_of_film
+from vidstyle.comic.analyze.attention import attention_maps
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.survey import Film
@@ -30,7 +30,7 @@ from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
 OnStep = Callable[[str, int, int], None]
-"""Told what is being done, how many parts of it are done, and how many there are (0: unknown)."""
+"""Progress callback: what is being done, how many parts of it are done, and of how many (0: unknown)."""
 
 _NO_FACES = "no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one"
 
@@ -39,12 +39,12 @@ _log = logging.getLogger("vidstyle")
 
 @dataclass(frozen=True)
 class Comic:
-    """What was made.
+    """The result of `make_comic`.
 
     Attributes:
-        files: that were written.
-        moments: that are shown.
-        pages: how many.
+        files: the files written.
+        moments: the key frames shown.
+        pages: number of pages.
     """
 
     files: list[Path]
@@ -58,16 +58,16 @@ def make_comic(
     """Make a comic of a film, of numbered pictures or of a folder of pictures.
 
     Args:
-        target: .png, .jpg, .svg (several pages: name-1.png, or as %02d says), .pdf, .cbz, .html.
+        target: .png, .jpg or .svg (several pages: name-1.png, or numbered by %02d), .pdf, .cbz or .html.
 
     Raises:
-        VidstyleError: of one of its kinds; an unfinished file is not left.
+        VidstyleError: in any of its kinds; no unfinished file remains.
     """
     return _Job(str(source), Path(target), options or ComicOptions(), on_step or (lambda *_: None)).run()
 
 
 class _Job:
-    """All that can be checked before the film is looked at is checked at the start."""
+    """One run of `make_comic`; all that does not depend on the film is checked in the constructor."""
 
     def __init__(self, source: str, target: Path, options: ComicOptions, on_step: OnStep) -> None:
         check_pillow()
@@ -77,15 +77,15 @@ class _Job:
         size = options.size or ("strip" if self._output.is_strip else "a4")
         border = 0 if options.storyboard else BORDER
         self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
-        self._styles = [load_style(each) for each in options.styles or self._usual_styles]
+        self._styles = [load_style(each) for each in options.styles or self._default_styles]
         self._letters = Letters(options.font)
         self._size = letter_size(self._paper)
         self._title: Label | None = None
-        self._head = 0
+        self._title_height = 0
         self._lines = self._lines_of_file()
 
     @property
-    def _usual_styles(self) -> tuple[str, ...]:
+    def _default_styles(self) -> tuple[str, ...]:
         return (PLAIN,) if self._options.storyboard else ("comic",)
 
     def _lines_of_file(self) -> list[Line] | None:
@@ -95,20 +95,20 @@ class _Job:
         return [] if wanted == "none" else lines_of_file(Path(wanted))
 
     def run(self) -> Comic:
-        """Look, choose, lay out, write in, draw."""
+        """Analyse, select, lay out, letter and draw."""
         self._step("looking through the film", 0, 0)
         faces = FaceFinder(self._options.face_model)
         with open_film(self._source, faces) as film:
-            lines = self._spoken()
+            lines = self._dialogue_lines()
             if lines and not faces.has_model:
                 _log.info(_NO_FACES)
-            self._take_letters(lines)
+            self._choose_font(lines)
             moments = find_moments(film, replace(self._options.key_frames, min_panels=panels_for(lines)))
             self._step("laying out", 0, 0)
             plan = self._plan(film, moments, lines)
-            return self._drawn(plan, film)
+            return self._draw(plan, film)
 
-    def _drawn(self, plan: PagePlan, film: Film) -> Comic:
+    def _draw(self, plan: PagePlan, film: Film) -> Comic:
         moments, pages, folder = list(plan.moments), len(plan.layout.sizes), self._options.frames
         with (
             Frames(folder, len(moments), self._options.overwrite) if folder else nullcontext() as frames,
@@ -117,18 +117,18 @@ class _Job:
             sheets = drawn(plan, film, renderer, frames, partial(self._step, "drawing"))
             return Comic(self._output.write(sheets, pages, self._options.title), moments, pages)
 
-    def _take_letters(self, lines: Sequence[Line]) -> None:
+    def _choose_font(self, lines: Sequence[Line]) -> None:
         title = self._options.title
         self._letters = letters_for([title, *(line.text for line in lines)], self._letters)
         if title:
-            self._title, self._head = title_of(title, self._paper, self._size, self._letters)
+            self._title, self._title_height = title_of(title, self._paper, self._size, self._letters)
 
     def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> PagePlan:
-        storyboard = self._options.storyboard
-        layout, panels = self._on_sheets(moments) if storyboard else self._on_pages(film, moments, lines)
-        if storyboard:
+        if self._options.storyboard:
+            layout, panels = self._contact_sheet(moments)
             labels = list(time_labels(layout, moments, self._size))
         else:
+            layout, panels = self._comic_pages(film, moments, lines)
             labels = list(numbers(layout, self._paper, self._size))
         if self._title:
             labels[0].append(self._title)
@@ -137,25 +137,25 @@ class _Job:
             _log.warning("the font %s lacks %s; give another with --font", self._letters.family, lacking)
         return PagePlan(moments, layout, panels, labels, self._letters, self._paper.dpi)
 
-    def _on_sheets(self, moments: Sequence[Moment]) -> tuple[PageLayout, list[LetteredPanel]]:
-        layout = contact_sheet(moments, self._paper, self._size, self._head)
+    def _contact_sheet(self, moments: Sequence[Moment]) -> tuple[PageLayout, list[LetteredPanel]]:
+        layout = contact_sheet(moments, self._paper, self._size, self._title_height)
         return layout, [LetteredPanel(each, each.rectangle, each.crop) for each in layout.panels]
 
-    def _spoken(self) -> list[Line]:
+    def _dialogue_lines(self) -> list[Line]:
         if self._options.storyboard:
             return []
         if self._lines is not None:
             return self._lines
         return lines_of_film(self._source) if Path(self._source).is_file() else []
 
-    def _on_pages(
+    def _comic_pages(
         self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]
     ) -> tuple[PageLayout, list[LetteredPanel]]:
         words = match(lines, moments)
-        hand = TextStyle(self._letters, self._size, self._paper.border, self._options.right_to_left)
-        attention = attention_of_film(film, moments, list(map(bool, words.panels)))
-        speeches = list(map(PanelText, moments, words.panels, attention))
-        layout, panels, lost = letter(partial(self._layout, moments), speeches, hand)
+        style = TextStyle(self._letters, self._size, self._paper.border, self._options.right_to_left)
+        attention = attention_maps(film, moments, list(map(bool, words.panels)))
+        texts = list(map(PanelText, moments, words.panels, attention))
+        layout, panels, lost = letter(partial(self._layout, moments), texts, style)
         if words.left_out + lost:
             counts = words.left_out + lost, words.lines
             _log.info("%d of %d subtitles stand in no panel; with more --panels more do", *counts)
@@ -165,38 +165,38 @@ class _Job:
         options = self._options
         pages = options.pages or pages_for(len(moments))
         layout = lay_out(
-            *(moments, below_title(self._paper, self._head, pages)),
+            *(moments, below_title(self._paper, self._title_height, pages)),
             pages=options.pages,
             seed=options.seed,
             right_to_left=options.right_to_left,
             bleeding=options.bleeding,
             growth=growth,
         )
-        return lowered(layout, moments, self._paper, self._head) if self._head else layout
+        return lowered(layout, moments, self._paper, self._title_height) if self._title_height else layout
 
 
 @dataclass(frozen=True)
 class ComicOptions:
-    """What somebody wants of a comic.
+    """Options of `make_comic`.
 
     Attributes:
         key_frames: how the key frames are chosen.
-        styles: of the panels, in turns; None: comic, or for a contact sheet none.
-        size: of the paper, see `paper`; None: A4, and for a web page a strip.
+        styles: assigned to the panels in turn; None: comic, or for a contact sheet none.
+        size: paper size, see `paper`; None: A4, or a strip for .html.
         dpi: pixels per inch.
-        landscape: whether a page with a name lies on its side.
-        pages: how many; None: as suits the panels.
-        seed: another number, another layout.
-        right_to_left: whether it is read from the right.
-        bleeding: whether panels over the whole width go on to the paper's edges.
-        subtitles: a file of them, "none", or None for the film's own, if it has some.
-        title: above the first page, if not empty.
-        font: a file; None: the one that Pillow brings, or an installed one where that lacks letters.
-        frames: a folder for the frames themselves, and a table of their times.
-        storyboard: a plain contact sheet with times instead of a comic.
-        face_model: a cascade of OpenCV's (.xml) or a YuNet network (.onnx) that finds faces.
-        overwrite: whether files may be replaced.
-        device: what runs the style, as for `open_renderer`.
+        landscape: landscape orientation for a named paper size.
+        pages: number of pages; None: depends on the panels.
+        seed: varies the layout.
+        right_to_left: right-to-left reading order.
+        bleeding: whether full-width panels extend to the page edge.
+        subtitles: a file, "none", or None for the film's own, if there are any.
+        title: title on the first page, if not empty.
+        font: a file; None: Pillow's built-in font, or an installed one if that lacks glyphs.
+        frames: a folder to save the key frames to, with a table of their times.
+        storyboard: make a contact sheet with timecodes instead of a comic.
+        face_model: face detection model, an OpenCV cascade (.xml) or YuNet (.onnx).
+        overwrite: whether existing files may be overwritten.
+        device: device that runs the styles, as for `open_renderer`.
     """
 
     key_frames: KeyFrameOptions = field(default_factory=KeyFrameOptions)

@@ -1,4 +1,4 @@
-"""What the chooser of key frames hands to the one who lays out pages: plain data."""
+"""A key frame and its boxes: plain data that selection hands to layout."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ class Box:
         )
 
     def intersection(self, other: Box) -> Box:
-        """What both hold; of area 0 where they do not meet."""
+        """The common part, of area 0 if there is none."""
         left, top = max(self.left, other.left), max(self.top, other.top)
         right, bottom = min(self.right, other.right), min(self.bottom, other.bottom)
         return Box(left, top, max(left, right), max(top, bottom))
 
     def contains(self, other: Box) -> bool:
-        """Whether no part of the other lies outside.
+        """Whether the other box lies inside.
 
         >>> Box(0, 0, 4, 2).contains(Box(1, 0, 4, 2)), Box(0, 0, 4, 2).contains(Box(1, 0, 5, 2))
         (True, False)
@@ -64,27 +64,27 @@ class Box:
         )
 
     def scaled(self, factor: float) -> Box:
-        """The box in a picture that is larger by a factor."""
+        """The box in a picture scaled by a factor."""
         return Box(self.left * factor, self.top * factor, self.right * factor, self.bottom * factor)
 
     def mirrored(self, axis: float) -> Box:
-        """The box with left and right exchanged in a picture that is `axis` wide."""
+        """The box mirrored left to right in a picture of width `axis`."""
         return Box(axis - self.right, self.top, axis - self.left, self.bottom)
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A picture of the film that a panel is to show.
+    """A key frame of the film, to be shown by a panel.
 
     Attributes:
-        time: when the film shows it, in seconds: that of its frame.
-        shape: height and width of the whole picture, upright, with square pixels and without black bars.
-        importance: of all the film's moments, 0..1; the most important one has 1.
-        saliency: what catches the eye, in pixels of that picture.
-        faces: likewise; the largest first.
-        scene: which of the film's scenes, from 0.
-        blobs: boxes likewise of what stands out, which an edge should not cut.
-        corner: left and top of the picture in its frame; more than 0 where there are bars.
+        time: presentation time of the frame in seconds.
+        shape: height and width of the picture, upright, with square pixels and without letterbox bars.
+        importance: 0..1, relative to the most important moment.
+        saliency: box around the salient area, in pixels of that picture.
+        faces: boxes of the faces, the largest first.
+        scene: number of its scene, from 0.
+        blobs: boxes of small objects that stand out, which no panel edge should cut.
+        corner: left and top of the picture in its frame, above 0 where there are letterbox bars.
     """
 
     time: float

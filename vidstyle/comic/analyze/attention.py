@@ -1,4 +1,4 @@
-"""Where in a picture nothing should be written, besides on faces: a map of what catches the eye."""
+"""Attention maps: where in a picture balloons should not stand, besides on faces."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ SIDE = 96
 _SEEN = 256
 """Pixels of the copy that is looked at."""
 _BARE = 1.5
-"""How much more skin counts there than for saliency: it may be a face that was not found."""
+"""Additional weight of skin: it may be an undetected face."""
 _HAIR = 0.18
-"""What catches the eye may be a face that was not found: so much of the height above it counts too."""
+"""Attention extends upwards by this share of the height, as to the hair above an undetected face."""
 
 
-def attention_of(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
+def attention_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     """The map of a picture, H x W x 3 uint8: float32, about 1 on average, 0 where nothing is to be seen."""
     height, width = color.shape[:2]
     factor = _SEEN / max(height, width)
@@ -37,8 +37,8 @@ def attention_of(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     return (spread / max(float(spread.mean()), 1e-6)).astype(np.float32)
 
 
-def attention_in_box(moment: Moment) -> np.ndarray:
-    """The map of a picture of which only the saliency is known."""
+def attention_of_box(moment: Moment) -> np.ndarray:
+    """A map made of the salient box alone."""
     height, width = moment.shape
     factor = SIDE / max(height, width)
     rows, columns = max(1, round(height * factor)), max(1, round(width * factor))
@@ -48,16 +48,16 @@ def attention_in_box(moment: Moment) -> np.ndarray:
     return seen / max(float(seen.mean()), 1e-6)
 
 
-def attention_of_film(film: Film, moments: Sequence[Moment], wanted: Sequence[bool]) -> Iterator[np.ndarray]:
-    """The map of each moment; that of those that are not wanted by its box alone."""
+def attention_maps(film: Film, moments: Sequence[Moment], wanted: Sequence[bool]) -> Iterator[np.ndarray]:
+    """The map of each moment, of those not wanted by the salient box alone."""
     times = [moment.time for moment, each in zip(moments, wanted, strict=True) if each]
     colors = film.frames_at(times, keep=True)
     for moment, each in zip(moments, wanted, strict=True):
-        yield attention_of(moment.picture(next(colors)), moment.faces) if each else attention_in_box(moment)
+        yield attention_map(moment.picture(next(colors)), moment.faces) if each else attention_of_box(moment)
 
 
 def within(attention: np.ndarray, moment: Moment, window: Box) -> np.ndarray:
-    """The part of a moment's map that a window of its picture shows; at least one cell."""
+    """The part of a moment's map inside a window of its picture, at least one cell."""
     rows, columns = attention.shape
     down, across = rows / moment.shape[0], columns / moment.shape[1]
     top, left = min(rows - 1, int(window.top * down)), min(columns - 1, int(window.left * across))

@@ -1,4 +1,4 @@
-"""Finds faces with a model of OpenCV's, where there is one."""
+"""Face detection with OpenCV: a cascade or a YuNet network."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 from vidstyle.comic.moment import Box
 from vidstyle.errors import InputError
 
-_USUAL = "haarcascade_frontalface_default.xml"
+_DEFAULT_CASCADE = "haarcascade_frontalface_default.xml"
 _REMEDY = "give a cascade of OpenCV's (.xml) or a YuNet model (.onnx)"
-_LEAST = 1 / 12
+_MIN_SIDE = 1 / 12
 """Smaller faces are not looked for; shares of the picture's shorter side."""
-_MIN_SURE = 1 / 24
+_MIN_SIDE_NETWORK = 1 / 24
 """The same for a network, which is not deceived so easily."""
 _NEIGHBOURS = 6
 """So many places next to one another must look like a face to a cascade."""
-_SURE = 0.75
+_MIN_SCORE = 0.75
 """A network must be so sure of a face, 0..1."""
 _TRIAL = 64
 """Pixels of the sides of an empty picture on which a network is tried."""
@@ -32,10 +32,10 @@ _Finder = Callable[[np.ndarray], list[Box]]
 
 
 class FaceFinder:
-    """Looks for upright faces.
+    """Detects upright faces.
 
-    Without a model it takes the cascade that comes with OpenCV; not every version brings one, and then no
-    faces are found.
+    Without a model it uses the cascade that comes with OpenCV; not every version has one, and then no faces
+    are found.
 
     Attributes:
         has_model: whether there is one.
@@ -45,10 +45,10 @@ class FaceFinder:
         """`model`: a cascade as OpenCV stores it, an .xml file, or a YuNet network, an .onnx file.
 
         Raises:
-            InputError: it is none.
+            InputError: the model cannot be read.
         """
-        usual = Path(cv2.__file__).parent / "data" / _USUAL
-        path = model or (usual if usual.is_file() and _HAS_CASCADES else None)
+        default = Path(cv2.__file__).parent / "data" / _DEFAULT_CASCADE
+        path = model or (default if default.is_file() and _HAS_CASCADES else None)
         self.has_model = path is not None
         self._finder: _Finder | None = None
         if path is not None:
@@ -68,7 +68,7 @@ def skin_map(color: np.ndarray) -> np.ndarray:
 
 
 def is_colorful(color: np.ndarray) -> bool:
-    """Whether a picture is not all gray."""
+    """Whether a picture has colours, not only grays."""
     return bool(np.mean(color.max(axis=2) - color.min(axis=2)) > 8)
 
 
@@ -85,7 +85,7 @@ def _cascade(path: Path) -> _Finder:
 
     def find(color: np.ndarray) -> list[Box]:
         luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
-        least = max(20, round(_LEAST * min(luma.shape)))
+        least = max(20, round(_MIN_SIDE * min(luma.shape)))
         found = cascade.detectMultiScale(
             luma, scaleFactor=1.1, minNeighbors=_NEIGHBOURS, minSize=(least, least)
         )
@@ -101,7 +101,7 @@ def _network(path: Path) -> _Finder:
     level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
         network = cv2.FaceDetectorYN.create(
-            "onnx", content, np.empty(0, np.uint8), (_TRIAL, _TRIAL), score_threshold=_SURE
+            "onnx", content, np.empty(0, np.uint8), (_TRIAL, _TRIAL), score_threshold=_MIN_SCORE
         )
         network.detect(np.zeros((_TRIAL, _TRIAL, 3), np.uint8))
     except cv2.error:
@@ -113,7 +113,7 @@ def _network(path: Path) -> _Finder:
         height, width = color.shape[:2]
         network.setInputSize((width, height))
         _, found = network.detect(np.ascontiguousarray(color[..., ::-1]))
-        whole, least = Box(0, 0, width, height), _MIN_SURE * min(height, width)
+        whole, least = Box(0, 0, width, height), _MIN_SIDE_NETWORK * min(height, width)
         rows = found[:, :4].astype(float) if found is not None else np.empty((0, 4))
         boxes = [Box(x, y, x + wide, y + high).intersection(whole) for x, y, wide, high in rows.tolist()]
         return [box for box in boxes if min(box.width, box.height) >= least]

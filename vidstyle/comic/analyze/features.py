@@ -34,23 +34,23 @@ _CLIPPED = 0.3
 
 @dataclass(frozen=True)
 class Candidate:
-    """A picture that may become a panel.
+    """A candidate key frame and its features.
 
     Attributes:
         time: seconds.
-        shape: height and width of the whole picture, without black bars.
+        shape: height and width of the picture without letterbox bars.
         sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
         clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
-        blank: whether nothing is to be seen.
+        blank: whether the picture is black, white or one tone.
         thumbnail: what is compared with other pictures, see `similarity`.
         tones: shares of 64 colours, float32, of sum 1.
         saliency, faces, blobs: boxes in pixels of that picture.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
-        scene: which scene it belongs to.
+        scene: number of its scene.
         in_transition: whether it shows two shots, or one that is fading.
-        forced: whether it was asked for.
-        corner: left and top of that picture in the frame; more than 0 where there are bars.
+        forced: whether it was requested by its time.
+        corner: left and top of that picture in the frame, above 0 where there are letterbox bars.
     """
 
     time: float
@@ -105,7 +105,7 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], fac
 
 
 def sharpness(luma: np.ndarray) -> float:
-    """How narrow the strongest edges of a picture are, H x W uint8: 0 wide, 1 as narrow as can be.
+    """Sharpness by the width of the strongest edges, H x W uint8: 0 blurred, 1 as sharp as can be.
 
     The slope of an edge under a narrow Gaussian, compared with that under a wide one, tells its width
     whatever its height. A pan blurs the edges of one direction only: the wider ones count.
@@ -129,7 +129,7 @@ def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]
 
 
 def exposure(luma: np.ndarray) -> float:
-    """How much of what could be seen is seen, 0..1; H x W uint8."""
+    """How well a picture is exposed, 0..1; H x W uint8."""
     contrast = min(1.0, float(luma.std()) / 255 / _DEFAULT_CONTRAST)
     light = min(1.0, float(np.percentile(luma, 80)) / 255 / _DEFAULT_LIGHT)
     clipped = float(np.mean((luma < 10) | (luma > 250)))
@@ -137,7 +137,7 @@ def exposure(luma: np.ndarray) -> float:
 
 
 def forms(color: np.ndarray) -> float:
-    """How much large forms stand out in a picture, H x W x 3 uint8: 0..1.
+    """Contrast of the large forms of a picture, H x W x 3 uint8: 0..1.
 
     That is what is left of a panel in print when its details are too small to be told apart.
     """
@@ -160,7 +160,7 @@ def tones(color: np.ndarray) -> np.ndarray:
 
 
 def eye_contrast(luma: np.ndarray, face: Box) -> float:
-    """The deviation from row to row in the band of a face in which eyes lie; 0..1."""
+    """Vertical contrast in the band of a face where the eyes are, 0..1."""
     top, bottom = round(face.top + 0.25 * face.height), round(face.top + 0.5 * face.height)
     left, right = round(face.left + 0.15 * face.width), round(face.right - 0.15 * face.width)
     band = luma[max(0, top) : bottom, max(0, left) : right].astype(np.float32)
@@ -178,7 +178,7 @@ _LEAST, _MOST = 0.02, 0.35
 
 
 def content_area(color: np.ndarray) -> tuple[slice, slice]:
-    """The rows and columns of a picture, H x W x 3 uint8, between bars of equal width; all without such."""
+    """Rows and columns of a picture, H x W x 3 uint8, inside its letterbox bars; all if there are none."""
     luma = color.max(axis=2)
     return _between(luma), _between(luma.T)
 

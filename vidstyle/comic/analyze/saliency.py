@@ -1,4 +1,4 @@
-"""Where a picture catches the eye, without a learned model."""
+"""Saliency maps without a learned model, and small objects that stand out."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from vidstyle.comic.analyze.faces import is_colorful, skin_map
 from vidstyle.comic.moment import Box
 
 BOX_SHARE = 0.85
-"""The share of all saliency that the box of a picture holds."""
+"""The share of all saliency that the salient box of a picture contains."""
 
 HEAD_ROOM = 0.25
-"""So much higher a box is than what it holds: where a body stands out, its head is above."""
+"""The salient box is enlarged upwards by this share: the head above a salient body."""
 
 _SIDE = 64
 _SKIN = 0.6
@@ -26,7 +26,7 @@ _CELLS = 24
 
 
 def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
-    """How much each place catches the eye: what is rare in the picture, in focus, skin, a face, central.
+    """The saliency of each pixel: spectral residual, sharpness, rare colours, skin, faces and the centre.
 
     Args:
         color: H x W x 3 uint8.
@@ -41,9 +41,9 @@ def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).astype(np.float32)
     detail = cv2.resize(np.abs(cv2.Laplacian(luma, -1)), size, interpolation=cv2.INTER_AREA)
-    seen = _unit(_residual(small)) + 0.5 * _unit(cv2.GaussianBlur(detail, (0, 0), 2))
+    seen = _unit(_spectral_residual(small)) + 0.5 * _unit(cv2.GaussianBlur(detail, (0, 0), 2))
     seen = seen + 0.5 * _unit(_color_rarity(small)) + skin_saliency(small)
-    seen *= _middle(size)
+    seen *= _center_bias(size)
     seen = cv2.resize(seen, (width, height), interpolation=cv2.INTER_LINEAR)
     for face in faces:
         seen[int(face.top) : int(face.bottom), int(face.left) : int(face.right)] += 2 * seen.max()
@@ -51,9 +51,9 @@ def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
 
 
 def salient_box(saliency: np.ndarray, share: float = BOX_SHARE) -> Box:
-    """The smallest box that holds a share of a picture's saliency, H x W, and room for a head above it.
+    """The smallest box with a share of the saliency, H x W, enlarged upwards by `HEAD_ROOM`.
 
-    Of a map that is 0 everywhere: the whole picture.
+    The whole picture if the map is 0 everywhere.
     """
     height, width = saliency.shape
     cell = max(height, width) / _CELLS
@@ -81,8 +81,8 @@ def salient_box(saliency: np.ndarray, share: float = BOX_SHARE) -> Box:
     )
 
 
-def _residual(small: np.ndarray) -> np.ndarray:
-    """What the spectrum of a picture has beyond the usual one (Hou and Zhang 2007)."""
+def _spectral_residual(small: np.ndarray) -> np.ndarray:
+    """Spectral residual saliency (Hou and Zhang 2007)."""
     luma = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY).astype(np.float32)
     spectrum = np.fft.fft2(luma)
     heights = np.log(np.abs(spectrum) + 1e-3).astype(np.float32)
@@ -92,7 +92,7 @@ def _residual(small: np.ndarray) -> np.ndarray:
 
 
 def _color_rarity(small: np.ndarray) -> np.ndarray:
-    """How far each colour is from the picture's mean (Achanta 2009)."""
+    """Distance of each colour from the picture's mean colour (Achanta et al. 2009)."""
     lab = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1), cv2.COLOR_RGB2LAB).astype(np.float32)
     return np.linalg.norm(lab - lab.mean(axis=(0, 1)), axis=2).astype(np.float32)
 
@@ -105,8 +105,8 @@ def skin_saliency(small: np.ndarray) -> np.ndarray:
     return max(0.0, 1 - float(skin.mean()) / _SKIN) * cv2.GaussianBlur(skin, (0, 0), max(small.shape) * _BLUR)
 
 
-def _middle(size: tuple[int, int]) -> np.ndarray:
-    """1 in the middle, half of that at the edges: films mostly show in the middle what they are about."""
+def _center_bias(size: tuple[int, int]) -> np.ndarray:
+    """Centre bias: 1 in the middle, about half at the edges."""
     across, down = (np.linspace(-1, 1, length, dtype=np.float32) for length in size)
     return np.exp(-0.35 * (across[np.newaxis] ** 2 + down[:, np.newaxis] ** 2))
 
@@ -118,32 +118,32 @@ def _unit(plane: np.ndarray) -> np.ndarray:
 
 _BLOB_SIDE = 128
 _BLOB_SCALES = (1.5, 3.0, 6.0)
-"""Deviations of the Gaussians under which things are seen; their surroundings are twice as wide."""
+"""Standard deviations of the inner Gaussians; the surrounds are twice as wide."""
 _BLOB_CONTRAST = 18.0
-"""A thing differs so much from its surroundings: of lightness and chroma together, of 255 each."""
+"""The least difference of a blob from its surround, in Lab with 255 levels a channel."""
 _MIN_BLOB, _MAX_BLOB = 0.0015, 0.12
-"""The part of the picture that a thing covers: less may be a light or a leaf, more is a ground."""
+"""The share of the picture that a blob covers: less may be a light or a leaf, more is background."""
 
 
 _BLOB_GAP = 0.02
-"""Things are one if no more of the picture's longer side lies between them: the letters of a word."""
+"""Blobs are joined if no more of the picture's longer side lies between them: the letters of a word."""
 
 
 def find_blobs(color: np.ndarray) -> list[Box]:
-    """Boxes about the things in a picture, H x W x 3 uint8, in its pixels; they do not meet."""
+    """Boxes of the small objects that stand out in a picture, H x W x 3 uint8; they do not overlap."""
     gap, apart = _BLOB_GAP * max(color.shape), list[Box]()
-    for thing in _parts(color):
-        while near := next((each for each in apart if _is_near(each, thing, gap)), None):
+    for blob in _components(color):
+        while near := next((each for each in apart if _is_near(each, blob, gap)), None):
             apart.remove(near)
-            thing = thing.union(near)
-        apart.append(thing)
+            blob = blob.union(near)
+        apart.append(blob)
     return apart
 
 
 def blob_map(color: np.ndarray) -> np.ndarray:
-    """How much each place of a picture, H x W x 3 uint8, differs from what is around it: H x W, 0..1."""
+    """Centre-surround difference of each pixel of a picture, H x W x 3 uint8: H x W, 0..1."""
     lab = _small_lab(color)
-    most = np.max([_standing_out(lab, scale) for scale in _BLOB_SCALES[1:]], axis=0)
+    most = np.max([_center_surround(lab, scale) for scale in _BLOB_SCALES[1:]], axis=0)
     return cv2.resize(np.minimum(1, most / (2 * _BLOB_CONTRAST)), (color.shape[1], color.shape[0]))
 
 
@@ -161,16 +161,16 @@ def _is_near(one: Box, other: Box, gap: float) -> bool:
     return max(across, max(one.top, other.top) - min(one.bottom, other.bottom)) <= gap
 
 
-def _parts(color: np.ndarray) -> Iterator[Box]:
+def _components(color: np.ndarray) -> Iterator[Box]:
     height, width = color.shape[:2]
     small = _small_lab(color)
     size = small.shape[1], small.shape[0]
     for scale in _BLOB_SCALES:
-        out = _standing_out(small, scale) > _BLOB_CONTRAST
+        out = _center_surround(small, scale) > _BLOB_CONTRAST
         _, _, found, _ = cv2.connectedComponentsWithStats(out.astype(np.uint8), connectivity=8)
         for left, top, wide, high, area in found[1:]:
             if _MIN_BLOB < area / out.size and wide * high < _MAX_BLOB * out.size:
-                # What stands out is less than the thing by the width of its soft edge.
+                # The response is smaller than the object by the width of its soft edge.
                 x, y = width / size[0], height / size[1]
                 yield Box(
                     max(0.0, (left - scale) * x),
@@ -180,8 +180,8 @@ def _parts(color: np.ndarray) -> Iterator[Box]:
                 )
 
 
-def _standing_out(lab: np.ndarray, scale: float) -> np.ndarray:
-    """How much each place differs from its surroundings: H x W float32."""
+def _center_surround(lab: np.ndarray, scale: float) -> np.ndarray:
+    """Centre-surround difference in Lab: H x W float32."""
     near, around = (
         cv2.GaussianBlur(lab, (0, 0), deviation, borderType=cv2.BORDER_REPLICATE)
         for deviation in (scale, 2 * scale)

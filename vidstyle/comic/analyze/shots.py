@@ -1,4 +1,4 @@
-"""Where the shots of a film begin and end: cuts, dissolves and fades."""
+"""Shot detection: hard cuts, dissolves and fades."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ FRAME = 1 / 24
 _SPANS = (3, 6, 12)
 """Steps to either side: a dissolve is seen with the span that reaches from one shot well into the other."""
 _SIZE = (32, 18)
-_LEAST = 3
+_MIN_STEPS = 3
 """Steps that a dissolve takes at least: less may be a picture or two of movement."""
-_LONGEST = 2.0
+_MAX_SECONDS = 2.0
 """Seconds that a dissolve takes at most."""
 _NEAR = 3
 """Frames to either side of a cut."""
 _STILL = 0.1
 """Seconds between frames, above which they are single pictures rather than a film that moves."""
 _PEAK = 1.0
-"""A cut changes more than so many times what moves beside it."""
+"""A cut changes the picture by more than this multiple of the motion beside it."""
 _PAUSE = 0.5
 """Seconds between the middle of a dissolve and a cut within which they are one."""
 _TONES = 0.55
-"""Key frames of one scene have more of their tones in common, though all in them may have moved."""
+"""Key frames of one scene have more of their colour histogram in common, whatever has moved."""
 
 
 @dataclass
-class _Cut:
-    """A cut, and how much moves in it and in the frames beside it."""
+class _SceneCut:
+    """A scene cut, and the motion in it and in the frames beside it."""
 
     time: float
     moved: float
@@ -47,17 +47,17 @@ class _Cut:
 
     @property
     def is_whip(self) -> bool:
-        """Whether as much moves beside it: the camera was turned too fast."""
+        """Whether there is as much motion beside it: a whip pan."""
         beside = max(np.median(moves) if len(moves) == _NEAR else 0.0 for moves in (self.before, self.after))
         return bool(self.moved < _PEAK * beside)
 
 
 _Transition = tuple[float, np.ndarray, np.ndarray]
-"""When a picture is a mixture, and the pictures shortly before and after."""
+"""The time of a frame in a transition, and the frames shortly before and after."""
 
 
 class ShotFinder:
-    """Is shown every frame of a film, and says at the end where its shots begin.
+    """Finds where the shots of a film begin; every frame is pushed.
 
     Attributes:
         transitions: first and last time, in seconds, of each dissolve and fade found so far.
@@ -65,7 +65,7 @@ class ShotFinder:
 
     def __init__(self) -> None:
         self._cuts = SceneCutDetector()
-        self._found: list[_Cut] = []
+        self._found: list[_SceneCut] = []
         self._moves: deque[float] = deque(maxlen=_NEAR)
         self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _SPANS[-1] + 1)
         self._run: list[_Transition] = []
@@ -94,7 +94,7 @@ class ShotFinder:
         if self._found and len(self._found[-1].after) < _NEAR:
             self._found[-1].after.append(moved if moves else 0.0)
         if cut:
-            self._found.append(_Cut(time, moved if moves else math.inf, list(self._moves)))
+            self._found.append(_SceneCut(time, moved if moves else math.inf, list(self._moves)))
         self._moves.append(moved if moves else 0.0)
         before_that, self._motion = self._motion, 0.0 if cut else moved
         return max(self._motion, 0.0 if cut else before_that)
@@ -115,11 +115,11 @@ class ShotFinder:
         return sorted([*cuts, *alone])
 
     def is_transition(self, time: float) -> bool:
-        """Whether the picture at a time shows two shots, or one that fades."""
+        """Whether a time lies in a dissolve or a fade."""
         return any(first <= time <= last for first, last in self.transitions)
 
     def _look(self, middle: int) -> None:
-        """Whether the picture of this number among the recent ones is a mixture."""
+        """Check whether the recent picture of this number lies in a transition."""
         if middle < 0:
             return
         time, picture = self._recent[middle]
@@ -134,22 +134,22 @@ class ShotFinder:
             self._end_transition()
 
     def _end_shot(self) -> None:
-        """Look at those that still wait for later ones: across a cut nothing dissolves."""
+        """Check the pictures that wait for later ones: no dissolve crosses a cut."""
         for middle in range(max(0, len(self._recent) - _SPANS[-1]), len(self._recent)):
             self._look(middle)
         self._end_transition()
         self._recent.clear()
 
     def _end_transition(self) -> None:
-        if len(self._run) >= _LEAST:
+        if len(self._run) >= _MIN_STEPS:
             (first, before, _), (last, _, after) = self._run[0], self._run[-1]
-            if last - first < _LONGEST and not is_moved(before, after):
+            if last - first < _MAX_SECONDS and not is_moved(before, after):
                 self.transitions.append((first - STEP, last + STEP))
         self._run = []
 
 
 class KeyShots:
-    """Is shown the key frames of a film, seconds apart, and says where scenes begin, as well as that allows.
+    """Estimates where scenes begin from key frames of a film, which are seconds apart.
 
     Attributes:
         scene_starts: seconds.
@@ -161,7 +161,7 @@ class KeyShots:
         self.scene_starts: list[float] = []
 
     def push(self, time: float, luma: np.ndarray, tones: np.ndarray) -> None:
-        """The next key frame: its small luma, as for `ShotFinder`, and the shares of its tones."""
+        """The next key frame: its small luma, as for `ShotFinder`, and its colour histogram."""
         moved = self._cuts.is_cut(luma)
         before, self._tones = self._tones, tones
         if before is None or (moved and float(np.minimum(before, tones).sum()) < _TONES):
@@ -173,17 +173,17 @@ _SIMILAR = 0.6
 _DIFFERENT = 0.05
 """The root mean square by which two shots differ at least, 0..1."""
 _MIXED = 0.4
-"""A picture is a mixture of two if no more of their difference is left beside it."""
+"""A picture is a blend of two others if no more of their difference remains."""
 _SHARE = (0.12, 0.88)
 _FOUND = 0.75
 """What correlates better with a part of the picture before is that part."""
 
 
 def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:
-    """Whether the picture lies between the two others as the pictures of a dissolve or of a fade do."""
+    """Whether the picture is a blend of the two others, as in a dissolve or a fade; all H x W, mean 0."""
     change = after - before
     strength = float(np.sqrt(np.mean(change**2)))
-    if strength < _DIFFERENT or (_likeness(before, after) > _SIMILAR and not _fades(before, after)):
+    if strength < _DIFFERENT or (_correlation(before, after) > _SIMILAR and not _fades(before, after)):
         return False
     share = float(np.mean((picture - before) * change)) / strength**2
     if not _SHARE[0] < share < _SHARE[1]:
@@ -193,7 +193,7 @@ def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> b
 
 
 def is_moved(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether the middle of one is found in the other, as strong as it is: then the camera has turned."""
+    """Whether the middle of one is found in the other by template matching: a camera move."""
     if _fades(before, after):
         return False
     down, across = before.shape[0] // 4, before.shape[1] // 4
@@ -210,7 +210,7 @@ def _fades(before: np.ndarray, after: np.ndarray) -> bool:
     return lower < 0.6 * higher
 
 
-def _likeness(one: np.ndarray, other: np.ndarray) -> float:
+def _correlation(one: np.ndarray, other: np.ndarray) -> float:
     """The correlation of two pictures of mean 0; 0 where one is blank."""
     energy = float(np.sqrt(np.mean(one**2) * np.mean(other**2)))
     return float(np.mean(one * other)) / energy if energy > 1e-4 else 0.0

@@ -1,4 +1,4 @@
-"""How much pictures look alike to a reader: the same things in the same places, in the same colours."""
+"""Visual similarity of pictures: the same objects in the same places, in the same colours."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _THUMB = 12
 
 
 def similarity(copies: Sequence[np.ndarray]) -> np.ndarray:
-    """How much each picture looks like each, by their small copies: N x N float32, 0 not at all, 1 the same.
+    """Pairwise similarity of pictures by their thumbnails: N x N float32, 0 different, 1 the same.
 
     The mean of three measures, each of which is blind to something: how well blocks of one are found near
     their place in the other, whatever their brightness; how much of their colours they share; and how their
@@ -55,7 +55,7 @@ def _scaled(measure: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
 
 
 def _found(lumas: np.ndarray) -> np.ndarray:
-    """How well the blocks of each picture (column) correlate where they do so best in each other one (row).
+    """The best correlation of the blocks of each picture (column) near their place in each other (row).
 
     Args:
         lumas: N x H x W, 0..1.
@@ -81,7 +81,7 @@ def _places() -> Iterator[tuple[int, int]]:
 
 
 def _normal(lumas: np.ndarray, y: int, x: int) -> tuple[np.ndarray, np.ndarray]:
-    """A block of each picture, of mean 0 and length 1 (N x pixels), and how much it deviated."""
+    """A block of each picture, normalized to mean 0 and length 1 (N x pixels), and its standard deviation."""
     blocks = lumas[:, y : y + _BLOCK, x : x + _BLOCK].reshape(len(lumas), -1)
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
     deviations = np.sqrt((blocks**2).mean(axis=1))
@@ -89,13 +89,13 @@ def _normal(lumas: np.ndarray, y: int, x: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _shared(lab: np.ndarray) -> np.ndarray:
-    """The share of colours that pictures, N x H x W x 3 of 0..255, have in common: N x N."""
+    """Histogram intersection of pictures in Lab, N x H x W x 3 of 0..255: N x N."""
     histograms = np.stack([_histogram(each) for each in lab])
     return np.stack([np.minimum(each, histograms).sum(axis=1) for each in histograms])
 
 
 def _histogram(lab: np.ndarray) -> np.ndarray:
-    """The shares of colours, each spread to its neighbours, so that a little light makes no other."""
+    """A colour histogram of sum 1, blurred so that a little more light hardly changes it."""
     counts, _ = np.histogramdd(
         lab.reshape(-1, 3).clip(0, 255),
         bins=(_TONES, _CHROMA, _CHROMA),
@@ -112,7 +112,7 @@ def _histogram(lab: np.ndarray) -> np.ndarray:
 
 
 def _forms(small: np.ndarray) -> np.ndarray:
-    """How the pictures, N x H x W x 3 uint8, correlate when hardly anything is left of them: N x N, 0..1."""
+    """Correlation of pictures, N x H x W x 3 uint8, reduced to a few pixels: N x N, 0..1."""
     size = _THUMB, _THUMB
     thumbs = np.stack([cv2.resize(each, size, interpolation=cv2.INTER_AREA).ravel() for each in small]) / 255
     thumbs = thumbs - thumbs.mean(axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""Where the panels of a comic stand on its pages: the optimum of a stated cost."""
+"""Page layout: the panels' rectangles that minimize a stated cost."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vidstyle.comic.layout.strip import lay_out_strip
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.errors import UsageError
 
-A_PAGE = 6.5
+PANELS_PER_PAGE = 6.5
 """Panels that a page holds best."""
 
 
@@ -66,11 +66,11 @@ def lay_out(
 
     Args:
         moments: in the order of time.
-        pages: how many; as suits the number of moments if None. A strip has one.
-        seed: 0 is the best layout, others are good ones that differ; the same one always gives the same.
-        right_to_left: whether rows are read from the right.
-        bleeding: whether panels over the whole width go on to the paper's edges, as do a strip's.
-        growth: how many times as large as else each panel is to be, for what is written in it.
+        pages: number of pages; None: depends on the number of moments. A strip has one.
+        seed: 0 gives the best layout, other seeds give different good ones; the same seed the same.
+        right_to_left: right-to-left reading order.
+        bleeding: whether full-width panels extend to the page edge.
+        growth: factor on the area of each panel, for its text.
 
     Raises:
         UsageError: there are no moments, or fewer than pages.
@@ -104,12 +104,12 @@ def pages_for(panels: int) -> int:
     >>> [pages_for(panels) for panels in (1, 9, 10, 40)]
     [1, 1, 2, 6]
     """
-    fewer = max(1, math.floor(panels / A_PAGE))
-    return min(fewer, fewer + 1, key=lambda pages: abs(math.log(panels / pages / A_PAGE)))
+    fewer = max(1, math.floor(panels / PANELS_PER_PAGE))
+    return min(fewer, fewer + 1, key=lambda pages: abs(math.log(panels / pages / PANELS_PER_PAGE)))
 
 
 def _bled(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:
-    """A panel that fills the width, led on to the paper's edges; any other as it is."""
+    """A full-width panel extended beyond the page edges; any other as it is."""
     inside, beyond = paper.inside, paper.bleed
     if (rectangle.left, rectangle.right) != (inside.left, inside.right):
         return rectangle

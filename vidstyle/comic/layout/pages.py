@@ -1,4 +1,4 @@
-"""Panels on pages of a given size, and other good pages for other seeds."""
+"""Layout of panels on pages of a given size, and its variation by a seed."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def lay_out_pages(
 
 
 class _Sheet:
-    """Finds the best pages by any weights, and knows what they cost by the formula."""
+    """Finds the best pages by given weights, and their cost by the unperturbed ones."""
 
     def __init__(self, moments: Sequence[Moment], paper: Paper, pages: int, growth: Sequence[float]) -> None:
         self.grid, self._columns = _grid(paper)
@@ -73,18 +73,18 @@ class _Sheet:
         most = min(len(moments), 2 * math.ceil(len(moments) / self._pages))
         areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, weights) * self._growth
         panels = panel_costs(moments, areas, grid.widths(), grid.heights(), weights)
-        return Pagination(panels, grid, weights, _turns(moments, weights), most, self._columns)
+        return Pagination(panels, grid, weights, _break_costs(moments, weights), most, self._columns)
 
     def pages(self, weights: LayoutWeights) -> _Pages:
-        """The best pages by a weights."""
+        """The best pages by these weights."""
         pagination = self._pagination(weights) if weights.perturbation else self._formula
         found = pagination.pages(self._pages)
         places = [place for row in found for place in pagination.places(row)]
         return _Pages(found, places, self._formula.cost(found, places))
 
 
-def _turns(moments: Sequence[Moment], weights: LayoutWeights) -> list[float]:
-    """What it costs to turn the page before each moment: it rather ends with a scene."""
+def _break_costs(moments: Sequence[Moment], weights: LayoutWeights) -> list[float]:
+    """The cost of a page break before each moment: less between scenes."""
     pairs = zip(moments, moments[1:], strict=False)
     return [0.0, *(weights.scene * (before.scene == after.scene) for before, after in pairs), 0.0]
 

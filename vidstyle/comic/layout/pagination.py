@@ -1,4 +1,4 @@
-"""Where rows and pages break: dynamic programming over all of them, in the manner of Knuth and Plass."""
+"""Row and page breaks by dynamic programming, after Knuth and Plass (1981)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Row:
 
 
 class Pagination:
-    """The best rows and pages for panels whose costs are known.
+    """The best rows and pages for panels of known costs.
 
     Pages are filled: the heights of a page's rows add up to its units. For each first panel of a page,
     each end, each height filled so far and each type of the last row, the least cost is found from those
@@ -41,7 +41,7 @@ class Pagination:
     Args:
         panels: the cost of each panel by its size, see `cost.panel_costs`.
         grid: of a page.
-        turns: what it costs if a page ends before each panel, and after the last.
+        break_costs: what it costs if a page ends before each panel, and after the last.
         most: panels on a page.
         columns: in a row.
     """
@@ -51,13 +51,13 @@ class Pagination:
         panels: np.ndarray,
         grid: Grid,
         weights: LayoutWeights,
-        turns: list[float],
+        break_costs: list[float],
         most: int,
         columns: int,
     ) -> None:
         self.grid, self.tables = grid, Tables(panels)
         self._count, self._most, self._units, self._high = len(panels), most, grid.columns, grid.rows
-        self._weights, self._turns, self._columns = weights, turns, columns
+        self._weights, self._break_costs, self._columns = weights, break_costs, columns
         self._row_types = RowTypes(columns, grid.columns, grid.rows)
         self._after = self._row_types.costs(weights)
         self._rows = {count: self._best_rows(count) for count in self._counts()}
@@ -125,7 +125,7 @@ class Pagination:
                 starts = np.arange(max(0, end - self._most), end)
                 cost = best[page - 1, starts] + self._filled[end][end - starts, self._high].min(axis=1)
                 begun[page, end] = starts[cost.argmin()]
-                best[page, end] = cost.min() + self._turns[end]
+                best[page, end] = cost.min() + self._break_costs[end]
         breaks = [self._count]
         for page in range(count, 0, -1):
             breaks.append(int(begun[page, breaks[-1]]))
@@ -185,7 +185,7 @@ class Pagination:
         row_types = [self._row_types.of(row.tree.columns, row.cut, row.high) for row in found]
         for row, other, row_type, next_type in zip(found, found[1:], row_types, row_types[1:], strict=False):
             turned = other.page > row.page
-            cost += self._turns[other.moment] if turned else float(self._after[row_type, next_type])
+            cost += self._break_costs[other.moment] if turned else float(self._after[row_type, next_type])
         return cost
 
 

@@ -1,4 +1,4 @@
-"""The letters of a comic: their size, what they look like, and how a text is broken into lines."""
+"""The font of a comic: size, missing characters, and installed fonts that have them."""
 
 from __future__ import annotations
 
@@ -22,35 +22,16 @@ POINTS = 10.0
 _ACROSS, _ACROSS_STRIP = 45, 28
 """Letters are no larger than the page's width by the first; on a strip, which is seen on a phone, they are as
 large as its width by the second."""
-_SMALLEST = 7
+_MIN_SIZE = 7
 """Pixels."""
-_LIKE = {
-    "–": "-",
-    "—": "-",
-    "‐": "-",
-    "‑": "-",
-    "•": "-",
-    "ß": "ss",
-    "ẞ": "SS",
-    "æ": "ae",
-    "œ": "oe",
-    "ø": "o",
+_SUBSTITUTES = {
+    **dict.fromkeys("–—‐‑•", "-"),
+    **dict.fromkeys("«»„", '"'),
+    **dict(zip("ßẞæÆœŒøØłŁđı", "ss SS ae AE oe OE o O l L d i".split(), strict=True)),
 }
-_LIKE |= {
-    "Æ": "AE",
-    "Œ": "OE",
-    "Ø": "O",
-    "ł": "l",
-    "Ł": "L",
-    "đ": "d",
-    "ı": "i",
-    "«": '"',
-    "»": '"',
-    "„": '"',
-}
-"""What a letter that is missing from a font is written as, besides the same without its accent."""
+"""What is written for a character that is missing from a font, if not the same without its accent."""
 _MARKS, NOTES = "–—‐‑•«»„", "♪♫♩♬"
-"""Of these it goes without saying; notes are left out."""
+"""Characters that are replaced without a warning; notes are left out."""
 
 
 def check_pillow() -> None:
@@ -62,33 +43,33 @@ def check_pillow() -> None:
 
 
 def letter_size(paper: Paper) -> int:
-    """How large the letters on a paper are, in pixels."""
+    """The font size for a paper, in pixels."""
     if paper.is_strip:
-        return max(_SMALLEST, paper.width // _ACROSS_STRIP)
-    return max(_SMALLEST, round(min(POINTS * paper.dpi / 72, paper.width / _ACROSS)))
+        return max(_MIN_SIZE, paper.width // _ACROSS_STRIP)
+    return max(_MIN_SIZE, round(min(POINTS * paper.dpi / 72, paper.width / _ACROSS)))
 
 
 class Letters:
     """A font in all sizes.
 
     Attributes:
-        lacking: the letters that texts had and the font has not.
+        lacking: the characters of texts that the font lacks.
     """
 
     def __init__(self, path: Path | None = None) -> None:
-        """`path`: a TrueType or OpenType font; None: the one that Pillow brings.
+        """`path`: a TrueType or OpenType font; None: Pillow's built-in one.
 
         Raises:
-            InputError: it is none.
+            InputError: it cannot be read.
         """
         self.path = path
         self.lacking: dict[str, None] = {}
         self._sizes: dict[int, ImageFont.FreeTypeFont] = {}
         self._known: dict[str, bool] = {}
-        self.font(_SMALLEST)
+        self.font(_MIN_SIZE)
 
     def font(self, size: int) -> ImageFont.FreeTypeFont:
-        """As Pillow has it, so many pixels high."""
+        """Pillow's font at a size in pixels."""
         if size not in self._sizes:
             self._sizes[size] = _opened(self.path, size)
         return self._sizes[size]
@@ -96,14 +77,14 @@ class Letters:
     @property
     def family(self) -> str:
         """Its name."""
-        return str(self.font(_SMALLEST).getname()[0] or "sans-serif")
+        return str(self.font(_MIN_SIZE).getname()[0] or "sans-serif")
 
     @property
     def free_font(self) -> bytes | None:
-        """The file of the font that Pillow brings, which everybody may pass on (CC0); None for another."""
+        """The file of Pillow's built-in font, which may be embedded (CC0); None for another font."""
         if self.path is not None:
             return None
-        file = self.font(_SMALLEST).path
+        file = self.font(_MIN_SIZE).path
         return file.getvalue() if isinstance(file, BytesIO) else None
 
     def width(self, text: str, size: int) -> float:
@@ -111,26 +92,26 @@ class Letters:
         return float(self.font(size).getlength(text))
 
     def writable(self, text: str) -> str:
-        """The text with what comes nearest where the font lacks a letter; notes are left out."""
+        """The text with substitutes for characters that the font lacks; notes are left out."""
         shown = "".join(self._written(letter) for letter in unicodedata.normalize("NFC", text))
         return " ".join(shown.split())
 
     def missing(self, text: str) -> set[str]:
-        """The letters of a text that the font has not, and that are written otherwise."""
-        return {each for each in unicodedata.normalize("NFC", text) if not self._is_written_as_it_is(each)}
+        """The characters of a text that the font lacks and that are substituted."""
+        return {each for each in unicodedata.normalize("NFC", text) if not self._needs_no_substitute(each)}
 
-    def _is_written_as_it_is(self, letter: str) -> bool:
+    def _needs_no_substitute(self, letter: str) -> bool:
         return letter.isspace() or self._has(letter) or letter in _MARKS or letter in NOTES
 
     def _written(self, letter: str) -> str:
         if letter.isspace() or self._has(letter):
             return letter
         if letter in _MARKS:
-            return _LIKE[letter]
+            return _SUBSTITUTES[letter]
         if letter in NOTES:
             return ""
         self.lacking[letter] = None
-        plain = _LIKE.get(letter) or "".join(
+        plain = _SUBSTITUTES.get(letter) or "".join(
             part for part in unicodedata.normalize("NFKD", letter) if not unicodedata.combining(part)
         )
         return plain if plain and all(map(self._has, plain)) else letter
@@ -167,37 +148,25 @@ FOLDERS = (
     "/System/Library/Fonts",
     "$WINDIR/Fonts",
 )
-"""Where systems keep them; one whose variable is not set is not there."""
+"""Folders of installed fonts; one whose variable is not set is skipped."""
 
 _ENDINGS = (".ttf", ".otf", ".ttc")
-_MOST = 400
-"""Files that are looked into."""
-_LIKED = ("comic", "sans", "regular")
-_DISLIKED = (
-    "bold",
-    "italic",
-    "oblique",
-    "mono",
-    "serif",
-    "light",
-    "thin",
-    "condensed",
-    "black",
-    "math",
-    "symbol",
-)
-"""Parts of names of fonts that suit a comic, and that do not."""
+_MAX_FILES = 400
+"""Font files that are opened at most."""
+_SUBSTITUTESD = ("comic", "sans", "regular")
+_DISLIKED = "bold italic oblique mono serif light thin condensed black math symbol".split()
+"""Parts of font names that suit a comic, and that do not."""
 
 _log = logging.getLogger("vidstyle")
 
 
 def letters_for(texts: Iterable[str], letters: Letters) -> Letters:
-    """The font at hand, or where it is the built-in one and lacks letters, an installed one that has more."""
+    """The given font, or an installed one if it is the built-in font and lacks characters."""
     if letters.path is not None:
         return letters
     wanted = "".join(texts)
     best, fewest = letters, len(letters.missing(wanted))
-    for file in islice(_files(), _MOST) if fewest else ():
+    for file in islice(_files(), _MAX_FILES) if fewest else ():
         try:
             found = Letters(file)
         except InputError:
@@ -212,7 +181,7 @@ def letters_for(texts: Iterable[str], letters: Letters) -> Letters:
 
 
 def _files() -> Iterator[Path]:
-    """Files of fonts, those first that suit."""
+    """Font files, suitable ones first."""
     folders = (Path(os.path.expanduser(os.path.expandvars(folder))) for folder in FOLDERS)
     found = {
         file
@@ -221,9 +190,9 @@ def _files() -> Iterator[Path]:
         for file in folder.rglob("*")
         if file.suffix.lower() in _ENDINGS
     }
-    yield from sorted(found, key=lambda file: (_dislike(file.stem.lower()), file.name, str(file)))
+    yield from sorted(found, key=lambda file: (_unsuitability(file.stem.lower()), file.name, str(file)))
 
 
-def _dislike(name: str) -> int:
+def _unsuitability(name: str) -> int:
     plain = name.replace("sansserif", "sans")
-    return 2 * sum(part in plain for part in _DISLIKED) - sum(part in plain for part in _LIKED)
+    return 2 * sum(part in plain for part in _DISLIKED) - sum(part in plain for part in _SUBSTITUTESD)

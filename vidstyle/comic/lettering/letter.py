@@ -71,7 +71,7 @@ class PanelText:
     """What a panel is to hold.
 
     Attributes:
-        attention: where the moment's picture catches the eye, see `attention_of`.
+        attention: where the moment's picture catches the eye, see `attention_map`.
     """
 
     moment: Moment

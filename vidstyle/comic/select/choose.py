@@ -36,7 +36,7 @@ _MIN_GAP = 0.4
 
 
 def default_panels(scenes: int, seconds: float) -> int:
-    """How many panels tell a film: the more scenes and the longer, the more, but ever more slowly.
+    """The default number of panels of a film: it grows with scenes and duration, ever more slowly.
 
     >>> default_panels(1, 5), default_panels(26, 70), default_panels(1500, 7200)
     (3, 12, 40)
@@ -47,11 +47,11 @@ def default_panels(scenes: int, seconds: float) -> int:
 def choose(
     survey: Survey, forced: Sequence[Candidate], panels: int | None, least: int = 0
 ) -> list[Candidate]:
-    """The pictures to show, in the order of time.
+    """The frames to show, in chronological order.
 
     Args:
-        survey: what there is; blank pictures are left out.
-        forced: pictures that are shown whatever they are.
+        survey: the candidates; blank ones are left out.
+        forced: requested frames, which are always chosen.
         panels: how many in all; None: `default_panels`, and fewer where pictures would look the same.
         least: where `panels` is None, so many rather than fewer.
     """
@@ -84,7 +84,7 @@ def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None, l
 
 
 def _has_doubles(like: np.ndarray, chosen: Sequence[int]) -> bool:
-    """Whether two of the chosen look nearly the same that a reader may see at a time."""
+    """Whether two chosen frames that a reader sees together look nearly the same."""
     near = np.tri(len(chosen), k=PANELS_PER_PAGE - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
     return bool((like[np.ix_(chosen, chosen)] > SIMILAR)[near].any())
 
@@ -97,7 +97,7 @@ def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
 
 
 def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most: int) -> np.ndarray:
-    """The numbers of those that are considered: of each part of the film the best."""
+    """The numbers of the candidates considered: of each part of the film the best."""
     parts = np.minimum((_places(pool, survey) * most / 2).astype(int), most // 2 - 1)
     kept: dict[int, list[int]] = {}
     for number in np.argsort(-values, kind="stable"):
@@ -134,7 +134,7 @@ def _best(
 
 
 def _similarity_costs(like: np.ndarray) -> np.ndarray:
-    """What it costs to show pictures next to each other, by how alike they look: N x N."""
+    """The cost of showing pictures next to each other, by their similarity: N x N."""
     nearly = ((like - DIFFERENT) / (SIMILAR - DIFFERENT)).clip(0, 1)
     quite = ((like - SIMILAR) / (1 - SIMILAR)).clip(0, 1)
     return _SIMILAR * nearly**2 + (_SAME - _SIMILAR) * quite**2

@@ -1,4 +1,4 @@
-"""What scenes and pictures are worth beside the others of their film."""
+"""Scores of scenes and frames relative to the rest of their film."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LARGE_FACE = 0.12
 
 
 def scene_values(survey: Survey) -> np.ndarray:
-    """How much each scene matters, 0..1, the most important one 1: long and rare ones do.
+    """The importance of each scene, 0..1, the most important one 1: of long and rare ones it is high.
 
     It is L log(1/W), where L is the scene's length and W the share of the film of all scenes of its kind
     (Uchihashi and others 1999).
@@ -52,7 +52,7 @@ def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
 
 
 def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
-    """What each picture is worth, mostly 0..1.
+    """The score of each frame, mostly 0..1.
 
     Args:
         scenes: the value of each scene, 0..1.
@@ -81,7 +81,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
 
 
 def face_share(candidate: Candidate) -> float:
-    """How much of the picture the largest face takes, 0..1; 1 from a close-up on."""
+    """The area of the largest face relative to that in a close-up, 0..1."""
     if not candidate.faces:
         return 0.0
     height, width = candidate.shape
@@ -89,10 +89,10 @@ def face_share(candidate: Candidate) -> float:
 
 
 def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
-    """How much each of the chosen pictures matters, 0..1, the most important one 1.
+    """The importance of each chosen frame, 0..1, the most important one 1.
 
-    A scene's value is shared by its pictures; the rest is what can be seen in them. What was asked for is
-    among the more important.
+    A scene's value is divided among its frames; the rest depends on what they show. Requested frames are
+    more important.
     """
     scenes = scene_values(survey)
     counts = np.bincount([each.scene for each in chosen], minlength=len(scenes))
