@@ -25,7 +25,7 @@ from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.options import ReadOptions
-from vidstyle.media.read.samples import FilmSampler, SampledFrame
+from vidstyle.media.read.sampler import FilmSampler, SampledFrame
 
 log = logging.getLogger("vidstyle")
 
