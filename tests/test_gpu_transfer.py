@@ -256,10 +256,11 @@ def test_other_numbers_of_channels_are_refused(context: moderngl.Context, downlo
     texture.release()
 
 
-def test_changes_of_size_leave_nothing_behind(context: moderngl.Context) -> None:
+@pytest.mark.parametrize("sizes", [24, pytest.param(100, marks=pytest.mark.thorough)])
+def test_changes_of_size_leave_nothing_behind(sizes: int, context: moderngl.Context) -> None:
     before = len(alive(context))
     upload, download = Upload(context), Download(context)
-    for number in range(100):
+    for number in range(sizes):
         size = (1 + number * 37 % 300, 1 + number * 91 % 400)
         plane = samples(size, (np.uint8, np.uint16, np.float32)[number % 3], number)
         there_and_back(
