@@ -1,1 +1,1 @@
-"""Everything that touches PyAV: films, pictures and pipes, in and out."""
+"""Media input and output with PyAV: files, images, streams, devices."""

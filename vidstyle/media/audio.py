@@ -1,4 +1,4 @@
-"""The sound beside live pictures: heard from a source, and encoded anew into each target."""
+"""Audio of live sources: decoded from a source, and encoded into each target."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from vidstyle.media.write.transcode import FRAME_SIZE, add_audio_stream
 log = logging.getLogger("vidstyle")
 
 RATE = 48000
-"""Samples a second of each of two channels, whatever the source has."""
+"""Samples per second; audio is resampled to this rate in stereo."""
 MAX_SILENCE = 5
-"""Seconds of missing sound that are filled."""
+"""Gaps up to this many seconds are filled with silence."""
 MAX_WAITING = 500
-"""Pieces of sound that wait for the first picture, whose time they take theirs from: about ten seconds."""
+"""Chunks that are kept until the first frame sets the clock: about ten seconds."""
 
 
 @dataclass(frozen=True)
 class AudioChunk:
-    """A piece of sound.
+    """A piece of audio.
 
     Attributes:
         samples: 2 x N, float32, -1..1.
@@ -39,7 +39,7 @@ class AudioChunk:
 
 
 class AudioDecoder:
-    """Decodes the sound of a source.
+    """Decodes the audio of a source.
 
     Attributes:
         stream: in the source, or None if it is silent.
@@ -53,12 +53,12 @@ class AudioDecoder:
         self._waiting: deque[tuple[float, np.ndarray]] = deque(maxlen=MAX_WAITING)
 
     def decode(self, packet: av.Packet) -> Iterator[AudioChunk]:
-        """The sound of a packet, once `set_origin` has told when that is."""
+        """The chunks of a packet, once `set_origin` has set the clock."""
         self._waiting.extend(self.samples(packet))
         yield from self._anchored()
 
     def samples(self, packet: av.Packet) -> Iterator[tuple[float, np.ndarray]]:
-        """The sound of a packet, 2 x N, and its stamps in seconds of the source's own clock."""
+        """The samples of a packet, 2 x N, and their timestamps in seconds of the source's clock."""
         try:
             frames: list[Any] = list(packet.decode()) if packet.size else []
         except av.FFmpegError as error:
@@ -75,12 +75,12 @@ class AudioDecoder:
                     yield float(part.pts * part.time_base), part.to_ndarray()
 
     def set_origin(self, stamp: float, time: float) -> None:
-        """A picture with this stamp was taken at this time; the first one decides for all that follow."""
+        """Set the clock: a frame with this timestamp was captured at `time`; only the first call counts."""
         if self._zero is None:
             self._zero = time - stamp
 
     def restart(self) -> None:
-        """The next picture decides anew: the stamps begin again."""
+        """The timestamps start over: the next frame sets the clock again."""
         self._waiting.clear()
         self._zero = None
 
@@ -91,7 +91,7 @@ class AudioDecoder:
 
 
 class AudioEncoder:
-    """A stream of sound in a container that is being written."""
+    """An audio stream in a container that is being written."""
 
     def __init__(self, container: av.container.OutputContainer, encoder: str) -> None:
         """Add it; before the container's header is written."""
@@ -101,11 +101,11 @@ class AudioEncoder:
         self._end, self._begun = 0, False
 
     def packets(self, samples: np.ndarray, seconds: float) -> list[av.Packet]:
-        """What comes out when sound goes in; where some is missing there is silence.
+        """Encode samples; gaps are filled with silence.
 
         Args:
             samples: 2 x N, float32.
-            seconds: when it begins, from the beginning of the container; what overlaps is left out.
+            seconds: when they begin, from the start of the container; overlapping samples are dropped.
         """
         begin = round(seconds * RATE)
         if self._begun and abs(begin - self._end) <= RATE // 50:  # stamps tremble; sound does not
@@ -129,7 +129,7 @@ class AudioEncoder:
         return made
 
     def flush(self) -> list[av.Packet]:
-        """What the encoder still holds."""
+        """Flush the encoder."""
         return self._encoded(self._resampler.resample(None)) + list(self._stream.encode(None))
 
     def _encoded(self, frames: list[Any]) -> list[av.Packet]:

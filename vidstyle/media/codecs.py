@@ -1,4 +1,4 @@
-"""Encoders: how each names its quality and its speed, and which pixel format it gets."""
+"""Encoders: their quality and speed options, pixel formats, and which of them work here."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LOW_DEPTH_FORMATS = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte"
 
 @dataclass(frozen=True)
 class QualityOptions:
-    """How an encoder is told what we call crf and preset.
+    """How `--crf` and `--preset` map to the options of an encoder.
 
     Attributes:
         crf: its option for the quality, "q" for a fixed quantiser, or "" if it has none.

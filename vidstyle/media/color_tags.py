@@ -1,4 +1,4 @@
-"""What a stream says about its colours, as numbers of ITU-T H.273, and what that means for its planes."""
+"""Colour tags of streams (code points of ITU-T H.273), and the encodings that they stand for."""
 
 from __future__ import annotations
 

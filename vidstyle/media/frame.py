@@ -1,4 +1,4 @@
-"""Decoded frames as pictures and back: planes as they lie, no colour conversion."""
+"""Frames, and conversion between FFmpeg's frames and pictures without colour conversion."""
 
 from __future__ import annotations
 

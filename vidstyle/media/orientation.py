@@ -1,4 +1,4 @@
-"""Pictures set upright: quarter turns and mirrorings of every plane, and of what the planes mean."""
+"""Orientation: quarter turns and flips of pictures, planes and chroma siting alike."""
 
 from __future__ import annotations
 

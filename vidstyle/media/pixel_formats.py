@@ -1,4 +1,4 @@
-"""How the pixel formats of FFmpeg lie in memory, seen as ours."""
+"""The memory layout of FFmpeg's pixel formats."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ REORDERED_FORMATS = {
     }.items()
     for name in names.split()
 }
-"""Formats whose bytes are put in another order before use, losing nothing, and the format they get."""
+"""Formats that are reordered losslessly before use, and the format they are converted to."""
 
 
 @dataclass(frozen=True)

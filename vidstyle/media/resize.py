@@ -1,4 +1,4 @@
-"""Pictures at another size: each plane by its own shape, the chroma siting kept."""
+"""Resizes pictures plane by plane, keeping the chroma siting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Before and after in one picture."""
+"""Shows the source and the result in one picture."""
 
 from __future__ import annotations
 

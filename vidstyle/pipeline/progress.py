@@ -1,4 +1,4 @@
-"""How far a job is, and how it ended."""
+"""Progress and summary of a job."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a job is.
+    """Progress of a job.
 
     Attributes:
         frames: frames handed to the encoder so far.
@@ -65,7 +65,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Summary:
-    """How a job ended.
+    """Result of a job.
 
     Attributes:
         source, target: as they were given.

@@ -1,4 +1,4 @@
-"""The road of a film: source, style, target."""
+"""Renders a film: source, style, target."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vidstyle.renderer import Backend, StyleLike, open_renderer
 DAMAGED_EXIT_CODE = 4
 """Done, but the input was damaged (docs/rules.md, Exit codes)."""
 INTERLEAVING_SECONDS = 1
-"""How much later than its picture a sound may lie in a file."""
+"""How much later than its frame an audio packet may be stored."""
 
 
 def render(

@@ -24,7 +24,7 @@ QUEUE_CAPACITY = 3
 BATCH = 32
 """Items in a batch at most. A batch ends with its frame, so that a run of packets does not fill a queue."""
 WATCH_SECONDS = 0.1
-"""How often the calling thread looks around."""
+"""How often the calling thread reports progress."""
 END_SECONDS = 2.0
 """How long the threads may take to end once they are told to (docs/rules.md, Exit codes)."""
 
@@ -33,7 +33,7 @@ Batch = list[Any]
 
 
 class Stages:
-    """One job on its way; `run` takes it to its end.
+    """One render job; `run` runs it to its end.
 
     Args:
         items: frames and packets in the order of the source.

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: the first asks the job to end well, the second ends the program."""
+"""Ctrl-C and SIGTERM: the first signal ends the job cleanly, the second exits at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cameras, by path, number or name, and what is on the screen."""
+"""Cameras, by path, number or name, and screen capture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An open live source: the newest pictures as they come, each with the moment it was taken."""
+"""Live input: the interface of sources, and decoding without delay with capture times."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class OpenedSource(Protocol):
     """What a source opens: pictures or sound."""
 
     def close(self) -> None:
-        """Let go of it; from the thread that takes from it."""
+        """Close it; from the thread that reads it."""
 
 
 T = TypeVar("T", bound=OpenedSource)
@@ -40,7 +40,7 @@ class CaptureSource(Protocol[T_co]):
 
     @property
     def reconnects(self) -> bool:
-        """Whether it may come back after its end."""
+        """Whether to open it again after it was lost."""
 
     def open(self, stopping: threading.Event) -> T_co:
         """Begin to take.
@@ -76,7 +76,7 @@ class CapturedFrame:
 
 
 class LiveInput:
-    """Decodes one video stream with no frame held back. Iterate over it once, in one thread.
+    """Decodes one video stream without delay. Iterate over it once, in one thread.
 
     Attributes:
         codec: what it is decoded with.
@@ -154,7 +154,7 @@ class LiveInput:
                 self._audio.restart()
 
     def close(self) -> None:
-        """Let go of the source; call it when the iteration has ended."""
+        """Close the source; call it after the iteration."""
         self._container.close()
 
     def _once(self) -> Iterator[CapturedFrame | AudioChunk]:
@@ -224,7 +224,7 @@ def _taken(frame: av.VideoFrame, arrived: float) -> float:
 
 
 LiveSource = CaptureSource[LiveInput]
-"""Where live pictures come from."""
+"""A source of live video."""
 
 
 LEAP_SECONDS = 10.0
@@ -232,7 +232,7 @@ LEAP_SECONDS = 10.0
 
 
 class PlaybackClock:
-    """Says when each frame is due."""
+    """Paces frames by their timestamps."""
 
     def __init__(self) -> None:
         self._zero: float | None = None

@@ -1,4 +1,4 @@
-"""Microphones: sound beside pictures that have none of their own, on the same clock as they."""
+"""Microphones: audio capture on the clock of the video."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Microphone:
 
 
 class AudioInput:
-    """Sound as it comes. Iterate over it once, in one thread."""
+    """Captured audio. Iterate over it once, in one thread."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class AudioInput:
             raise InputError(self._name, f"was lost: {reason}") from error
 
     def close(self) -> None:
-        """Let go of it; call it when the iteration has ended."""
+        """Close it; call it after the iteration."""
         self._container.close()
 
     def _pieces(self) -> Iterator[av.Packet]:

@@ -1,4 +1,4 @@
-"""Finds out what kind of live source a word on the command line means."""
+"""Live sources by name: cameras, screens, streams, files, pipes and the test picture."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vidstyle.media.raw_video import RAW, RawVideo
 from vidstyle.media.read.open import is_url, open_media, public_name
 
 POLL_SECONDS = 0.2
-"""How often a wait for data looks whether it is still wanted."""
+"""How often a wait for data checks whether to stop."""
 
 
 class Pipe:
@@ -40,7 +40,7 @@ class Pipe:
 
 
 class NamedPipe(Pipe):
-    """A pipe with a place in a folder; the descriptor is its own."""
+    """A named pipe (FIFO), which it opens and closes itself."""
 
     def __init__(self, path: str, stopping: threading.Event) -> None:
         # Opened so, it does not wait for a writer where nobody could wake it.

@@ -1,4 +1,4 @@
-"""Time repaired: every frame gets a stamp, and stamps only grow."""
+"""Repairs timestamps: every frame gets one, and they strictly increase."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def start_shift(container: av.container.InputContainer) -> Fraction:
 
 
 class PacketClock:
-    """Moves the stamps of packets by the same time in all streams, and bridges jumps of their clock.
+    """Shifts the timestamps of packets by the same time in all streams, and bridges discontinuities.
 
     Attributes:
         shift: seconds that are taken off every stamp just now.

@@ -1,4 +1,4 @@
-"""Frames at a constant rate: for each moment the nearest frame, dropped or repeated as needed."""
+"""Converts to a constant frame rate: frames are dropped or repeated, the nearest in time is kept."""
 
 from __future__ import annotations
 

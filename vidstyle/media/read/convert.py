@@ -1,4 +1,4 @@
-"""Decoded frames made into the pictures that are delivered: upright, one size, one format, SDR."""
+"""Converts decoded frames to the pictures that are delivered: upright, one size, one format, SDR."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A film: one stream of it decoded, the others passed on as packets."""
+"""A container as source: one video stream is decoded, the other streams are passed on as packets."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ FORMATS_WITH_DURATION = frozenset({"matroska", "webm", "flv", "avi"})
 
 
 class FilmSource:
-    """Reads a container; see `Source`."""
+    """Reads a container; see `VideoSource`."""
 
     def __init__(
         self, container: av.container.InputContainer, name: str, max_pixels: int, file: Path | None
@@ -131,7 +131,7 @@ class FilmSource:
             self._compare_with_header()
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         if self.container is not None:
             self.container.close()
 

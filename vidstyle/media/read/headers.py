@@ -1,4 +1,4 @@
-"""What the first bytes of a picture file say: what FFmpeg does not tell before it decodes, or PyAV at all."""
+"""Facts from file headers that FFmpeg does not give before decoding: sizes, EXIF orientation, MP4 boxes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one door through which files come in: what is opened is the file that was named, and nothing else."""
+"""Opens media safely: only the file that was named, only formats that read no other file."""
 
 from __future__ import annotations
 

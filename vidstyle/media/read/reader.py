@@ -1,4 +1,4 @@
-"""Reads films, pictures and sequences of them: upright frames with true times, other streams as packets."""
+"""Reads films, images and image sequences: upright frames with repaired times, other streams as packets."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Reader:
             yield from self._rate.flush()
 
     def close(self) -> None:
-        """Let go of the source."""
+        """Close the source."""
         self._source.close()
 
     def __enter__(self) -> Self:

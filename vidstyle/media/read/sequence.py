@@ -1,4 +1,4 @@
-"""Pictures in numbered files, and animated WebP, as if they were a film."""
+"""Image sequences and animated WebP as sources."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def is_animated_webp(path: Path) -> bool:
 
 
 class SequenceSource:
-    """Frames that lie in memory or in files of their own; see `Source`."""
+    """Frames in memory or in files of their own; see `VideoSource`."""
 
     container: av.container.InputContainer | None = None
     may_be_still = False

@@ -1,4 +1,4 @@
-"""What films, picture sequences and animations have in common once they are decoded."""
+"""The interface of video sources, and facts about the streams of a container."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class VideoSource(Protocol):
         """Everything from here to the end."""
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
 
 
 log = logging.getLogger("vidstyle")

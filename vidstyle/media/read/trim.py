@@ -1,4 +1,4 @@
-"""The part of a film between two times, moved to begin at zero."""
+"""Trims a source to the part between two times, which then starts at zero."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The file that is being written: under a name of its own until it is whole."""
+"""Atomic output: a file is written under a temporary name and renamed when it is complete."""
 
 from __future__ import annotations
 
@@ -83,11 +83,11 @@ class PartialFile:
         return shutil.disk_usage(self.target.parent).free - MIN_FREE
 
     def finish(self) -> None:
-        """Give the file its own name."""
+        """Rename the file to its target."""
         os.replace(self.path, self.target)
 
     def remove(self) -> None:
-        """Leave nothing behind."""
+        """Delete the file."""
         self.path.unlink(missing_ok=True)
 
     def _create(self, target: Path) -> None:
@@ -138,7 +138,7 @@ def _partial_name(name: str, ending: str | None = None, mark: str = ".partial") 
 def atomic_file(
     target: Path, source: str | Path | None = None, overwrite: bool = False
 ) -> Iterator[Callable[[bytes], None]]:
-    """Checks at its start that the target may be written; what is called within the block writes its content.
+    """Check that the target may be written; the function it gives writes the content.
 
     The target has its name when the block ends; when it raises, nothing is left.
 

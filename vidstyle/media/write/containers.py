@@ -1,4 +1,4 @@
-"""Kinds of files that we write: what each may hold, and what fits it best."""
+"""The table of containers: muxers, codecs and options of every output format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turns frames into packets, each with the time and the duration of its frame."""
+"""Encodes frames into packets with their timestamps and durations."""
 
 from __future__ import annotations
 

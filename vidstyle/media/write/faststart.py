@@ -1,7 +1,7 @@
-"""Puts an MP4's index before its pictures, so that it plays while it still loads.
+"""Moves the index (moov box) of an MP4 file to the front, so that it plays while it loads.
 
-A file whose fragments are joined at the end (`hybrid_fragmented`) has its index last, and FFmpeg's own
-`faststart` does not go with it. Boxes and offsets: ISO/IEC 14496-12.
+FFmpeg rejects `faststart` together with `hybrid_fragmented`, whose files have the index last.
+Boxes and offsets: ISO/IEC 14496-12.
 """
 
 from __future__ import annotations

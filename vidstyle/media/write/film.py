@@ -1,4 +1,4 @@
-"""Writes a film: pictures encoded, all else copied, into a file that plays even when it is cut short."""
+"""Writes a film: video is encoded, other streams are copied; the file plays even if it is cut short."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from vidstyle.media.read.reader import Reader, VideoInfo
 
 FLUSH_SECONDS = 1.0
-"""How long an abandoned encoder may take to give back what it holds."""
+"""How long flushing an abandoned encoder may take."""
 INDEXED = ("mp4", "mov")
-"""Containers with an index that players want first."""
+"""Containers whose index is moved to the front (faststart)."""
 READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
-"""What we write and can read back, as FFmpeg's demuxers are called."""
+"""The demuxers of the formats that are written here and can be read back."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -69,7 +69,7 @@ class FilmWriter(Writer):
             raise
 
     def _open(self, options: WriteOptions) -> None:
-        """Set up all streams and write the header, so that what does not work shows before decoding."""
+        """Set up all streams and write the header, so that errors show before decoding."""
         if self._file:
             self._file.check_space()
         piped = self._file is None
@@ -116,7 +116,7 @@ class FilmWriter(Writer):
             raise self._failure(error) from error
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
-        """Take sound that begins so many seconds after the first picture; only with `options.new_sound`.
+        """Encode audio that begins so many seconds after the first frame; only with `options.new_sound`.
 
         Raises:
             OutputError: it cannot be written; what was written so far is kept, and named.

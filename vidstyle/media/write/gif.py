@@ -1,4 +1,4 @@
-"""Writes GIF animations: staged without loss, then brought to one palette that is made for all frames."""
+"""Writes GIF animations: frames are stored losslessly, then mapped to one palette for all of them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def write_gif(source: Path, target: Path) -> bool:
 
 
 class _PaletteMapper:
-    """Brings frames to the colours of a palette, with error diffusion."""
+    """Maps frames to a palette with error diffusion (FFmpeg's paletteuse)."""
 
     def __init__(self, like: av.VideoFrame, colors: av.VideoFrame) -> None:
         self._graph = Graph()

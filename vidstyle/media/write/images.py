@@ -24,7 +24,7 @@ NUMBER = re.compile(r"%(0?\d*)d")
 
 
 class PictureWriter(Writer):
-    """Writes each frame to a file of its own, which is there only when it is whole.
+    """Writes each frame to a file of its own, atomically.
 
     Raises:
         UsageError: at the second frame, if the name is no pattern.

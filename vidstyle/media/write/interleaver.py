@@ -1,4 +1,4 @@
-"""The clock before the muxer: every packet in order, and none that could break the file."""
+"""Interleaves packets for a muxer: in decoding order, with valid timestamps."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Interleaver:
         self.written = self.moved = self.dropped = self.cut = 0
 
     def push_video(self, packet: av.Packet) -> None:
-        """Write a packet of the video stream, after all others that are due before it."""
+        """Write a video packet, after all packets that are due before it."""
         due = packet.dts if packet.dts is not None else packet.pts
         if due is not None:
             self._release(due * packet.time_base)
@@ -51,7 +51,7 @@ class Interleaver:
         self.written += 1
 
     def push(self, packet: av.Packet) -> None:
-        """Take a packet of another stream of the container."""
+        """Queue a packet of another stream."""
         if not self._clocked(packet):
             self.dropped += 1
         elif packet.stream.type == "audio":

@@ -1,4 +1,4 @@
-"""An open stream, which is written as pictures and sound come."""
+"""Live output: pipes, network streams and HLS, written without delay."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from vidstyle.media.write.standard_output import StandardOutput
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
 JOINABLE_MUXERS = ("mpegts", "rtp_mpegts")
-"""Muxers of streams that somebody may join at any time."""
+"""Muxers of streams that viewers may join at any time."""
 REPEAT_HEADERS = "dump_extra=freq=all"
 ZERO_LATENCY = {
     "libx264": {"preset": "veryfast", "tune": "zerolatency"},
     "libx265": {"preset": "superfast", "tune": "zerolatency", "x265-params": "log-level=error"},
 }
-"""What makes encoders give each picture out as it comes in, and be quiet."""
+"""Encoder options for output without delay, and without log output."""
 KEY_SECONDS = 1
-"""How long who joins a stream waits for a picture at most."""
+"""Seconds between key frames: how long a new viewer waits for a picture."""
 HLS = {"hls_time": "2", "hls_list_size": "6", "hls_flags": "delete_segments+append_list"}
 
 
@@ -58,7 +58,7 @@ class StreamOptions:
 
 
 class Stream:
-    """One open stream. Pictures are written at once, none is held back.
+    """One open stream; frames are encoded and written without delay.
 
     Attributes:
         needs_every: whether frames have no times of their own, so that none may be left out.
@@ -142,7 +142,7 @@ class Stream:
         return [made for packet in packets for made in self._repeat.filter(packet)]
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
-        """Write sound that begins so many seconds after the first picture, if the stream has any.
+        """Write audio that begins so many seconds after the first frame, if the stream has any.
 
         Raises:
             OutputError: the stream is lost.
@@ -155,7 +155,7 @@ class Stream:
             raise self._failure("was lost", error) from error
 
     def close(self) -> None:
-        """End the stream well if that can be done."""
+        """Flush and close the stream; a lost stream is only closed."""
         try:
             self._container.mux(self._encoded(None))
             if self._audio is not None:

@@ -1,4 +1,4 @@
-"""All that a film holds besides its pictures: sound, subtitles, fonts, covers, chapters, tags."""
+"""Carries over the other streams of a source: audio, subtitles, attachments, covers, chapters, tags."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _log = logging.getLogger("vidstyle")
 
 
 class CopiedStream(Protocol):
-    """One stream on its way."""
+    """One stream that is carried over."""
 
     @property
     def stream(self) -> Stream:
@@ -57,7 +57,7 @@ class CopiedStream(Protocol):
 
 
 class PlainCopy:
-    """A stream whose packets pass untouched."""
+    """Stream copy: packets pass unchanged."""
 
     lost = 0
 
@@ -77,7 +77,7 @@ class PlainCopy:
 
 
 class AdtsCopy:
-    """AAC of a broadcast, whose packets each have a header; files have one for all of them."""
+    """AAC with ADTS headers, which are removed as MP4 and Matroska require (aac_adtstoasc)."""
 
     def __init__(self, stream: Stream, template: Stream) -> None:
         self.stream = stream
@@ -102,7 +102,7 @@ class AdtsCopy:
 
 
 class CopiedStreams:
-    """The streams of a source that go into a container as they are, or as near as it can hold them.
+    """The streams of a source that are copied, or transcoded where the container does not hold them.
 
     Args:
         target: named in what is said about them.
@@ -142,7 +142,7 @@ class CopiedStreams:
         return [packet for copied in self._streams.values() for packet in copied.flush()]
 
     def report(self) -> None:
-        """Say what was lost on the way."""
+        """Log what was lost."""
         for index, copied in self._streams.items():
             if copied.lost:
                 kind = copied.stream.type

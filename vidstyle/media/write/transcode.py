@@ -1,4 +1,4 @@
-"""Subtitles of text, brought from one codec to another: SubRip, ASS, WebVTT, MP4 timed text."""
+"""Transcodes audio and text subtitles that a container does not hold as they are."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ BIT_RATES = {"aac": 96_000, "libopus": 64_000, "libmp3lame": 96_000, "ac3": 96_0
 """Bits a second for each channel; encoders not named here have no use for it, or know better."""
 MAX_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, "ac3": 6, "aac": 8}
 FRAME_SIZE = 1024
-"""In a frame for encoders that do not mind."""
+"""Samples in a frame, for encoders without a frame size of their own."""
 
 
 def add_audio_stream(
@@ -97,7 +97,7 @@ class AudioTranscoder:
         self._resampler = self._new_resampler()
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
-        """What comes out when the packet goes in."""
+        """The encoded packets that come out when a packet goes in."""
         try:
             frames = cast("list[AudioFrame]", packet.decode())
         except av.FFmpegError:
@@ -106,7 +106,7 @@ class AudioTranscoder:
         return [made for frame in frames for made in self._encoded(frame)]
 
     def flush(self) -> list[av.Packet]:
-        """What decoder, resampler and encoder still hold."""
+        """Flush decoder, resampler and encoder."""
         made = [packet for last in self._last_frames() for packet in self._encoded(last)]
         made += [packet for frame in self._resampler.resample(None) for packet in self.stream.encode(frame)]
         return made + self.stream.encode(None)

@@ -1,4 +1,4 @@
-"""Virtual cameras (v4l2loopback): what is written to one, other programs see as a camera."""
+"""Virtual cameras (v4l2loopback): other programs read what is written as a camera."""
 
 from __future__ import annotations
 

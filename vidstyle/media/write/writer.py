@@ -25,10 +25,10 @@ class WriteOptions:
     Attributes:
         codec: a video encoder or codec by FFmpeg's name, or None for what fits the kind of file.
         crf: the quality, on the encoder's own scale; lower is better.
-        preset: the speed, by the encoder's own name.
+        preset: the encoder's speed preset.
         pix_fmt: the pixel format, or None for one that plays everywhere.
-        audio: "copy" (encoded anew only where the kind of file asks for it), "none", or an encoder's name.
-        new_sound: whether sound will come as samples, as that of live pictures does.
+        audio: "copy" (transcoded only where the container requires it), "none", or an encoder's name.
+        new_sound: whether audio is pushed as samples, as that of live sources.
         overwrite: whether the output may exist.
         format: the kind of file if its name does not say: "y4m", "nut", "raw", "mkv", or FFmpeg's name.
     """
@@ -70,7 +70,7 @@ class Writer(ABC):
 
     @abstractmethod
     def finish(self) -> None:
-        """Write what is still held back, close the file and give it its name.
+        """Flush the encoders, close the file and rename it to its target.
 
         Raises:
             OutputError: it cannot be written.
@@ -78,7 +78,7 @@ class Writer(ABC):
 
     @abstractmethod
     def abandon(self) -> Path | None:
-        """Close what is there, soon and so that it plays.
+        """Close the file soon, so that what was written plays.
 
         Returns:
             Where it is, or None if there was nothing worth keeping; then nothing is left. Never raises for a
