@@ -22,6 +22,7 @@ SHARED_MODULES = {
     "convert": "of a picture, of a decoder's frames",
     "cost": "of a layout, of a plan",
     "film": "read and written by media, analyzed by comic",
+    "nodes": "of a style, of GPU passes",
     "options": "of each subject",
     "pages": "laid out, written",
     "panel": "of a comic page, of the live page",

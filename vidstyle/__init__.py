@@ -1,4 +1,4 @@
-"""vidstyle restyles moving pictures as fast as they play.
+"""vidstyle restyles video in real time.
 
 >>> import numpy, vidstyle
 >>> picture = numpy.full((4, 6, 3), 100, numpy.uint8)

@@ -1,4 +1,4 @@
-"""`python -m vidstyle` is the program too."""
+"""Runs the program: `python -m vidstyle`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the files that are shipped beside the code, in a checkout and once installed."""
+"""Locates the data files of the package, in a checkout or an installation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bank of learned filters, and the file that it lies in."""
+"""A bank of learned filters, and its file format."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from vidstyle.blade.structure_tensor import Bins
 from vidstyle.blade.symmetry import pair_weights
 
 FORMAT = 1
-"""The version of the file's format."""
+"""Version of the file format."""
 SIZES = range(3, 16, 2)
-"""How wide filters may be, in pixels."""
+"""The allowed filter sizes in pixels."""
 MAX_BYTES = 64 << 20
-"""A file that unpacks to more is not read."""
+"""The largest unpacked size of a file that is read."""
 ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
 
 
 @dataclass(frozen=True)
 class Bank:
-    """Learned filters, and all that is needed to run them and to judge them.
+    """Learned filters, with the quantization of the features by which they are selected.
 
     Attributes:
-        bins: how structure is divided; there is a filter for each bin.
-        rho: standard deviation of the window in which structure is looked at, in pixels.
-        filters: parts x bins x size x size float32. What a bank imitates is the sum of its parts, each
-            with a weight that a block's slider sets.
-        about: what it imitates and from what it was learned, as plain data: "imitates", "parts" (names),
-            "pictures" (name and sum of each), "fidelity", and whatever else its maker wrote.
+        bins: quantization of the structure tensor's features; there is a filter for each bin.
+        rho: standard deviation of the structure tensor's window, in pixels.
+        filters: parts x bins x size x size float32. The result is the weighted sum of the parts; a
+            block sets the weights.
+        about: how it was trained, as plain data: "imitates" (the reference filter), "parts" (names),
+            "pictures" (names and checksums), "fidelity" and others.
     """
 
     bins: Bins
@@ -63,12 +63,12 @@ class Bank:
 
     @cached_property
     def packed_in_half(self) -> tuple[np.ndarray, ...]:
-        """The same as half floats, off by 1/4096 of a weight at most."""
+        """`packed` as half floats; the error is at most 1/4096 of a weight."""
         return tuple(part.astype(np.float16) for part in self.packed)
 
     @property
     def sums(self) -> tuple[float, ...]:
-        """For each part, what its filters make of a constant 1."""
+        """For each part, the mean response to a constant 1."""
         return tuple(float(part.sum(axis=(1, 2)).mean()) for part in self.filters)
 
     def combined(self, weights: tuple[float, ...]) -> np.ndarray:
@@ -83,7 +83,7 @@ class Bank:
 
 
 def save_bank(bank: Bank, path: str | Path) -> None:
-    """Write a bank; what was there stays until the new file is whole. The same bank, the same bytes."""
+    """Write a bank atomically. Equal banks give equal bytes."""
     path = Path(path)
     arrays = {
         "format": np.int32(FORMAT),
@@ -96,7 +96,7 @@ def save_bank(bank: Bank, path: str | Path) -> None:
     partial = path.with_name(f"{path.name}.partial")
     with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, array in arrays.items():
-            # With a date of its own: the present one would make two files differ.
+            # A fixed date: equal banks give equal bytes.
             with archive.open(zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0)), "w") as stream:
                 np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
     os.replace(partial, path)
@@ -106,7 +106,7 @@ def load_bank(path: str | Path) -> Bank:
     """Read a bank and check it.
 
     Raises:
-        ValueError: it is not one, or not a sound one; says why.
+        ValueError: it is not a valid bank.
         OSError: it cannot be read.
     """
     try:
@@ -123,7 +123,7 @@ def load_bank(path: str | Path) -> Bank:
 
 @cache
 def shipped_bank(name: str) -> Bank:
-    """One of the banks in filters_bank/, by name."""
+    """A bank in filters_bank/, by name."""
     return load_bank(shipped_banks()[name])
 
 

@@ -1,4 +1,4 @@
-"""Draws a bank: all its filters in one picture (paper, appendix)."""
+"""Draws all filters of a bank in one picture, as in the paper's appendix."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import numpy as np
 from vidstyle.blade.bank import Bank
 
 ZOOM = 8
-"""Pixels of the drawing for each coefficient."""
+"""Size of a coefficient in pixels."""
 GAP = 4
 NEGATIVE, ZERO, POSITIVE = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float32)
-"""Colours of the largest negative, of no and of the largest positive coefficient."""
+"""Colours of the most negative, zero and most positive coefficients."""
 
 
 def draw_bank(bank: Bank) -> np.ndarray:

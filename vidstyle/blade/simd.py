@@ -1,8 +1,8 @@
-"""The innermost loop of a filter bank, written for vector registers.
+"""The inner loop of a filter bank as SIMD instructions.
 
-Left to itself the compiler gathers coefficients one by one, because each pixel has another filter. Here
-eight neighbouring pixels are made at once: each row of a filter is one load, and the eight sums of lanes are
-added up together, pairwise.
+LLVM would gather coefficients one by one, because each pixel has another filter. Here eight neighbouring
+pixels are computed together: each row of a filter is one load, and the eight vectors of partial sums are
+reduced together, pairwise.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ class PixelBlockIntrinsic:
         bins: int32, the filter of each pixel of the row.
         luma: float32 rows, so padded that pixel (row, column) is the upper left one of the filter's window
             at (row, column), and that `LANES` more columns can be read.
-        rows: a tuple with as many integers as a filter has rows; only its length counts.
+        rows: a tuple with as many integers as a filter has rows; only its length is used.
         out: float32, one row.
     """
 
     @property
     def _numba_type_(self) -> Any:
-        """What Numba asks a global for that is called from compiled code."""
+        """The type of this global for compiled code; read by Numba."""
         registry: Any = importlib.import_module("numba.core.registry")
         intrinsic, context = self._intrinsic, registry.cpu_target.typing_context
-        context.refresh()  # or it does not know the intrinsic yet
+        context.refresh()  # registers the intrinsic
         return context.resolve_value_type(intrinsic)
 
     @cached_property
@@ -45,17 +45,17 @@ class PixelBlockIntrinsic:
             typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any, out: Any
         ) -> Any:
             signature = numba.types.void(bank, bins, luma, row, column, rows, out)
-            return signature, _write_code
+            return signature, _emit_code
 
         return extending.intrinsic(filter_pixel_block)
 
 
-def _write_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return _Code(context, builder, signature, arguments).write()
+def _emit_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return _Emitter(context, builder, signature, arguments).emit()
 
 
-class _Code:
-    """Writes the vector instructions; addresses are counted in bytes."""
+class _Emitter:
+    """Emits the vector instructions; addresses are in bytes."""
 
     def __init__(self, context: Any, builder: Any, signature: Any, arguments: Any) -> None:
         self._ir: Any = importlib.import_module("llvmlite.ir")
@@ -76,17 +76,17 @@ class _Code:
         first = builder.ptrtoint(luma.data, self._integer)
         self._window = self._plus(self._plus(first, self._times(row, self._row_bytes)), column_bytes)
 
-    def write(self) -> Any:
-        """The eight pixels, and nothing to return."""
-        sums = [self._narrowed(self._pixel(number)) for number in range(LANES)]
+    def emit(self) -> Any:
+        """Emit the code for eight pixels; it returns nothing."""
+        sums = [self._reduced(self._pixel(number)) for number in range(LANES)]
         while len(sums) > 1:
-            sums = [self._paired(*sums[number : number + 2]) for number in range(0, len(sums), 2)]
+            sums = [self._pairwise_sums(*sums[number : number + 2]) for number in range(0, len(sums), 2)]
         target = self._builder.inttoptr(self._out, sums[0].type.as_pointer())
         self._builder.store(sums[0], target).align = 4
         return self._context.get_dummy_value()
 
     def _pixel(self, number: int) -> Any:
-        """The products of one pixel's filter and window, added up over the rows."""
+        """The products of one pixel's filter and window, summed over the rows."""
         chosen = self._load(self._plus(self._bins, 4 * number), self._ir.IntType(32), 4)
         filter_bytes = 4 * self._size * self._lanes
         chosen = self._times(self._builder.sext(chosen, self._integer), filter_bytes)
@@ -100,8 +100,8 @@ class _Code:
             total = product if total is None else self._builder.fadd(total, product, flags=["fast"])
         return total
 
-    def _narrowed(self, vector: Any) -> Any:
-        """A vector of several registers added up to one of eight numbers."""
+    def _reduced(self, vector: Any) -> Any:
+        """A vector of several registers reduced to eight numbers."""
         parts = [
             self._shuffled(vector, vector, list(range(start, start + LANES)))
             for start in range(0, self._lanes, LANES)
@@ -111,8 +111,8 @@ class _Code:
             total = self._builder.fadd(total, part, flags=["fast"])
         return total
 
-    def _paired(self, first: Any, second: Any) -> Any:
-        """The sums of neighbouring numbers of the first vector, then of the second."""
+    def _pairwise_sums(self, first: Any, second: Any) -> Any:
+        """The sums of adjacent numbers of the first vector, then of the second."""
         even, odd = (self._shuffled(first, second, list(range(start, 2 * LANES, 2))) for start in (0, 1))
         return self._builder.fadd(even, odd, flags=["fast"])
 

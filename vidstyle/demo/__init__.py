@@ -1,1 +1,1 @@
-"""A short film drawn in code, and what styles make of it."""
+"""The demo: a generated film, restyled in several styles and as a comic page."""

@@ -1,7 +1,7 @@
-"""A short animated film, drawn here, so that there is something to show without anybody's pictures.
+"""A short generated film with sound, for the demo, benchmarks and tests.
 
-Morning over hills; two balls with faces bounce along. It has what filters work on: smooth skies, fine grass,
-round shading, hard edges, faces and letters. The tune's drum beats where a ball touches the ground.
+Morning over hills; two balls with faces bounce. It has smooth gradients, fine texture, shading, hard edges,
+faces and letters; a drum beats when a ball touches the ground.
 """
 
 from __future__ import annotations

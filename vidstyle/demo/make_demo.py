@@ -1,4 +1,4 @@
-"""Makes the demo: a film of our own and what styles make of it, and a comic page."""
+"""Writes the demo: a generated film, its restyled versions and a comic page."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WORDS = (
     (1.1, 2.0, "Wait for me!"),
     (2.4, 3.6, "Catch me if you can!"),
 )
-"""What is said in the film: first and last second, and the words."""
+"""The subtitles of the film: start and end in seconds, and text."""
 PANELS = 4
 
 _log = logging.getLogger("vidstyle")
@@ -36,10 +36,10 @@ _log = logging.getLogger("vidstyle")
 def make_demo(folder: Path) -> Iterator[Path]:
     """Write the film, its restyled versions and a comic page into the folder, over older ones.
 
-    Yields each when it is done; there is no comic page where Pillow is missing, which is said.
+    Yields the path of each when it is done. Without Pillow there is no comic page, and a warning.
 
     Raises:
-        OutputError: the folder cannot be made or written to.
+        OutputError: the folder cannot be created or written to.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -61,7 +61,7 @@ def make_demo(folder: Path) -> Iterator[Path]:
 
 
 def make_page(film: Path, target: Path) -> Path:
-    """Make a comic page of our own film, with its words, which become a file of subtitles beside the film."""
+    """Write a comic page of the film, with its subtitles, which are written beside the film."""
     words = film.with_suffix(".srt")
     text = "\n".join(
         f"{number}\n00:00:{start:06.3f} --> 00:00:{end:06.3f}\n".replace(".", ",") + f"{line}\n"
@@ -81,7 +81,7 @@ def make_page(film: Path, target: Path) -> Path:
 
 
 def make_film(path: Path, repeats: int = 1) -> None:
-    """Write our own short film with its tune, several times over if asked."""
+    """Write the generated film with its sound, repeated if asked."""
 
     def pictures() -> Iterator[Picture]:
         for number in range(repeats * SECONDS * RATE):

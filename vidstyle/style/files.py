@@ -1,4 +1,4 @@
-"""Style files: reading them with care, and writing them so that their comments stay."""
+"""Reads style files from untrusted sources, and writes them preserving their comments."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from vidstyle.style.edit import edited_text
 from vidstyle.style.model import Style, table_from_style
 
 MAX_FILE = 64 * 1024
-"""Bytes; a hand-written style stays well below."""
+"""The largest style file, in bytes."""
 
 MAX_DOTS = 1000
-"""Of one line; a key with n dots takes tomllib time in proportion to n squared."""
+"""The most dots in a line: tomllib takes quadratic time for dotted keys."""
 
 
 def read_style_file(path: Path) -> Style:
@@ -32,10 +32,10 @@ def read_style_file(path: Path) -> Style:
 
 
 def save_style(style: Style, path: str | Path) -> None:
-    """Write a style to a file; one that is there is edited, so that its comments and its order stay.
+    """Write a style to a file. An existing style file is edited: its comments and order are preserved.
 
     Raises:
-        StyleError: the style has mistakes, or the file that is there holds something else.
+        StyleError: the style has mistakes, or the existing file is not a style.
         OutputError: the file cannot be written.
     """
     path = Path(path)
@@ -70,7 +70,7 @@ def _read_text(path: Path) -> str:
 
 
 def _read_bytes(path: Path) -> bytes:
-    """The file's content, up to one byte more than is allowed; never of a pipe or a device."""
+    """The file's content, at most one byte more than allowed; pipes and devices are rejected."""
     try:
         if path.is_file():
             with path.open("rb") as file:
