@@ -1,7 +1,7 @@
-"""Lists the functions that a frame of a film passes on the CPU: `python -m tools.frame_path [--write]`.
+"""Lists the functions that pass a film's frame on, on the CPU: `python -m tools.frame_path [--rows|--write]`.
 
 A function counts when it takes the frame, in any form, and passes it on to another function or to its caller.
-`--write` renews the list in docs/architecture.md.
+`--rows` counts what works on rows of its planes too; `--write` renews the list in docs/architecture.md.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ PAGE = PACKAGE.parent / "docs" / "architecture.md"
 SECTION = re.compile(r"(?<=<!-- frame path -->\n).*?(?=<!-- end -->)", re.DOTALL)
 WIDTH, HEIGHT, FRAMES = 98, 62, 8
 STYLE = {"format": 1, "background": [{"block": "gaussian"}], "lines": [{"block": "sobel"}], "steady": 0}
-FORMS = {"VideoFrame", "DecodedFrame", "Frame", "Picture", "Band", "Whole"}
-"""Names of the classes that hold a frame, or a band of its rows; an array of a whole plane counts too."""
+FORMS = {"VideoFrame", "DecodedFrame", "Frame", "Picture"}
+"""Names of the classes that hold a frame."""
 STAGES = ("vidstyle read", "vidstyle style", "vidstyle write")
 
 Function = tuple[str, str]
@@ -35,9 +35,14 @@ Function = tuple[str, str]
 
 
 class FrameTracer:
-    """A profile function: notes the functions that pass a frame on."""
+    """A profile function: notes the functions that pass a frame on.
 
-    def __init__(self) -> None:
+    Args:
+        rows: whether arrays of its rows count as the frame.
+    """
+
+    def __init__(self, rows: bool) -> None:
+        self._rows = rows
         self._seen: Counter[Function] = Counter()
         self._last: dict[Function, tuple[int, int]] = {}
         self._passing: set[Function] = set()
@@ -50,11 +55,11 @@ class FrameTracer:
         if event == "call":
             # A generator that goes on still has the frame before among its variables.
             resumed = frame.f_code.co_flags & inspect.CO_GENERATOR
-            if not resumed and holds_frame(list(frame.f_locals.values())):
+            if not resumed and holds_frame(list(frame.f_locals.values()), self._rows):
                 self._given.add(frame)
                 self._note(frame)
             return
-        if holds_frame(value):
+        if holds_frame(value, self._rows):
             self._passing.add(function_of(frame))
             if frame not in self._given:
                 self._note(frame)
@@ -90,12 +95,14 @@ def function_of(frame: FrameType) -> Function:
     return Path(frame.f_code.co_filename).relative_to(PACKAGE).as_posix(), name
 
 
-def holds_frame(value: Any) -> bool:
-    """Whether it is a frame, in whatever form, or a list or tuple with one."""
+def holds_frame(value: Any, rows: bool) -> bool:
+    """Whether it is a frame, or a list, tuple or dict with one; rows of its planes count if wanted."""
+    if isinstance(value, dict):
+        value = list(value.values())
     if isinstance(value, list | tuple):
-        return any(holds_frame(each) for each in value)
+        return any(holds_frame(each, rows) for each in value)
     if isinstance(value, np.ndarray):
-        return value.shape[:2] in ((HEIGHT, WIDTH), (HEIGHT // 2, WIDTH // 2))
+        return rows and value.ndim > 1 and value.shape[1] in (WIDTH, WIDTH // 2)
     return type(value).__name__ in FORMS
 
 
@@ -116,9 +123,9 @@ def make_film(path: Path) -> None:
         container.mux(stream.encode(None))
 
 
-def measure() -> list[Function]:
+def measure(rows: bool = False) -> list[Function]:
     """The functions that every frame of a film passes, from the decoder to the encoder."""
-    tracer = FrameTracer()
+    tracer = FrameTracer(rows)
     with tempfile.TemporaryDirectory() as folder:
         film = Path(folder) / "film.mp4"
         make_film(film)
@@ -138,7 +145,7 @@ def as_markdown(path: list[Function]) -> str:
 
 
 if __name__ == "__main__":
-    text = as_markdown(measure())
+    text = as_markdown(measure("--rows" in sys.argv))
     if "--write" in sys.argv:
         PAGE.write_text(SECTION.sub(lambda _: text, PAGE.read_text(encoding="utf-8")), encoding="utf-8")
     else:
