@@ -10,7 +10,7 @@ import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
-from vidstyle.core.scene_cuts import PAUSE, Scene, SceneCutDetector, find_scenes
+from vidstyle.core.scene_cuts import MAX_BLANKS, Scene, SceneCutDetector, find_scenes
 
 PAIRS = [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea"), ("chelsea", "astronaut")]
 WHITE, BLACK = np.ones((144, 256), np.float32), np.zeros((144, 256), np.float32)
@@ -141,8 +141,8 @@ def test_fades_are_no_cuts_and_the_next_scene_is_one(pair: tuple[str, str]) -> N
 def test_what_comes_after_a_pause_is_a_scene() -> None:
     """The same one too; a film that opens with a single black frame has no scene of one frame."""
     still = view("coffee")
-    assert cuts([still] * 3 + [BLACK] * PAUSE + [still] * 3) == [3 + PAUSE]
-    assert cuts([still] * 3 + [BLACK] * (PAUSE - 1) + [still] * 3) == []
+    assert cuts([still] * 3 + [BLACK] * MAX_BLANKS + [still] * 3) == [3 + MAX_BLANKS]
+    assert cuts([still] * 3 + [BLACK] * (MAX_BLANKS - 1) + [still] * 3) == []
     assert cuts([BLACK] + [still] * 3) == []
 
 

@@ -68,9 +68,9 @@ def test_who_waits_at_a_terminal_is_told_that_it_compiles(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for terminal in (False, True):
-        kernels._say_that_it_takes_time.cache_clear()
+        kernels._announce_compilation.cache_clear()
         with Reporting():
             monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
-            kernels._say_that_it_takes_time()
-            kernels._say_that_it_takes_time()
+            kernels._announce_compilation()
+            kernels._announce_compilation()
         assert capsys.readouterr().err.count("compiling for this processor") == terminal

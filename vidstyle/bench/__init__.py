@@ -1,4 +1,4 @@
-"""How fast blocks and styles are on this machine."""
+"""Benchmarks of blocks and styles on this machine."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ log = logging.getLogger("vidstyle")
 
 @dataclass(frozen=True)
 class Timed:
-    """What was measured of one style or block at one size.
+    """The measurements of one style or block at one size.
 
     Attributes:
         size: of the pictures.
-        cpu: seconds for a frame on the CPU: the median.
-        gpu: on the GPU, for each form.
+        cpu: median seconds for a frame on the CPU.
+        gpu: the same on the GPU, for each form.
     """
 
     subject: Subject
@@ -41,13 +41,13 @@ class Timed:
 
 @dataclass(frozen=True)
 class Bench:
-    """What is to be measured.
+    """A benchmark to run.
 
     Attributes:
         sizes: of the pictures.
         subjects: the styles.
-        device: the GPU, or None for the CPU alone.
-        forms: how passes run there.
+        device: the GPU, or None for the CPU only.
+        forms: how passes run on the GPU.
         seconds: about how long each measurement takes.
     """
 
@@ -87,7 +87,7 @@ def set_up(
     form: Literal["best", "compute", "fragment", "both"] = "best",
     seconds: float = 1.0,
 ) -> Bench:
-    """What is to be measured, all of it checked; says in a notice which device it is.
+    """Check the options of a benchmark; logs the device.
 
     Args:
         styles: names or paths; with no `blocks` either, every style and every block.
@@ -107,7 +107,7 @@ def set_up(
 
 
 def time_on_cpu(style: Style, picture: Picture, seconds: float) -> float:
-    """The median of the seconds that the CPU takes for a frame, in as many runs as fit."""
+    """The median time of a frame on the CPU, in seconds."""
     numbers = count()
     with CpuRenderer(style) as renderer:
         return median_time(lambda: renderer.run(picture, next(numbers) / RATE), seconds)

@@ -1,4 +1,4 @@
-"""Measurements as data for programs, of which the tables for people are made."""
+"""Measurements as JSON data."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vidstyle.gpu.timing import GpuTimes
 
 
 def as_dict(bench: Bench, timed: Sequence[Timed], bandwidth: float | None = None) -> dict[str, Any]:
-    """All measurements and where they were taken.
+    """All measurements, and the machine.
 
     Args:
         bandwidth: of the GPU's memory, in gigabytes a second, if it is known.

@@ -1,4 +1,4 @@
-"""What is timed: every block by itself, every shipped style, and the picture that they work on."""
+"""The subjects of a benchmark: blocks, styles, and the picture that they run on."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vidstyle.style import Step, Style, load_style, style_names
 from vidstyle.style.values import suggest
 
 FILM_TIME = 1.3
-"""Seconds into our own film: its faces, letters and hills are in sight."""
+"""Seconds into the demo film, where faces, letters and hills are visible."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Subject:
     """A style to be timed.
 
     Attributes:
-        kind: whether it stands for a single block.
+        kind: whether it is a single block.
         on: what the block works on: "luma", "RGB", or "planes", all by themselves; empty for a style.
     """
 
@@ -36,7 +36,7 @@ class Subject:
 
 
 def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Subject]:
-    """Those with these names; without any, every block and every style that does something.
+    """The subjects of these names; by default all blocks and all styles but the plain one.
 
     Raises:
         StyleError: a style is not there or has mistakes.
@@ -48,7 +48,7 @@ def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Sub
 
 
 def film_picture_at(width: int, height: int) -> Picture:
-    """A picture of our own film at this size, as video has it: 4:2:0, 8 bit."""
+    """A picture of the demo film at this size, 4:2:0, 8 bit."""
     drawn = resample(film_picture(FILM_TIME), (height, width), "bicubic")
     return convert(Picture.from_array(drawn), Encoding())
 

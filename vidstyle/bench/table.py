@@ -1,4 +1,4 @@
-"""Measurements as tables for people."""
+"""Measurements as Markdown tables."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 from vidstyle.bench.paper_figures import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES
 
 NOTHING = "-"
-"""Where there is no number."""
+"""Shown where there is no number."""
 
 TableRow = dict[str, str]
-"""A line of a table: texts by the names of columns."""
+"""A row of a table: texts by column names."""
 
 
 def markdown(data: dict[str, Any]) -> str:
-    """What `results.as_dict` tells: for each size a table of the CPU and one of each form of passes."""
+    """The data of `results.as_dict`: for each size a table of the CPU and of each form of passes."""
     machine, results = data["machine"], data["results"]
     lines = [", ".join(f"{name}: {fact}" for name, fact in machine.items())]
     for size in dict.fromkeys(tuple(result["size"]) for result in results):
@@ -38,7 +38,7 @@ def _cpu_row(result: dict[str, Any]) -> TableRow:
 
 
 def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> TableRow:
-    """Times in ms; where nothing runs on the GPU there is nothing to tell."""
+    """Times in ms; empty where nothing runs on the GPU."""
     runs = bool(gpu["passes"])
     share = gpu["share_of_bandwidth"]
     return _subject(result) | {
@@ -78,7 +78,7 @@ def _number(value: float | None) -> str:
 
 
 def _table(rows: list[TableRow]) -> Iterator[str]:
-    """A Markdown table with its columns below one another; those in which there is nothing are left out."""
+    """An aligned Markdown table without its empty columns."""
     columns = [name for name in rows[0] if any(row[name] != NOTHING for row in rows)]
     widths = {name: max(len(name), *(len(row[name]) for row in rows)) for name in columns}
     left = columns[0]
@@ -98,7 +98,7 @@ def _table(rows: list[TableRow]) -> Iterator[str]:
 
 
 def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
-    """What is not to be seen in the tables."""
+    """Notes below the tables."""
     if any(result["gpu"] for result in results):
         yield (
             "Passes: alone, without transfers. Upload and download: alone. Whole: from picture to picture, "
@@ -121,7 +121,7 @@ def _paper_styles() -> str:
 
 
 def _paper_alike(alike: dict[str, int]) -> str:
-    """Which of its styles stand beside ours.
+    """The styles of the paper that ours are compared with.
 
     >>> _paper_alike({"sketch": 3, "ink": 1})
     'Its style 1 is beside `ink`, 3 beside `sketch`: alike in look, not in the work done.'

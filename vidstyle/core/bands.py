@@ -8,7 +8,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import cache
 
 BAND_BYTES = 1 << 20
-"""About what a band takes as float32 RGB; several of them fit a core's second-level cache."""
+"""Approximate size of a band as float32 RGB; several fit a second-level cache."""
 
 CORES = os.cpu_count() or 1
 

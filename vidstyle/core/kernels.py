@@ -1,7 +1,7 @@
-"""Compiled loops: `@compiled` turns a plain function over arrays into machine code at its first call.
+"""Numba kernels: `@compiled` compiles a function at its first call.
 
-Numba is imported only then, and its cache lies with the user's other caches, so that importing a
-module with kernels costs nothing and cannot fail where nothing may be written.
+Numba is imported only then, and its cache is in the user's cache folder, so that importing a module with
+kernels is cheap and works where nothing may be written.
 """
 
 from __future__ import annotations
@@ -27,15 +27,14 @@ log = logging.getLogger("vidstyle")
 _numba_lock = threading.Lock()
 
 TIE_LIFT = np.float32(5e-5)
-"""Added to a value before it is compared with the border between two tones, so that the upper one has ties.
+"""Added to a value before it is compared with the border between two tones, so that ties go to the upper one.
 
-Many values lie just upon a border: the codes of 8 bits, and middle gray wherever a difference is nothing.
-Rounding must not decide there: that of a matrix, or of the 16-bit textures in which a GPU keeps pictures,
-which are off by up to 2.3e-5."""
+Many values lie exactly on a border: 8-bit codes, and middle gray wherever a difference is zero. Rounding of a
+matrix, or of a GPU's 16-bit textures, which is up to 2.3e-5, must not decide there."""
 
 
 class Compiled(Generic[Arguments, Result]):
-    """A function that is compiled for each new combination of argument types; it releases the GIL.
+    """A function that is compiled for each combination of argument types; it releases the GIL.
 
     A compiled function may call another one by its module-level name.
 
@@ -46,18 +45,18 @@ class Compiled(Generic[Arguments, Result]):
     def __init__(self, function: Callable[Arguments, Result], fastmath: bool, parallel: bool) -> None:
         functools.update_wrapper(self, function)
         self.function = function
-        # Python's way of dividing looks for zero each time, which keeps the compiler from making vectors.
+        # Python's division checks for zero each time, which prevents vectorization.
         self._options = {"nogil": True, "fastmath": fastmath, "parallel": parallel, "error_model": "numpy"}
         self._machine_code: Any = None
 
     def __call__(self, *arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
-        """Run it, compiled for arguments of these types."""
+        """Run the function, compiled for arguments of these types."""
         machine_code = self._machine_code or self._build()
         return machine_code(*arguments, **named)  # type: ignore[no-any-return]
 
     @property
     def _numba_type_(self) -> Any:
-        """What Numba asks a global for that is called from compiled code."""
+        """Numba's protocol for globals that are called from compiled code."""
         return (self._machine_code or self._build())._numba_type_
 
     def _build(self) -> Any:
@@ -65,18 +64,18 @@ class Compiled(Generic[Arguments, Result]):
             numba: Any = importlib.import_module("numba")
             folder = self._cache_folder()
             if not folder.exists():
-                _say_that_it_takes_time()
-            keep, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+                _announce_compilation()
+            previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
             try:
                 self._machine_code = numba.njit(cache=True, **self._options)(self.function)
             except RuntimeError:  # no folder may be written to
                 self._machine_code = numba.njit(**self._options)(self.function)
             finally:
-                numba.config.CACHE_DIR = keep
+                numba.config.CACHE_DIR = previous
         return self._machine_code
 
     def _cache_folder(self) -> Path:
-        """Named by what the called functions' files hold: Numba itself looks only at the caller's file."""
+        """Named by the contents of the called functions' files, as Numba checks only the caller's."""
         digest = hashlib.sha256()
         for file in map(Path, sorted(self._source_files())):
             digest.update(file.read_bytes() if file.is_file() else b"")
@@ -90,8 +89,8 @@ class Compiled(Generic[Arguments, Result]):
 
 
 @functools.cache
-def _say_that_it_takes_time() -> None:
-    """Once in a process, and only to somebody who waits at a terminal: of no use in a log."""
+def _announce_compilation() -> None:
+    """Once in a process, and only on a terminal, where somebody waits."""
     log.info("compiling for this processor, once: it takes a few seconds", extra={"only_on_terminal": True})
 
 
@@ -124,10 +123,7 @@ def compiled(function: Any = None, /, *, fastmath: bool = False, parallel: bool 
 
 
 def user_cache() -> Path:
-    """The folder for what vidstyle can make again, in the place that the system has for such things.
-
-    Not created here, and perhaps not writable.
-    """
+    """The user's cache folder of vidstyle; not created here, and perhaps not writable."""
     chosen = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     if chosen:
         return Path(chosen) / "vidstyle"
@@ -136,10 +132,10 @@ def user_cache() -> Path:
 
 
 def mix_channels(color: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """RGB, N x W x 3 float32, through a 3 x 4 matrix whose last column is added; cut off to 0..1, new.
+    """Multiply RGB, N x W x 3 float32, by a 3 x 4 matrix whose last column is added; clipped to 0..1, new.
 
-    Not `cv2.transform`, which rounds the last pixels of an array otherwise than the rest, so that the
-    result would depend on how a picture is divided into bands.
+    Not `cv2.transform`, which rounds the last pixels of an array differently, so that the result would depend
+    on the bands.
     """
     out = np.empty(color.shape, np.float32)
     _mix_channels(color, matrix.astype(np.float32), out)

@@ -1,4 +1,4 @@
-"""What measured blocks remember: numbers of the whole picture that follow changes smoothly."""
+"""Sampling of luma for percentiles and scene cuts, and smoothing of percentiles over time."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.planes import luma_rows
 
 SAMPLES = 320
-"""A small copy has at most this many pixels on a side."""
+"""Largest side of a small copy in pixels."""
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """Which pixels a small copy is made of: every n-th across and down, from the middle of each square.
+    """The pixels of a small copy: every n-th across and down, from the middle of each square.
 
-    Single pixels, not means, so that the percentiles of the copy are those of the picture.
+    Not averaged, so that the percentiles of the copy are those of the picture.
 
     Attributes:
         stride: n.
@@ -32,7 +32,7 @@ class Sampling:
 
     @classmethod
     def of(cls, height: int, width: int) -> Sampling:
-        """That of a picture of this size.
+        """The sampling of a picture of this size.
 
         >>> Sampling.of(1080, 1920)
         Sampling(stride=6, first=(2, 2), shape=(180, 320))
@@ -71,11 +71,11 @@ class ExponentialSmoother:
         self._time: float | None = None
 
     def restart(self) -> None:
-        """Take the next measure as it is."""
+        """Take the next measurement as it is."""
         self._time = None
 
     def blend_weight(self, time: float | None, time_constant: float) -> float:
-        """How far the numbers go towards the next measure, 0..1; to be asked once for each.
+        """The weight of the next measurement, 0..1; call it once for each.
 
         Args:
             time: presentation time in seconds; None for a picture that stands alone.
@@ -87,7 +87,7 @@ class ExponentialSmoother:
         return 1 - math.exp(-(time - before) / time_constant)
 
     def follow(self, measure: np.ndarray, time: float | None, time_constant: float) -> np.ndarray:
-        """The numbers at this time, of what has just been measured and what was before."""
+        """The smoothed numbers after this measurement; the arguments are those of `blend_weight`."""
         weight = self.blend_weight(time, time_constant)
         if self._numbers is None or weight == 1:
             self._numbers = measure

@@ -1,7 +1,4 @@
-"""Pictures as planes of numbers, and what the numbers mean.
-
-The one place that knows colour matrices, ranges and chroma siting.
-"""
+"""Pictures as planes, and their encoding: colour matrix, range, depth, chroma subsampling and siting."""
 
 from __future__ import annotations
 
@@ -29,23 +26,23 @@ SITINGS: dict[str, tuple[float, float]] = {
     "bottomleft": (0.0, 1.0),
     "bottom": (0.5, 1.0),
 }
-"""Where the first chroma sample of 4:2:0 lies, in luma pixels right and down from the first."""
+"""Position of the first chroma sample of 4:2:0, in luma pixels right and down from the first."""
 
 NEUTRAL = 1e-6
-"""Chroma this small is rounding, not colour."""
+"""Chroma below this is rounding."""
 
 
 @dataclass(frozen=True)
 class Encoding:
-    """How the numbers in a picture's planes stand for colours.
+    """Encoding of colours in the planes of a picture.
 
     Attributes:
         matrix: a key of LUMA_WEIGHTS.
         full_range: whether black and white are the ends of the number range (else 16..235 in 8 bit).
         depth: bits of an integer sample; 0 for float32 samples, luma 0..1 and chroma -0.5..0.5.
         step: luma pixels for each chroma sample, across and down: (2, 2) is 4:2:0.
-        siting: where the first chroma sample lies, in luma pixels right and down from the first luma
-            sample: a value of SITINGS, or what turning the picture has made of it.
+        siting: position of the first chroma sample, in luma pixels right and down from the first luma
+            sample: a value of SITINGS, or that after rotating the picture.
     """
 
     matrix: str = "bt709"
@@ -81,7 +78,7 @@ class Encoding:
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """The weights of red, green and blue in luma; float32, they add up to 1."""
+        """The weights of red, green and blue in luma; float32, of sum 1."""
         red, blue = LUMA_WEIGHTS[self.matrix]
         return np.array([red, 1 - red - blue, blue], np.float32)
 
@@ -106,7 +103,7 @@ class Encoding:
         return np.linalg.inv(self.to_rgb.astype(np.float64)).astype(np.float32)
 
     def yuv_from_color(self, color: tuple[float, float, float]) -> tuple[float, float, float]:
-        """Luma, blue and red difference of one RGB colour; of a gray the last two are 0 and no rounding."""
+        """Luma, blue and red difference of one RGB colour; of a gray the last two are exactly 0."""
         luma, *chroma = (float(part) for part in self.from_rgb @ np.array(color, np.float32))
         blue, red = (0.0 if abs(part) <= NEUTRAL else part for part in chroma)
         return luma, blue, red
@@ -121,13 +118,13 @@ class Encoding:
         return -(-height // down), -(-width // across)
 
     def has_grid_of(self, other: Encoding) -> bool:
-        """Whether chroma samples lie where the other's do and mean the same, whatever their codes."""
+        """Whether chroma samples have the other's positions and matrix, whatever their codes."""
         return (self.matrix, self.step, self.siting) == (other.matrix, other.step, other.siting)
 
     def as_float_at(self, old: tuple[int, int], new: tuple[int, int]) -> Encoding:
-        """What float32 chroma planes mean that were resampled along with a picture from one size to another.
+        """The encoding of float32 chroma planes resampled with a picture from one size to another.
 
-        Resampling maps pixel areas; what lies beside the middle of its area moves with the size.
+        Resampling maps pixel areas, so that a siting off the centre of its area scales with the size.
         """
         growth = new[1] / old[1], new[0] / old[0]
         x, y = (
@@ -137,15 +134,15 @@ class Encoding:
         return replace(self.as_float(), step=self.step, siting=(x, y))
 
     def as_float(self) -> Encoding:
-        """The same colours held as float32 at full chroma resolution."""
+        """The same matrix with float32 samples at full chroma resolution."""
         return replace(self, depth=0, full_range=True, step=(1, 1))
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One picture: either luma with or without chroma, or packed RGB; never both.
+    """A picture: either luma with or without chroma, or packed RGB.
 
-    The arrays are views wherever possible and are not to be written to.
+    The arrays are views wherever possible and must not be written to.
 
     Attributes:
         encoding: what the samples mean; for RGB, its matrix is the one that luma is taken with.
@@ -194,7 +191,7 @@ class Picture:
 
     @classmethod
     def from_array(cls, array: np.ndarray) -> Picture:
-        """A picture from what Python users hold: H x W, H x W x 3 or H x W x 4, RGB order.
+        """A picture from an array, H x W, H x W x 3 or H x W x 4, in RGB order.
 
         Integers are full range (uint8 or uint16), floats 0..1. Nothing is copied where the type fits.
 

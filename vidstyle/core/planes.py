@@ -1,4 +1,4 @@
-"""Between a picture's planes and working values, some rows at a time.
+"""Conversion between a picture's planes and working values, a band of rows at a time.
 
 Working values are float32: luma and RGB 0..1, chroma -0.5..0.5 at luma's own resolution, all of
 them gamma-encoded as the picture is. Rows outside the picture repeat the row at its edge.
@@ -30,7 +30,7 @@ def luma_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
 
 
 def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
-    """Blue and red difference of the rows, brought to luma's resolution by linear interpolation."""
+    """Blue and red difference of the rows, linearly interpolated to luma's resolution."""
     if picture.color is not None:
         _, blue, red = yuv_from_rgb(color_rows(picture, top, bottom), picture.encoding)
         return blue, red
@@ -84,8 +84,7 @@ def yuv_from_rgb(color: np.ndarray, encoding: Encoding) -> tuple[np.ndarray, np.
 def store(values: np.ndarray, black: float, white: float, depth: int, out: np.ndarray) -> None:
     """Write float32 values as integers: 0 becomes `black`, 1 becomes `white`, halves are rounded up.
 
-    So are those that rounding has left a little below. What leaves the number range of `depth` bits is cut
-    off there. With depth 0 the values are copied.
+    So are values that rounding has left slightly below a half. Clips to `depth` bits; depth 0 copies.
     """
     if depth == 0:
         np.copyto(out, values)
@@ -94,7 +93,7 @@ def store(values: np.ndarray, black: float, white: float, depth: int, out: np.nd
 
 
 def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
-    """The picture's alpha in the wanted depth; itself where it has that."""
+    """The picture's alpha in another depth; itself where it has that."""
     if source.alpha is None or source.encoding.depth == depth:
         return source.alpha
     old, new = (Encoding(full_range=True, depth=each) for each in (source.encoding.depth, depth))
@@ -170,7 +169,7 @@ def _enlarged(plane: np.ndarray, encoding: Encoding, top: int, shape: tuple[int,
 
 @lru_cache(maxsize=256)
 def _between(count: int, step: int, siting: float, first: int, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each of `count` luma positions the two samples around it and their weights."""
+    """The two samples around each of `count` luma positions, and their weights."""
     if step == 1:
         position = np.arange(first, first + count, dtype=np.float64)
     else:
@@ -183,7 +182,7 @@ def _between(count: int, step: int, siting: float, first: int, size: int) -> tup
 
 @lru_cache(maxsize=256)
 def _box(count: int, step: int, siting: float, shift: int, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each of `count` samples the luma positions under its box, counted from `-shift`, and weights."""
+    """The luma positions under the box of each of `count` samples, counted from `-shift`, and weights."""
     if step == 1:
         return np.clip(np.arange(count)[:, None] + shift, 0, size - 1), np.ones((count, 1), np.float32)
     centre = np.arange(count) * step + siting
@@ -270,7 +269,7 @@ def _mix_yuv(color, matrix, luma, blue, red):  # type: ignore[no-untyped-def]
 def _store(values, gain, offset, top, out):  # type: ignore[no-untyped-def]
     for row in range(values.shape[0]):
         for x in range(values.shape[1]):
-            # Means of a few codes of 8 bits lie at a half, which neither the rounding of a sum nor that of
-            # the 16-bit textures of a GPU, 0.0026 codes, must tip over: results would differ by a level.
+            # Means of a few 8-bit codes lie at a half. Rounding of a sum, or of a GPU's 16-bit textures
+            # (0.0026 codes), must not decide there: results would differ by a level.
             code = values[row, x] * gain + offset + np.float32(0.503)
             out[row, x] = min(max(code, np.float32(0)), np.float32(top))

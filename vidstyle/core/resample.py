@@ -1,4 +1,4 @@
-"""Another size for a plane."""
+"""Resampling of planes."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ METHODS = {
     "lanczos": cv2.INTER_LANCZOS4,
     "area": cv2.INTER_AREA,
 }
-"""The resampling methods by name, as OpenCV calls them. All but `area` look at a few samples only, so they
-alias when shrinking; `area` is bicubic when growing."""
+"""The resampling methods and OpenCV's names of them. All but `area` alias when shrinking; `area` is bicubic
+when enlarging."""
 
 
 def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarray:
     """The H x W or H x W x 3 plane at another height and width; itself where they are its own.
 
-    Corners stay corners: pixel areas are mapped, not pixel centres.
+    Maps pixel areas, not pixel centres, so that corners stay corners.
     """
     if plane.shape[:2] == shape:
         return plane
@@ -31,7 +31,7 @@ def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarr
 
 
 def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> str:
-    """The method itself, but for areas, which can only be shrunk: what grows is then resampled bicubically.
+    """The method itself, except for `area` when enlarging, which becomes bicubic.
 
     >>> fitting_method("area", (10, 10), (20, 20))
     'bicubic'
@@ -41,8 +41,8 @@ def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> s
 
 
 def _nearest(old: int, new: int) -> np.ndarray:
-    """The old pixel under the middle of each new one; an edge belongs to the pixel behind it.
+    """The old pixel under the centre of each new one; an edge belongs to the pixel after it.
 
-    Not OpenCV's, whose choice at an edge depends on the rounding of its steps.
+    Not OpenCV's, whose choice at an edge depends on rounding.
     """
     return (2 * np.arange(new) + 1) * old // (2 * new)

@@ -1,4 +1,4 @@
-"""How long a style takes on a GPU: each pass, the way there, the way back, and whole frames."""
+"""Timing of a style on a GPU: each pass, upload, download, and whole frames."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 MIN_RUNS = 3
 MAX_RUNS = 200
-"""A query for each pass of each run waits to be read."""
+"""Limits the number of timer queries, one for each pass of each run."""
 RATE = 25
-"""Frames a second that blocks are told which follow a film over time."""
+"""Frames per second of the timed film."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,10 @@ class GpuTimes:
     """Seconds for each frame.
 
     Attributes:
-        plan: what was run.
-        clock: what the passes were timed with.
-        passes: of each pass, without transfers: the median.
-        upload, download: of the planes alone, waiting for each: the median.
+        plan: the plan that was run.
+        clock: the clock of `passes`.
+        passes: median of each pass, without transfers.
+        upload, download: median of the planes alone, waiting for each.
         whole: from picture to picture when the next one is uploaded before the last has come back: the mean.
     """
 
@@ -57,8 +57,8 @@ class GpuTimes:
 def time_style(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> GpuTimes:
     """Time a style on pictures such as this one.
 
-    A software renderer runs compute passes outside of its queues, so that timer queries see nothing of them:
-    there each pass is timed from outside.
+    A software renderer runs compute passes outside of its queues, where timer queries do not see them: there
+    the wall clock is used.
 
     Args:
         seconds: about how long to measure the passes, and as long again for whole frames.
@@ -70,16 +70,16 @@ def time_style(style: Style, picture: Picture, device: Device, form: Form, secon
     steps = resolve(style, *picture.shape)
     plan = make_plan(style, steps, PictureLayout.of(picture), picture.encoding, False, form)
     clock: TimerKind = "wall clock" if device.software else "timer queries"
-    owner = ContextThread("vidstyle-timing")
+    thread = ContextThread("vidstyle-timing")
     try:
-        parts = owner.submit(_time_parts, plan, picture, device, clock, seconds).result()
+        parts = thread.submit(_time_parts, plan, picture, device, clock, seconds).result()
     finally:
-        owner.end(END_SECONDS)
+        thread.end(END_SECONDS)
     return GpuTimes(plan, clock, *parts, _time_whole(style, picture, device, form, seconds))
 
 
 def median_time(call: Callable[[], object], seconds: float) -> float:
-    """The median of as many calls as fit, in seconds; a first one, which prepares, does not count."""
+    """The median of as many calls as fit, in seconds, after a warm-up call."""
     call()
     times: list[float] = []
     end = time.perf_counter() + seconds
@@ -93,7 +93,7 @@ def median_time(call: Callable[[], object], seconds: float) -> float:
 def _time_parts(
     plan: Plan, picture: Picture, device: Device, clock: TimerKind, seconds: float
 ) -> tuple[tuple[float, ...], float, float]:
-    """Passes, upload and download, on a context of their own."""
+    """Times of passes, upload and download, on a context of their own."""
     context = open_context(device.index)
     max_side = min(device.limits.texture_size, MAX_SIDE)
     try:
@@ -154,7 +154,7 @@ def _time_download(context: moderngl.Context, plan: Plan, seconds: float) -> flo
 
 
 def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> float:
-    """The mean time from picture to picture, one late."""
+    """The mean time from picture to picture, with one in flight."""
     session = GpuSession(device, form)
 
     def start(number: int) -> Future[InFlightFrame]:
@@ -183,28 +183,28 @@ TimerKind = Literal["timer queries", "wall clock"]
 """What passes are timed with: the GPU's own clock, or this program's, waiting before and after each pass."""
 
 Reading = Callable[[], float]
-"""Tells a time in seconds; asked too early it waits for the GPU."""
+"""Returns a time in seconds; waits for the GPU if it is called early."""
 
 
 class TimedRunner(Runner):
-    """Runs passes again and again without transfers, and times them. Whoever calls it owns the context."""
+    """Times passes over many runs, without transfers. Whoever calls it owns the context."""
 
     def __init__(self, resources: GpuResources, plan: Plan, max_side: int, clock: TimerKind) -> None:
         super().__init__(resources, plan, max_side)
         self._clock = clock
 
     def run(self, picture: Picture, runs: int) -> tuple[float, ...]:
-        """The seconds that each pass takes for a picture: the median of the runs."""
+        """The median time of each pass for a picture, in seconds."""
         weights = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
         total = dict.fromkeys(self.plan.passes, 0.0)
         for job in self._jobs:
-            times = self._run_often(job, picture, weights, runs)
+            times = self._run_repeatedly(job, picture, weights, runs)
             for each in job.passes:
-                # Read only here, when all is under way, so that the GPU never waits for this program.
+                # Read after all runs are queued, so that the GPU never waits for this program.
                 total[each] += median(read() for read in times[each])
         return tuple(total.values())
 
-    def _run_often(
+    def _run_repeatedly(
         self, job: Job, picture: Picture, weights: BlendWeights, runs: int
     ) -> dict[Pass, list[Reading]]:
         uploaded = self._resources.upload.send(
@@ -224,7 +224,7 @@ class TimedRunner(Runner):
 
     @contextmanager
     def _timed(self, times: list[Reading]) -> Iterator[None]:
-        """Append what tells how long the GPU takes for the block."""
+        """Append the reading of the time that the GPU takes for the block."""
         context = self._resources.context
         if self._clock == "timer queries":
             query = context.query(time=True)
