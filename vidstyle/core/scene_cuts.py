@@ -108,13 +108,13 @@ class SceneCutDetector:
         return first or pause or cut
 
     def _is_new(self, blocks: list[_Block], before: list[np.ndarray]) -> bool:
-        """Whether the blocks match neither the last picture nor the one before it: the last may be a flash."""
+        """Whether the blocks match neither the last picture nor, if that may be a flash, the one before."""
         lost, average = 1 - _correlation(blocks, before[0]), self._average_loss
         # Cuts count as well, up to the threshold, so that fast action after a cut is not all cuts.
         self._average_loss += (min(lost, CUT_THRESHOLD) - average) / 2
-        return lost > CUT_THRESHOLD + ACTION_FACTOR * average and all(
-            1 - _correlation(blocks, each) > CUT_THRESHOLD for each in before[1:]
-        )
+        if lost <= CUT_THRESHOLD + ACTION_FACTOR * average:
+            return False
+        return all(1 - _correlation(blocks, each) > CUT_THRESHOLD for each in before[1:])
 
 
 def _reduced(luma: np.ndarray) -> np.ndarray:
