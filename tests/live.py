@@ -184,7 +184,7 @@ def session(
 
 
 def _handing(target: object) -> Callable[[TargetContext], Target]:
-    return lambda setting: target  # type: ignore[return-value]
+    return lambda context: target  # type: ignore[return-value]
 
 
 def own_threads() -> set[threading.Thread]:

@@ -1,4 +1,4 @@
-"""The live page: frames one at a time, the newest first, and every wish checked before it is carried out."""
+"""The live page: frames one at a time, the newest first, and every message checked before it counts."""
 
 from __future__ import annotations
 
@@ -234,7 +234,7 @@ def test_a_session_shows_itself_on_the_page() -> None:
     session = LiveSession(
         generated(),
         controls,
-        [lambda setting: pages.append(PageTarget(setting.controls, 0, setting.meter)) or pages[0]],  # type: ignore[func-returns-value]
+        [lambda context: pages.append(PageTarget(context.controls, 0, context.meter)) or pages[0]],  # type: ignore[func-returns-value]
         LiveOptions(rate=Fraction(30), device="cpu"),
     )
     thread = threading.Thread(target=session.run, args=(stop,), daemon=True)

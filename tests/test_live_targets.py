@@ -210,12 +210,12 @@ def test_nothing_new_is_shown_again():
 
     sink = Sink()
 
-    def make(setting):
-        outlet = ConstantRateTarget(
-            "steady", lambda first: sink, setting.meter, Fraction(30), reconnects=False
+    def make(context):
+        target = ConstantRateTarget(
+            "steady", lambda first: sink, context.meter, Fraction(30), reconnects=False
         )
-        outlet.start(setting.first)
-        return outlet
+        target.start(context.first)
+        return target
 
     with session(generated(5), make, frames=6) as running:
         summary = running.wait()
