@@ -196,11 +196,13 @@ class FilmSource:
 
     def _rewind(self) -> None:
         assert self.container is not None
-        try:
-            start = self.container.start_time or 0
-            self.container.seek(start)
-        except av.FFmpegError:
-            log.debug("%s: cannot be rewound", self.name)
+        # In a raw stream, which has no timestamps, only bytes can be sought.
+        for offset, is_byte in ((self.container.start_time or 0, False), (0, True)):
+            try:
+                self.container.seek(offset, unsupported_byte_offset=is_byte)
+                return
+            except av.FFmpegError:
+                log.debug("%s: cannot be rewound", self.name)
 
 
 def _photograph_orientation(container: av.container.InputContainer, file: Path | None) -> Orientation | None:

@@ -1,0 +1,78 @@
+"""A film that is opened once gives any of its frames, in any order, as often as they are asked for."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from stories import story, write_film
+
+from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.core.convert import to_rgb
+from vidstyle.media.read import reader
+from vidstyle.media.read.sampler import FilmSampler
+
+
+@pytest.fixture(scope="module", params=["film.mp4", "film.mkv", "film.h264"])
+def film(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three shots, in containers with and without an index, and as a raw stream without timestamps."""
+    folder = tmp_path_factory.mktemp("film")
+    path = write_film(folder / "source.mp4", story(3, 20))
+    with av.open(str(path)) as source, av.open(str(folder / request.param), "w") as target:
+        stream = target.add_stream_from_template(source.streams.video[0])
+        for packet in source.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                target.mux(packet)
+    return folder / request.param
+
+
+def small(sampler: FilmSampler, start: float = 0, end: float | None = None) -> list[tuple[Fraction, bytes]]:
+    frames = sampler.frames(Fraction(start), None if end is None else Fraction(end))
+    return [(each.time, to_rgb(each.picture(64)).tobytes()) for each in frames]
+
+
+def test_frames_are_the_same_however_often_they_are_read(film: Path) -> None:
+    with FilmSampler(film) as sampler:
+        first = small(sampler)
+        assert len(first) == 60
+        assert small(sampler) == first
+        keys = [each.time for each in sampler.key_frames(Fraction(1, 10))]
+        assert keys and set(keys) <= {time for time, _ in first}
+        assert small(sampler) == first
+
+
+def test_a_part_is_that_of_a_film_opened_anew(film: Path) -> None:
+    with FilmSampler(film) as sampler, FilmSampler(film) as fresh:
+        small(sampler)
+        assert small(sampler, 1.0, 1.5) == small(fresh, 1.0, 1.5)
+
+
+def test_full_frames_may_be_read_backwards(film: Path) -> None:
+    times = [2.0, 0.4, 1.2, 0.0]
+    with FilmSampler(film) as sampler:
+        small(sampler)
+        images = [sampler.image_at(time) for time in times]
+    for time, image in zip(times, images, strict=True):
+        with FilmSampler(film) as fresh:
+            np.testing.assert_array_equal(fresh.image_at(time), image)
+
+
+def test_a_comic_opens_its_film_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened, open_media = [], reader.open_media
+    monkeypatch.setattr(
+        reader, "open_media", lambda *args, **options: opened.append(args) or open_media(*args, **options)
+    )
+    path = write_film(tmp_path / "film.mp4", story(4, 20))
+    with open_film(path) as film:
+        moments = find_moments(film, KeyFrameOptions(panels=4, at=(1.0,)))
+        times = [each.time for each in moments]
+        kept = list(film.frames_at(times, keep=True))
+        assert all(one is other for one, other in zip(kept, film.frames_at(times), strict=True))
+        for one, other in zip(kept, film.frames_at(times), strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert len(opened) == 1
