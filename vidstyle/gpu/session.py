@@ -16,8 +16,8 @@ from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.nodes import ShaderMeasure
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.shader_nodes import ShaderMeasure
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner

@@ -13,9 +13,9 @@ from typing import cast
 
 from vidstyle.core.measured import Sampling
 from vidstyle.gpu.compile.formats import Format, plane_format, working_format
-from vidstyle.gpu.compile.nodes import ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader_nodes import ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.targets import RenderTarget

@@ -15,9 +15,9 @@ from vidstyle.gpu.compile.cost import (
     upload_bytes,
 )
 from vidstyle.gpu.compile.formats import Format, plane_format, working_format
-from vidstyle.gpu.compile.nodes import ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.shader_nodes import ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.targets import RenderTarget
 from vidstyle.gpu.session import MAX_SIDE

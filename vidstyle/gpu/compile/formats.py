@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.nodes import ShaderKind, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import ShaderKind, ShaderNode
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,17 @@
-"""Cuts a graph into passes: what rides on what, and which values become textures.
+"""Partitions a graph into passes: which calls are fused, and which values become textures.
 
-A pass computes values at every pixel of a page, one after the other, without leaving the processor's
-registers. What reads around a pixel begins one; calls that read only their own pixel ride on it.
+A pass computes values at every pixel of a page, one after the other, in registers. Each neighborhood filter
+starts a pass; per-pixel operations are fused into it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from vidstyle.gpu.compile.nodes import CHANNELS, ShaderMeasure, ShaderNode
-from vidstyle.style.nodes import Shape
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderMeasure, ShaderNode
+from vidstyle.style.nodes import Shape, in_order
 
 RECOMPUTED = 12
 """So many calls that need no neighbour are made anew in each pass rather than kept in a texture: arithmetic
@@ -94,7 +94,7 @@ def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
     Args:
         fused: False keeps the result of every call in a texture, to compare with.
     """
-    kept = set() if fused else {node for node in _ordered(_nodes_of(results)) if not node.is_plane}
+    kept = set() if fused else {node for node in _ordered(results) if not node.is_plane}
     while True:
         attempt = _Partition(results, kept)
         again = attempt.worth_keeping()
@@ -107,7 +107,7 @@ class _Partition:
     """One attempt, with some nodes kept in textures from the outset."""
 
     def __init__(self, results: Sequence[Result], kept: set[ShaderNode]) -> None:
-        nodes = list(_ordered(_nodes_of(results)))
+        nodes = _ordered(results)
         around = {node.around for node in nodes if node.around is not None}
         self._stored = {node for node in kept | around if not node.is_plane}
         self._homes: dict[ShaderNode, Pass] = {}
@@ -270,19 +270,14 @@ class _Partition:
 
     def _calls(self, roots: list[ShaderNode], home: Pass | None) -> list[ShaderNode]:
         """What is computed for the roots, in order: not planes, nor what another pass has stored."""
-        found: dict[ShaderNode, None] = {}
 
-        def visit(node: ShaderNode) -> None:
-            loaded = node in self._stored and self._homes.get(node) is not home
-            if node.is_plane or loaded or node in found:
-                return
-            for other in node.inputs.values():
-                visit(other)
-            found[node] = None
+        def is_at_hand(node: ShaderNode) -> bool:
+            return node.is_plane or (node in self._stored and self._homes.get(node) is not home)
 
-        for root in roots:
-            visit(root)
-        return list(found)
+        def needs(node: ShaderNode) -> list[ShaderNode]:
+            return [] if is_at_hand(node) else list(node.inputs.values())
+
+        return [node for node in in_order(roots, needs) if not is_at_hand(node)]
 
 
 def _both_prepare(each: Pass, node: ShaderNode) -> bool:
@@ -291,22 +286,11 @@ def _both_prepare(each: Pass, node: ShaderNode) -> bool:
     return sum(function is not None and function.signature.prepares for function in functions) > 1
 
 
-def _nodes_of(results: Sequence[Result]) -> list[ShaderNode]:
-    return [node for result in results for node in result.nodes]
+def _ordered(results: Sequence[Result]) -> list[ShaderNode]:
+    """All nodes that the results need, each after those that it needs."""
 
+    def needs(node: ShaderNode) -> list[ShaderNode]:
+        around = [node.around] if node.around else []
+        return [*node.inputs.values(), *around, *([node.measure.of] if node.measure else [])]
 
-def _ordered(roots: Iterable[ShaderNode]) -> Iterator[ShaderNode]:
-    """All nodes that the roots need, each after those that it needs."""
-    seen: set[ShaderNode] = set()
-
-    def visit(node: ShaderNode) -> Iterator[ShaderNode]:
-        if node in seen:
-            return
-        seen.add(node)
-        measured = [node.measure.of] if node.measure else []
-        for other in [*node.inputs.values(), *([node.around] if node.around else []), *measured]:
-            yield from visit(other)
-        yield node
-
-    for root in roots:
-        yield from visit(root)
+    return in_order((node for result in results for node in result.nodes), needs)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.gpu.compile.nodes import Function, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.passes import Pass, Result, partition
 from vidstyle.gpu.compile.shader_graph import ShaderGraph
+from vidstyle.gpu.compile.shader_nodes import Function, ShaderMeasure, ShaderNode
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps, lower
 from vidstyle.style.nodes import LoweredStyle

@@ -8,7 +8,7 @@ from typing import Any
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.formats import Format, levels, plane_format, working_format
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter
-from vidstyle.gpu.compile.nodes import CHANNELS, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shared import Pair
 from vidstyle.gpu.compile.targets import RenderTarget
 

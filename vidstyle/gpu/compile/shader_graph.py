@@ -13,7 +13,7 @@ from vidstyle.block import Block, Choice, LumaWeights
 from vidstyle.core.picture import Encoding
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import functions_of_block
-from vidstyle.gpu.compile.nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
 from vidstyle.style.nodes import Measure, Node, identity_key, nodes_in_order
 
 FILES = {

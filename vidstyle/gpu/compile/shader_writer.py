@@ -12,10 +12,10 @@ from typing import Any
 from vidstyle.core.planes import chroma_radius
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter, signatures
-from vidstyle.gpu.compile.nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import GROUPS, Shader, declare_image
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.shared import BYTES, Pair, sharing_of
 from vidstyle.gpu.compile.targets import declare_targets, shrinks, store_planes, store_working, targets_of
 

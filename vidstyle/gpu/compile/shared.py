@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import prod
 
-from vidstyle.gpu.compile.nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
 
 MAX_BYTES = 32768
 """Shared memory for each group that OpenGL promises. Filters that read more than fits read the texture."""

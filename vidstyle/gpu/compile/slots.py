@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vidstyle.gpu.compile.formats import Format, working_format
-from vidstyle.gpu.compile.nodes import ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import Shader
+from vidstyle.gpu.compile.shader_nodes import ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.textures import TexturePool, fits
 from vidstyle.style.nodes import Shape

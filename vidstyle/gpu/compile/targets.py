@@ -8,9 +8,9 @@ from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.formats import WORKING, Format, levels, plane_format, working_format
 from vidstyle.gpu.compile.glsl import Assembly
-from vidstyle.gpu.compile.nodes import CHANNELS, ShaderKind, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderKind, ShaderNode
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from math import ceil, floor
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
 from vidstyle.core.planes import chroma_radius
-from vidstyle.gpu.compile.nodes import ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader_nodes import ShaderNode
 from vidstyle.style.nodes import Shape
 
 RESAMPLING_RADIUS = 5

@@ -11,10 +11,10 @@ import numpy as np
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
 from vidstyle.gpu.compile.formats import WORKING
-from vidstyle.gpu.compile.nodes import ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import ImageOf, Shader
+from vidstyle.gpu.compile.shader_nodes import ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
