@@ -1,4 +1,4 @@
-"""What the trials on real drivers share: the program while it runs, and what a camera shows."""
+"""Shared by the trials on real drivers: running the program, and writing and reading virtual cameras."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ import av
 import numpy as np
 
 LONG = 120.0
-"""Seconds that anything may take: an emulated machine is slow."""
+"""Timeout in seconds; an emulated machine is slow."""
 SIZE = (320, 180)
 RATE = 10
-"""Pictures a second."""
+"""Frames per second."""
 PIX_FMTS = {"rawvideo": "yuyv422", "mjpeg": "yuvj422p"}
 DARK, BRIGHT, CHROMA = 30, 220, (110, 150)
-"""What is written to a virtual camera: luma, and blue and red difference."""
+"""Luma, and chroma (Cb, Cr), of the pictures written to a virtual camera."""
 FLASH = 0.35
-"""Seconds that a flash takes: a few pictures, of which one may be lost."""
+"""Duration of a flash in seconds: a few pictures, of which one may be lost."""
 
 
 class Program:
@@ -42,25 +42,25 @@ class Program:
 
     @property
     def over(self) -> bool:
-        """Whether it has ended."""
+        """Whether the process has ended."""
         return self._process.poll() is not None
 
     def expect(self, words: str) -> None:
-        """Wait until it says so."""
+        """Wait until a line of its output contains these words."""
         deadline = time.monotonic() + LONG
         while not any(words in line for line in self.lines):
             assert time.monotonic() < deadline and not self.over, f"{words!r} was not said: {self.lines}"
             time.sleep(0.02)
 
     def expect_file(self, path: Path) -> None:
-        """Wait until it writes a film there."""
+        """Wait until it writes a video to this path."""
         deadline = time.monotonic() + LONG
         while not any(each.stat().st_size for each in path.parent.glob(f"{path.stem}.partial.*")):
             assert time.monotonic() < deadline and not self.over, f"{path} is not begun: {self.lines}"
             time.sleep(0.05)
 
     def end(self) -> None:
-        """Stop it, if it has not ended."""
+        """Terminate it, if it has not ended."""
         self._process.terminate()
         self._process.wait(LONG)
         self._thread.join(LONG)
@@ -82,12 +82,12 @@ def finished(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def command(*arguments: str) -> list[str]:
-    """What starts it."""
+    """The command line."""
     return [sys.executable, "-m", "vidstyle", "live", *arguments, "--no-keys", "--device", "cpu"]
 
 
 def sized() -> list[str]:
-    """Small pictures, for machines that emulate a processor."""
+    """Options for small pictures, for emulated machines."""
     return ["--size", "{}x{}".format(*SIZE), "--fps", str(RATE)]
 
 
@@ -116,15 +116,15 @@ def columns(path: str) -> np.ndarray:
 
 
 class Flashing:
-    """Writes dark pictures to a virtual camera, and some bright ones when it is told to.
+    """Writes dark pictures to a virtual camera, and some bright ones on demand.
 
     Args:
         path: of the camera.
         codec: "rawvideo" or "mjpeg".
 
     Attributes:
-        began: when the first was there, in seconds of `time.monotonic`.
-        flashed: when the first bright one was.
+        began: time of the first picture, in seconds of `time.monotonic`.
+        flashed: time of the first bright one.
     """
 
     def __init__(self, path: str, codec: str = "rawvideo") -> None:
@@ -137,11 +137,11 @@ class Flashing:
             time.sleep(0.01)
 
     def flash(self, moment: float) -> None:
-        """Let it be bright from this moment on, for a while."""
+        """Write bright pictures from this time on, for FLASH seconds."""
         self._flash = moment
 
     def end(self) -> None:
-        """Let go of the camera."""
+        """Close the camera."""
         self._over.set()
         self._thread.join(LONG)
 
