@@ -122,10 +122,14 @@ def test_the_installed_package_restyles_a_picture(python: Path, tmp_path: Path) 
 
 def test_what_texts_say_to_install_can_be_installed() -> None:
     named = {
-        path.name: set(re.findall(r"vidstyle\[(\w+)\]", path.read_text(encoding="utf-8")))
+        path.name: {
+            extra
+            for extras in re.findall(r"(?:vidstyle|'\.)\[([\w,]+)\]", path.read_text(encoding="utf-8"))
+            for extra in extras.split(",")
+        }
         for path in (ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "vidstyle").rglob("*.py"))
     }
-    assert "live" in named["README.md"] & named["CHANGELOG.md"]
+    assert {"web", "comic"} <= named["README.md"] & named["CHANGELOG.md"]
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert set().union(*named.values()) <= project["optional-dependencies"].keys()
 
