@@ -14,11 +14,11 @@ from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderMeasure, ShaderNod
 from vidstyle.style.nodes import Shape, in_order
 
 RECOMPUTED = 12
-"""So many calls that need no neighbour are made anew in each pass rather than kept in a texture: arithmetic
-costs less than the way to memory and back."""
+"""Up to so many per-pixel calls are repeated in each pass rather than stored in a texture: arithmetic costs
+less than memory traffic."""
 
 MAX_STORED = 5
-"""A pass keeps so many values at most: OpenGL promises eight targets, and three planes may join them."""
+"""Values that a pass stores at most: OpenGL guarantees eight render targets, and three may be planes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ class Pass:
 
 
 def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
-    """The passes that compute the results, and what has to be measured for them, in order.
+    """The passes that compute the results and the measurements they need, in order.
 
     Args:
         fused: False keeps the result of every call in a texture, to compare with.
