@@ -19,7 +19,6 @@ from vidstyle.media.orientation import Orientation
 from vidstyle.media.raw_video import RAW
 from vidstyle.media.read.constant_rate import ConstantRate
 from vidstyle.media.read.convert import FrameConverter
-from vidstyle.media.read.decoder import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film import DEFAULT_RATE, FilmSource
 from vidstyle.media.read.open import open_media
@@ -51,15 +50,17 @@ class Reader:
     """An open source. Iterate over it once; close it, or use it in a `with` statement.
 
     Attributes:
+        name: what was opened, as it was named.
         info: what is delivered.
         container: the open container, for its chapters, tags and attachments; None for picture sequences.
         copied_streams: the streams whose packets are passed on: all but other videos.
-        damage: what has been found wrong so far.
+        damage: what has been found wrong so far; complete when the iteration is over.
     """
 
     def __init__(self, source: VideoSource, options: ReadOptions) -> None:
-        self._source = source
-        self._options = options
+        self._source, self._options = source, options
+        self.name, self.container, self.damage = source.name, source.container, source.damage
+        self.copied_streams = source.copied_streams
         self._rate = ConstantRate(options.fps) if options.fps else None
         if options.start:
             source.seek(options.start)
@@ -77,26 +78,6 @@ class Reader:
         )
         self._converter.warn_if_hdr()
         self.info = self._describe(first, still=source.may_be_still and self._is_alone())
-
-    @property
-    def name(self) -> str:
-        """What was opened, as it was named."""
-        return self._source.name
-
-    @property
-    def container(self) -> av.container.InputContainer | None:
-        """The open container, if the source is one."""
-        return self._source.container
-
-    @property
-    def copied_streams(self) -> list[av.stream.Stream]:
-        """The streams whose packets are passed on."""
-        return self._source.copied_streams
-
-    @property
-    def damage(self) -> DecodeReport:
-        """What has been found wrong so far; complete when the iteration is over."""
-        return self._source.damage
 
     def __iter__(self) -> Iterator[Frame | av.Packet]:
         for item in itertools.chain(self._waiting, self._items):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable
-from typing import Protocol
 
 import av
 from av.audio.stream import AudioStream
@@ -14,7 +13,7 @@ from av.subtitles.stream import SubtitleStream
 
 from vidstyle.errors import UsageError
 from vidstyle.media.write.containers import ContainerKind
-from vidstyle.media.write.transcode import TEXT_CODECS, AudioTranscoder, SubtitleTranscoder
+from vidstyle.media.write.transcode import TEXT_CODECS, AudioTranscoder, CopiedStream, SubtitleTranscoder
 
 FILE_TAGS = (
     "encoder",
@@ -38,31 +37,8 @@ COVER_CODECS = ("mjpeg", "png", "bmp")
 _log = logging.getLogger("vidstyle")
 
 
-class CopiedStream(Protocol):
-    """One stream that is carried over."""
-
-    @property
-    def stream(self) -> Stream:
-        """In the new container."""
-
-    @property
-    def lost(self) -> int:
-        """How many packets could not be decoded."""
-
-    def packets(self, packet: av.Packet) -> list[av.Packet]:
-        """The packets of the new stream that a packet of the old one gives."""
-
-    def flush(self) -> list[av.Packet]:
-        """The last ones."""
-
-
-class PlainCopy:
+class PlainCopy(CopiedStream):
     """Stream copy: packets pass unchanged."""
-
-    lost = 0
-
-    def __init__(self, stream: Stream) -> None:
-        self.stream = stream
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
         """The packet itself, as one of the new stream."""
@@ -71,17 +47,12 @@ class PlainCopy:
         packet.stream = self.stream
         return [packet]
 
-    def flush(self) -> list[av.Packet]:
-        """Nothing is held back."""
-        return []
 
-
-class AdtsCopy:
+class AdtsCopy(CopiedStream):
     """AAC with ADTS headers, which are removed as MP4 and Matroska require (aac_adtstoasc)."""
 
     def __init__(self, stream: Stream, template: Stream) -> None:
-        self.stream = stream
-        self.lost = 0
+        super().__init__(stream)
         self._filter = BitStreamFilterContext("aac_adtstoasc", in_stream=template)
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
@@ -95,10 +66,6 @@ class AdtsCopy:
         for made in bare:
             made.stream, made.time_base = self.stream, time_base
         return bare
-
-    def flush(self) -> list[av.Packet]:
-        """Nothing is held back."""
-        return []
 
 
 class CopiedStreams:

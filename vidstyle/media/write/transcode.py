@@ -8,6 +8,7 @@ import av
 from av.audio.frame import AudioFrame
 from av.audio.resampler import AudioResampler
 from av.audio.stream import AudioStream
+from av.stream import Stream
 from av.subtitles.stream import SubtitleStream
 from av.subtitles.subtitle import AssSubtitle, SubtitleSet
 
@@ -15,7 +16,30 @@ TEXT_CODECS = ("subrip", "ass", "ssa", "mov_text", "webvtt", "text", "srt")
 """Canonical names of codecs that hold text rather than pictures."""
 
 
-class SubtitleTranscoder:
+class CopiedStream:
+    """A stream of a source that is carried over into another container.
+
+    Attributes:
+        stream: in the new container.
+        lost: how many packets could not be decoded.
+    """
+
+    stream: Stream
+    lost = 0
+
+    def __init__(self, stream: Stream) -> None:
+        self.stream = stream
+
+    def packets(self, packet: av.Packet) -> list[av.Packet]:
+        """The packets of the new stream that a packet of the old one gives."""
+        raise NotImplementedError
+
+    def flush(self) -> list[av.Packet]:
+        """The packets that are still held back."""
+        return []
+
+
+class SubtitleTranscoder(CopiedStream):
     """Decodes the packets of one subtitle stream and encodes them into another, at the same times.
 
     Attributes:
@@ -26,7 +50,6 @@ class SubtitleTranscoder:
     def __init__(
         self, container: av.container.OutputContainer, template: SubtitleStream, encoder: str
     ) -> None:
-        self.lost = 0
         self._decoder = template.codec_context
         self._decoder.open(strict=False)
         self.stream: SubtitleStream = container.add_stream(encoder)  # type: ignore[call-overload, assignment]
@@ -41,10 +64,6 @@ class SubtitleTranscoder:
             self.lost += 1
             return []
         return [] if made is None else [made]
-
-    def flush(self) -> list[av.Packet]:
-        """Nothing is held back."""
-        return []
 
     def _converted(self, packet: av.Packet) -> av.Packet | None:
         found = self._decoder.decode2(packet)
@@ -79,7 +98,7 @@ def add_audio_stream(
     return stream
 
 
-class AudioTranscoder:
+class AudioTranscoder(CopiedStream):
     """Decodes the packets of one audio stream and encodes them into another, at the same times.
 
     Attributes:
@@ -87,8 +106,9 @@ class AudioTranscoder:
         lost: how many packets could not be decoded; there is silence in their place.
     """
 
+    stream: AudioStream
+
     def __init__(self, container: av.container.OutputContainer, template: AudioStream, encoder: str) -> None:
-        self.lost = 0
         self._template = template
         channels = min(template.layout.nb_channels, MAX_CHANNELS.get(encoder, 8))
         layout = {1: "mono", 2: "stereo"}.get(channels, template.layout.name)
