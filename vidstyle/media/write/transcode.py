@@ -40,12 +40,7 @@ class CopiedStream:
 
 
 class SubtitleTranscoder(CopiedStream):
-    """Decodes the packets of one subtitle stream and encodes them into another, at the same times.
-
-    Attributes:
-        stream: the new one.
-        lost: how many packets could not be read.
-    """
+    """Decodes the packets of one subtitle stream and encodes them into another, at the same times."""
 
     def __init__(
         self, container: av.container.OutputContainer, template: SubtitleStream, encoder: str
