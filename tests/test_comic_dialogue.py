@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vidstyle.comic.lettering.dialogue import EASY, LETTERS, MOST, REACH, match, panels_for
+from vidstyle.comic.lettering.dialogue import EASY_LETTERS, MAX_LETTERS, MAX_LINES, REACH, match, panels_for
 from vidstyle.comic.lettering.subtitles import Line, lines_of_file
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.errors import InputError
@@ -142,16 +142,16 @@ def test_a_panel_gets_what_is_said_from_its_moment_on() -> None:
 
 
 def test_what_is_far_or_too_much_is_left_out_and_counted() -> None:
-    lines = [Line(100 + number, 100.5 + number, f"Line {number}.") for number in range(2 * MOST)]
+    lines = [Line(100 + number, 100.5 + number, f"Line {number}.") for number in range(2 * MAX_LINES)]
     far = Line(100 - 2 * REACH, 100 - 1.1 * REACH, "Too soon.")
     words = match([far, *lines], [moment(100)])
-    assert texts(words.panels[0]) == [f"Line {number}." for number in range(MOST)]
-    assert (words.lines, words.left_out) == (2 * MOST + 1, MOST + 1)
+    assert texts(words.panels[0]) == [f"Line {number}." for number in range(MAX_LINES)]
+    assert (words.lines, words.left_out) == (2 * MAX_LINES + 1, MAX_LINES + 1)
     assert match([far], [moment(100)]).panels == [[]]
 
 
 def test_letters_of_a_panel_are_few_but_one_line_is_whole() -> None:
-    long = "x" * (LETTERS + 50)
+    long = "x" * (MAX_LETTERS + 50)
     words = match([Line(1, 2, long), Line(3, 4, "y")], [moment(1)])
     assert texts(words.panels[0]) == [long]
 
@@ -194,11 +194,11 @@ def test_lines_are_never_out_of_order_nor_crowded() -> None:
         assert [line.start for line in shown] == sorted(line.start for line in shown)
         assert len(shown) + words.left_out == words.lines == 40
         for panel, each in zip(words.panels, moments, strict=True):
-            assert len(panel) <= MOST
-            assert len(panel) < 2 or sum(len(line.text) for line in panel) <= LETTERS
+            assert len(panel) <= MAX_LINES
+            assert len(panel) < 2 or sum(len(line.text) for line in panel) <= MAX_LETTERS
             assert all(line.start - REACH <= each.time <= line.end + REACH for line in panel)
 
 
 def test_much_to_read_wants_many_panels() -> None:
     assert panels_for([]) == 0
-    assert panels_for([Line(0, 1, "x" * EASY)] * 5) == 5
+    assert panels_for([Line(0, 1, "x" * EASY_LETTERS)] * 5) == 5

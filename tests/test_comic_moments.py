@@ -28,9 +28,9 @@ CASCADE = "lbpcascade_frontalface_opencv.xml"
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def six_shots(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Six shots of 1.2 seconds."""
-    return write_film(tmp_path_factory.mktemp("story") / "told.mp4", story(6, 30))
+    return write_film(tmp_path_factory.mktemp("story") / "six_shots.mp4", story(6, 30))
 
 
 def moments_of(path: Path, **options: object) -> list[Moment]:
@@ -38,7 +38,7 @@ def moments_of(path: Path, **options: object) -> list[Moment]:
 
 
 def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
-    """What the moments show, judged again from the whole pictures."""
+    """What the moments show, measured again on the full-size frames."""
     faces = FaceFinder()
     frames = open_film(path).frames_at([each.time for each in moments])
     return [
@@ -51,29 +51,29 @@ def doubles(candidates: Sequence[Candidate]) -> int:
     return int(np.triu(similarity([each.thumbnail for each in candidates]) > SIMILAR, 1).sum())
 
 
-def test_moments_tell_each_shot_in_order(told: Path) -> None:
-    moments = moments_of(told, panels=6)
+def test_moments_tell_each_shot_in_order(six_shots: Path) -> None:
+    moments = moments_of(six_shots, panels=6)
     assert [each.scene for each in moments] == [0, 1, 2, 3, 4, 5]
     assert [int(each.time / 1.2) for each in moments] == [0, 1, 2, 3, 4, 5]
     assert all(each.shape == (144, 256) for each in moments)
     assert max(each.importance for each in moments) == 1
     assert min(each.importance for each in moments) > 0
-    assert doubles(seen_at(told, moments)) == 0
+    assert doubles(seen_at(six_shots, moments)) == 0
 
 
-def test_the_same_film_gives_the_same_moments(told: Path) -> None:
-    assert moments_of(told) == moments_of(told)
+def test_the_same_film_gives_the_same_moments(six_shots: Path) -> None:
+    assert moments_of(six_shots) == moments_of(six_shots)
 
 
 @pytest.mark.parametrize("panels", [1, 3, 12])
-def test_as_many_as_wanted_are_chosen(told: Path, panels: int) -> None:
-    moments = moments_of(told, panels=panels)
+def test_as_many_as_wanted_are_chosen(six_shots: Path, panels: int) -> None:
+    moments = moments_of(six_shots, panels=panels)
     assert len(moments) == panels
     assert all(one.time < other.time for one, other in itertools.pairwise(moments))
 
 
-def test_options_are_followed(told: Path) -> None:
-    moments = moments_of(told, panels=4, at=(0.5, 3.02), skip=((1.0, 2.4), (4.8, 7.2)))
+def test_options_are_followed(six_shots: Path) -> None:
+    moments = moments_of(six_shots, panels=4, at=(0.5, 3.02), skip=((1.0, 2.4), (4.8, 7.2)))
     times = [each.time for each in moments]
     assert pytest.approx(0.48) in times  # the frame that is shown at 0.5
     assert pytest.approx(3.0) in times
@@ -81,8 +81,8 @@ def test_options_are_followed(told: Path) -> None:
     assert not any(1.0 <= time < 2.4 or 4.8 <= time for time in times)
 
 
-def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(told: Path) -> None:
-    assert [each.time for each in moments_of(told, panels=1, at=(6, 0.2, 0.4))] == pytest.approx(
+def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(six_shots: Path) -> None:
+    assert [each.time for each in moments_of(six_shots, panels=1, at=(6, 0.2, 0.4))] == pytest.approx(
         [0.2, 0.4, 6]
     )
 
@@ -98,9 +98,9 @@ def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(told: Pat
         ({"panels": 0}, "panels: 0 are none to lay out; give 1 to 300, or auto"),
     ],
 )
-def test_contradicting_options_are_refused(told: Path, options: dict[str, object], message: str) -> None:
+def test_contradicting_options_are_refused(six_shots: Path, options: dict[str, object], message: str) -> None:
     with pytest.raises(UsageError) as error:
-        moments_of(told, **options)
+        moments_of(six_shots, **options)
     assert str(error.value) == message
 
 
@@ -120,8 +120,8 @@ def test_blurred_black_and_mixed_pictures_are_left_out(tmp_path: Path) -> None:
     assert [time < 40 or 100 <= time < 124 or 140 <= time < 164 for time in times] == [True] * 3, times
 
 
-def test_a_transition_is_taken_only_where_there_is_nothing_else(told: Path) -> None:
-    survey = open_film(told).survey()
+def test_a_transition_is_taken_only_where_there_is_nothing_else(six_shots: Path) -> None:
+    survey = open_film(six_shots).survey()
     some = [replace(each, in_transition=number % 3 > 0) for number, each in enumerate(survey.candidates)]
     assert not any(each.in_transition for each in choose(replace(survey, candidates=some), [], 4))
     mixed = [replace(each, in_transition=True) for each in survey.candidates]
@@ -217,33 +217,35 @@ def test_numbered_pictures_and_animations_are_films(tmp_path: Path) -> None:
     assert [each.scene for each in moments_of(tmp_path / "film.gif")] == [0, 1, 2]
 
 
-def test_of_a_long_film_only_key_frames_are_looked_at(told: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_a_long_film_only_key_frames_are_looked_at(
+    six_shots: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A limit that this film is beyond; a key frame comes each second."""
     monkeypatch.setattr(film_file, "WHOLE", 0)
     monkeypatch.setattr(film_file, "MOST", 8)
     monkeypatch.setattr(film_file, "SPARE", 0.1)
-    film = open_film(told)
+    film = open_film(six_shots)
     times = [each.time for each in film.survey().candidates]
     assert times == pytest.approx(range(8))
     moments = find_moments(film)
     assert len(moments) >= 4
     assert all(abs(each.time - round(each.time)) <= 0.8 for each in moments)
-    assert doubles(seen_at(told, moments)) == 0
+    assert doubles(seen_at(six_shots, moments)) == 0
 
 
-def test_exact_frames_are_fetched(told: Path) -> None:
+def test_exact_frames_are_fetched(six_shots: Path) -> None:
     frames = list(story(6, 30))
     times = [3 / RATE, 100.5 / RATE, 179 / RATE]
-    for number, fetched in zip((3, 100, 179), open_film(told).frames_at(times), strict=True):
+    for number, fetched in zip((3, 100, 179), open_film(six_shots).frames_at(times), strict=True):
         distances = [
             np.abs(frames[other].astype(int) - fetched).mean() for other in range(number - 2, number + 1)
         ]
         assert int(np.argmin(distances)) == 2
 
 
-def test_memory_does_not_grow_with_the_film(told: Path) -> None:
+def test_memory_does_not_grow_with_the_film(six_shots: Path) -> None:
     """What is kept of a candidate is small, however large the picture."""
-    candidate = open_film(told).survey().candidates[0]
+    candidate = open_film(six_shots).survey().candidates[0]
     kept = [getattr(candidate, name) for name in candidate.__dataclass_fields__]
     assert sum(array.nbytes for array in kept if isinstance(array, np.ndarray)) < 6144
     assert all(
@@ -336,12 +338,12 @@ def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
 
 
 def test_a_long_film_with_too_few_key_frames_is_looked_through_whole(
-    told: Path, monkeypatch: pytest.MonkeyPatch
+    six_shots: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It has eight, and five panels tell it."""
     monkeypatch.setattr(film_file, "WHOLE", 0)
     counts = []
     for spare in (1.5, 2.5):
         monkeypatch.setattr(film_file, "SPARE", spare)
-        counts.append(len(open_film(told).survey().candidates))
+        counts.append(len(open_film(six_shots).survey().candidates))
     assert counts[0] == 8 < counts[1]

@@ -146,18 +146,18 @@ class FilmFile(_KeptFrames):
     def around(self, candidate: Candidate) -> list[Candidate]:
         """See `Film`."""
         context = _CONTEXT if self._reach == _KEY_REACH else _EDGE
-        shots, judged = ShotFinder(), []
+        shots, candidates = ShotFinder(), []
         start, end = candidate.time - self._reach - context, candidate.time + (self._reach + context)
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if abs(time - candidate.time) <= self._reach:
-                judged.append(replace(self._features(sample), motion=motion))
+                candidates.append(replace(self._features(sample), motion=motion))
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
         return [
             replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time))
-            for each in judged
+            for each in candidates
             if bisect_right(begins, each.time) == shot and _clear(each.time, begins)
         ] or [candidate]
 
@@ -172,37 +172,37 @@ class FilmFile(_KeptFrames):
         return self._sampler.image_at(time)
 
     def _survey_whole(self, gap: float) -> Survey:
-        shots, judged, time, last = ShotFinder(), list[Candidate](), 0.0, -gap
+        shots, candidates, time, last = ShotFinder(), list[Candidate](), 0.0, -gap
         for sample in self._sampler.frames():
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if time - last >= gap - 1e-3:
-                judged.append(replace(self._features(sample), motion=motion))
+                candidates.append(replace(self._features(sample), motion=motion))
                 last = time
         begins = shots.shots()
-        mixed = [replace(each, in_transition=shots.is_transition(each.time)) for each in judged]
+        mixed = [replace(each, in_transition=shots.is_transition(each.time)) for each in candidates]
         return Survey(self._in_scenes(mixed, begins), begins, time)
 
     def _survey_keys(self, gap: float) -> Survey:
-        shots, judged, time = KeyShots(), list[Candidate](), 0.0
+        shots, candidates, time = KeyShots(), list[Candidate](), 0.0
         for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
-            judged.append(self._features(sample))
-            shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), judged[-1].tones)
-        return Survey(self._in_scenes(judged, shots.scene_starts), shots.scene_starts, time)
+            candidates.append(self._features(sample))
+            shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), candidates[-1].tones)
+        return Survey(self._in_scenes(candidates, shots.scene_starts), shots.scene_starts, time)
 
-    def _in_scenes(self, judged: list[Candidate], begins: list[float]) -> list[Candidate]:
-        if not judged:
+    def _in_scenes(self, candidates: list[Candidate], starts: list[float]) -> list[Candidate]:
+        if not candidates:
             raise InputError(self.name, "no frame could be decoded")
         self._sampler.warn_if_hdr()
-        return [replace(each, scene=max(0, bisect_right(begins, each.time) - 1)) for each in judged]
+        return [replace(each, scene=max(0, bisect_right(starts, each.time) - 1)) for each in candidates]
 
     def _features(self, sample: SampledFrame) -> Candidate:
         return extract_features(to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
 
 
-def _clear(time: float, begins: list[float]) -> bool:
-    return all(abs(time - begin) >= _EDGE for begin in begins[1:])
+def _clear(time: float, starts: list[float]) -> bool:
+    return all(abs(time - begin) >= _EDGE for begin in starts[1:])
 
 
 class PictureFolder(_KeptFrames):

@@ -28,12 +28,12 @@ _THIRDS = (1 / 3, 2 / 3)
 _EYES = 0.4
 """Where the middle of a face stands in a panel's height: its eyes are a little above, at a third."""
 _MAIN, _CUT, _LOST, _SLICED, _OUT, _ROOM = 1000.0, 100.0, 30.0, 10.0, 8.0, 6.0
-"""Prices: a part of the main face that is not shown, a face cut, a part of the saliency lost, a thing cut, a
+"""Prices: a part of the main face that is not shown, a face cut, a part of the saliency lost, a blob cut, a
 face left out, head room missing."""
 _TOP, _THIRD, _SHIFT = 4.0, 1.0, 0.3
 """A part of the saliency lost above, where heads are; distance to a third, and to the picture's middle."""
 _MANY = 12
-"""Things beyond that number, the largest first, are not looked at: such a picture is full of them."""
+"""The most blobs considered, the largest first."""
 _NEARER = 4.0
 """The price of a window that is nearer than wanted by the largest one's side."""
 _EXACT = 1e-6
@@ -93,7 +93,7 @@ def what_counts(moment: Moment) -> Box:
 
 
 def _largest_blobs(moment: Moment) -> list[Box]:
-    return sorted(moment.blobs, key=lambda thing: -thing.area)[:_MANY]
+    return sorted(moment.blobs, key=lambda blob: -blob.area)[:_MANY]
 
 
 def _scales(moment: Moment, width: float, height: float) -> list[float]:
@@ -150,8 +150,8 @@ def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, heig
         price = price + _CUT * ((part > _EXACT) & (part < 1 - _EXACT)) + _OUT * (part > _EXACT)
     over = np.clip(top - moment.saliency.top, 0.0, None) / max(moment.saliency.height, 1.0)
     price = price + _TOP * over
-    for thing in _largest_blobs(moment):
-        part = lost(thing)
+    for blob in _largest_blobs(moment):
+        part = lost(blob)
         price = price + _SLICED * ((part > _EXACT) & (part < 1 - _EXACT))
     if face is not None:
         price = price + _MAIN * _missing(lost(face)) + _ROOM * _missing(lost(with_room(moment, face)))
@@ -168,7 +168,7 @@ def _shown(low: float, high: float, start: np.ndarray, side: float) -> np.ndarra
 
 
 def _missing(lost: np.ndarray) -> np.ndarray:
-    """That a thing is not whole counts as much as how much of it is lost."""
+    """The lost share, plus 1 where anything is lost."""
     return lost + (lost > _EXACT)
 
 

@@ -11,11 +11,11 @@ from vidstyle.comic.moment import Moment
 
 REACH = 8.0
 """Seconds from a panel's moment beyond which what is said does not belong to its picture any more."""
-MOST = 3
+MAX_LINES = 3
 """Lines of a panel."""
-LETTERS = 150
+MAX_LETTERS = 150
 """Letters of a panel, unless one line alone has more."""
-EASY = 75
+EASY_LETTERS = 75
 """Letters that are read at a glance: more crowd a panel."""
 
 _LEFT_OUT = 4.0
@@ -42,7 +42,7 @@ class Dialogue:
 
 @dataclass(frozen=True)
 class _Assignment:
-    """How the lines up to one may be told: what that costs, and what stands in the last panel with words."""
+    """An assignment of the lines so far: its cost, and the text in the last panel that has any."""
 
     cost: float
     panel: int = 0
@@ -54,7 +54,7 @@ class _Assignment:
 
 def panels_for(lines: Sequence[Line]) -> int:
     """How many panels it takes for nothing to be crowded."""
-    return math.ceil(sum(len(line.text) for line in lines) / EASY)
+    return math.ceil(sum(len(line.text) for line in lines) / EASY_LETTERS)
 
 
 def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
@@ -62,16 +62,17 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
 
     A line belongs to the panel in whose moment it is on the screen; else rather to the one before it than to
     the one after, and to a near one; but where there is much to read it may go on to the next. None is
-    further than `REACH` from its moment, and no panel holds more than `MOST` lines with `LETTERS` letters.
+    further than `REACH` from its moment, and no panel holds more than `MAX_LINES` lines
+    with `MAX_LETTERS` letters.
     Halves of a short sentence are joined.
 
     Args:
         lines, moments: in the order of time.
     """
-    joined, told = _joined(lines), [_Assignment(0.0)]
+    joined, options = _joined(lines), [_Assignment(0.0)]
     for line in joined:
-        told = _with_line(told, line, moments)
-    last: _Assignment | None = min(told, key=lambda each: each.cost)
+        options = _with_line(options, line, moments)
+    last: _Assignment | None = min(options, key=lambda each: each.cost)
     panels: list[list[Line]] = [[] for _ in moments]
     while last is not None:
         if last.line is not None:
@@ -84,14 +85,15 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
     return Dialogue(panels, len(joined), left_out)
 
 
-def _with_line(told: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:
+def _with_line(options: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:
     """The cheapest ways on with a line in any panel, or in none."""
     near = [number for number, each in enumerate(moments) if _distance(line, each.time) <= REACH]
     if not near:
-        return list(told)
+        return list(options)
     best: dict[tuple[int, int, int], _Assignment] = {}
-    for each in told:
-        tried = [replace(each, cost=each.cost + _LEFT_OUT * (1 + 0.5 * min(1.0, len(line.text) / LETTERS)))]
+    for each in options:
+        omission = _LEFT_OUT * (1 + 0.5 * min(1.0, len(line.text) / MAX_LETTERS))
+        tried = [replace(each, cost=each.cost + omission)]
         tried += [
             after for number in near if (after := _placed(each, line, number, moments[number])) is not None
         ]
@@ -103,21 +105,21 @@ def _with_line(told: Sequence[_Assignment], line: Line, moments: Sequence[Moment
     return list(best.values())
 
 
-def _placed(told: _Assignment, line: Line, panel: int, moment: Moment) -> _Assignment | None:
-    """With the line in a panel; None if that has no room, or comes before what is told already."""
-    same = panel == told.panel
-    letters, count = (told.letters, told.count) if same else (0, 0)
+def _placed(before: _Assignment, line: Line, panel: int, moment: Moment) -> _Assignment | None:
+    """With the line in a panel; None if that has no room, or precedes an assigned line."""
+    same = panel == before.panel
+    letters, count = (before.letters, before.count) if same else (0, 0)
     added = letters + len(line.text)
-    if panel < told.panel or (count and (count == MOST or added > LETTERS)):
+    if panel < before.panel or (count and (count == MAX_LINES or added > MAX_LETTERS)):
         return None
     cost = _FAR * _distance(line, moment.time) / REACH + _LATE * (moment.time > line.end)
     return _Assignment(
-        told.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, told, line
+        before.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, before, line
     )
 
 
 def _crowding(letters: int) -> float:
-    return min(_WORST, _CROWDED * max(0.0, letters / EASY - 1) ** 2)
+    return min(_WORST, _CROWDED * max(0.0, letters / EASY_LETTERS - 1) ** 2)
 
 
 def _distance(line: Line, time: float) -> float:

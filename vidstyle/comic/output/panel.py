@@ -128,7 +128,7 @@ def drawn(
 
     Args:
         frames: where to save the frames too.
-        on_panel: told before each panel its number, from 0, and how many there are.
+        on_panel: called before each panel with its number, from 0, and how many there are.
     """
     colors = film.frames_at(plan.moments[each.panel.moment].time for each in plan.panels)
     for page, (width, height) in enumerate(plan.layout.sizes):

@@ -1,4 +1,4 @@
-"""A finished page as things on it, before it becomes a file of some kind."""
+"""A finished page as shapes and text, before it is rendered to a file."""
 
 from __future__ import annotations
 
