@@ -1,4 +1,4 @@
-"""The GPU behind the common interface: one late, in order and complete, and what happens when it is lost."""
+"""The GPU as a `Backend`: one frame in flight, in order and complete, and what happens when it is lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Restyling picture by picture, for other people's programs."""
+"""Restyle pictures one by one from other programs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import av
 
 StyleLike = Style | str | Path | Mapping[str, object]
-"""What `load_style` takes: a style, a name, a path or a table."""
+"""A style as `load_style` takes it: a `Style`, a name, a path or a table."""
 
 log = logging.getLogger("vidstyle")
 
@@ -100,9 +100,9 @@ def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True)
 
 
 class Renderer:
-    """Restyles the frames of one film in their order, in somebody's own loop.
+    """Restyles the frames of one film in order.
 
-    Blocks that follow the film over time take the frames' own times, or 25 frames a second for arrays.
+    Blocks that follow the film over time use presentation times; arrays count as 25 frames per second.
 
     >>> with Renderer("plain") as renderer:
     ...     frame = renderer(np.zeros((4, 6, 3), np.uint8))
@@ -111,7 +111,7 @@ class Renderer:
     """
 
     ARRAY_RATE = 25
-    """Frames a second where an array brings no time of its own and none is given."""
+    """Frames per second of arrays without a time."""
 
     def __init__(self, style: StyleLike, device: str = "auto") -> None:
         self._renderer = open_renderer(style, device)
@@ -124,7 +124,7 @@ class Renderer:
         self.close()
 
     def close(self) -> None:
-        """Let the device go."""
+        """Release the device and its threads."""
         self._renderer.close()
 
     @overload
@@ -136,16 +136,16 @@ class Renderer:
     def __call__(
         self, frame: np.ndarray | av.VideoFrame, time: float | None = None
     ) -> np.ndarray | av.VideoFrame:
-        """The frame in the style, of the kind that was given.
+        """The restyled frame, of the type of the argument.
 
         Args:
             frame: an `av.VideoFrame`, which keeps its format, tags and time, or an H x W x 3 or
-                H x W x 4 array in RGB order: uint8, uint16, or floats 0..1. It is not written to.
+                H x W x 4 array in RGB order: uint8, uint16, or floats 0..1. It is only read.
             time: presentation time in seconds; None: the frame's own.
 
         Raises:
             ValueError: an array of another shape or type.
-            InputError: a frame in a pixel format that we do not read.
+            InputError: a frame in an unsupported pixel format.
         """
         if isinstance(frame, np.ndarray):
             time = self._count / self.ARRAY_RATE if time is None else time
@@ -172,7 +172,7 @@ class Renderer:
 
 
 def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.ndarray:
-    """One picture in a style.
+    """Restyle one picture.
 
     Args:
         picture: H x W x 3 or H x W x 4 in RGB order: uint8, uint16, or floats 0..1; alpha is kept.

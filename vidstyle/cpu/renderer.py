@@ -60,14 +60,7 @@ class CpuRenderer:
     def run(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Picture:
-        """The picture in the style, at its own size.
-
-        Args:
-            picture: any picture; its planes are only read.
-            time: presentation time in seconds, or None for a picture that stands alone.
-            target: how the planes of the result are to be encoded; None: as the picture's own.
-            rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
-        """
+        """Restyle a picture; the arguments are those of `Backend.run`."""
         target = target or picture.encoding
         if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
             return picture
@@ -84,7 +77,7 @@ class CpuRenderer:
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Future[Picture]:
-        """As `run`, for callers that also use a GPU, whose results come later."""
+        """The same as `run`, as a future."""
         future: Future[Picture] = Future()
         future.set_result(self.run(picture, time, target, rgb))
         return future
