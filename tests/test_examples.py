@@ -47,7 +47,7 @@ def test_the_page_quotes_the_example(name: str) -> None:
 def test_every_example_is_listed_and_tested() -> None:
     listed = re.findall(r"\]\(([a-z_]+(?:\.[a-z]+)?)\)", (EXAMPLES / "README.md").read_text(encoding="utf-8"))
     tests = Path(__file__).read_text(encoding="utf-8")
-    names = {path.name for path in EXAMPLES.iterdir()} - {"README.md"}
+    names = {path.name for path in EXAMPLES.iterdir()} - {"README.md", "__pycache__"}
     assert set(listed) == names
     assert all(f'EXAMPLES / "{name}"' in tests for name in names)
 
