@@ -5,15 +5,15 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass, field
 from pathlib import PurePath
-from typing import Literal
+from typing import Any, Literal
 
 from vidstyle.errors import UsageError
 
 Way = Literal["film", "gif", "picture"]
 """How a file is made: packet by packet; at the end, with a palette for all; one file for each picture."""
 
-PCM = ("pcm_s16le", "pcm_s16be", "pcm_s24le", "pcm_s24be", "pcm_s32le", "pcm_s32be", "pcm_u8", "pcm_f32le")
-PCM_LITTLE = ("pcm_s16le", "pcm_s24le", "pcm_s32le", "pcm_u8", "pcm_f32le", "pcm_f64le")
+PCM = "pcm_s16le pcm_s16be pcm_s24le pcm_s24be pcm_s32le pcm_s32be pcm_u8 pcm_f32le"
+PCM_LITTLE = "pcm_s16le pcm_s24le pcm_s32le pcm_u8 pcm_f32le pcm_f64le"
 
 
 @dataclass(frozen=True)
@@ -65,144 +65,62 @@ _FRAGMENTED = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
 _UNSHIFTED = {"avoid_negative_ts": "disabled"}
 _CLUSTERS = {"cluster_time_limit": "400"} | _UNSHIFTED
 
+
+def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: Any) -> ContainerKind:
+    """A row of the table: names are separated by spaces, `flags` are the fields that are true."""
+    fields |= dict.fromkeys(flags.split(), True)
+    for name in ("video", "audio", "subtitles", "data"):
+        fields[name] = tuple(fields.get(name, "").split())
+    return ContainerKind(muxer, tuple(endings.split()), codec, **fields)
+
+
+_MP4: dict[str, Any] = {
+    "new_audio": "aac", "subtitles": "mov_text", "data": "bin_data",
+    "options": _HYBRID, "piped_options": _FRAGMENTED,
+}  # fmt: skip
+# fmt: off
 KINDS: tuple[ContainerKind, ...] = (
     # Vorbis and raw PCM have codes in MP4, but hardly a player reads them.
-    ContainerKind(
-        "mp4",
-        (".mp4", ".m4v"),
-        "libx264",
-        (
-            *("h264", "hevc", "av1", "vp9", "mpeg4", "mpeg2video", "mpeg1video"),
-            *("mjpeg", "vvc", "png", "jpeg2000"),
-        ),
-        audio=("aac", "mp3", "mp2", "ac3", "eac3", "opus", "flac", "alac", "dts", "truehd"),
-        new_audio="aac",
-        subtitles=("mov_text",),
-        data=("bin_data",),
-        covers=True,
-        chapters=True,
-        options=_HYBRID,
-        piped_options=_FRAGMENTED,
-        piped=True,
-    ),
-    ContainerKind(
-        "mov",
-        (".mov",),
-        "libx264",
-        alpha=("prores_ks", "yuva444p10le"),
-        audio=("aac", "mp3", "ac3", "eac3", "alac", *PCM),
-        new_audio="aac",
-        subtitles=("mov_text",),
-        data=("bin_data",),
-        chapters=True,
-        options=_HYBRID,
-        piped_options=_FRAGMENTED,
-        piped=True,
-    ),
-    ContainerKind(
-        "matroska",
-        (".mkv",),
-        "libx264",
-        alpha=("ffv1", "yuva420p"),
-        audio=(
-            *("aac", "mp3", "mp2", "ac3", "eac3", "opus", "vorbis", "flac", "alac", "dts", "truehd", "mlp"),
-            *("tta", "wavpack", "wmav2", "adpcm_ms", "adpcm_ima_wav", *PCM_LITTLE),
-        ),
-        new_audio="flac",
-        subtitles=("subrip", "ass", "webvtt", "hdmv_pgs_subtitle", "dvd_subtitle", "dvb_subtitle"),
-        attachments=True,
-        covers=True,
-        chapters=True,
-        options=_CLUSTERS,
-        piped=True,
-    ),
-    ContainerKind(
-        "webm",
-        (".webm",),
-        "libvpx-vp9",
-        ("vp8", "vp9", "av1"),
-        alpha=("libvpx-vp9", "yuva420p"),
-        audio=("opus", "vorbis"),
-        new_audio="libopus",
-        subtitles=("webvtt",),
-        chapters=True,
-        options=_CLUSTERS,
-        piped=True,
-    ),
-    ContainerKind(
-        "avi",
-        (".avi",),
-        "mpeg4",
-        audio=("mp3", "mp2", "ac3", *PCM_LITTLE),
-        new_audio="libmp3lame",
-        strict_rate=True,
-        options=_UNSHIFTED,
-    ),
-    ContainerKind(
-        "mpegts",
-        (".ts", ".mts", ".m2ts", ".m2t"),
-        "libx264",
-        ("h264", "hevc", "mpeg2video", "mpeg1video", "mpeg4"),
-        audio=("aac", "mp3", "mp2", "ac3", "eac3", "opus", "dts"),
-        new_audio="aac",
-        subtitles=("dvb_subtitle", "dvb_teletext"),
-        piped=True,
-    ),
-    ContainerKind(
-        "ogv",
-        (".ogv", ".ogg"),
-        "libvpx",
-        ("vp8", "theora"),
-        audio=("vorbis", "opus", "flac"),
-        new_audio="libopus",
-        piped=True,
-    ),
-    ContainerKind(
-        "flv",
-        (".flv",),
-        "libx264",
-        ("h264", "flv1", "hevc", "av1", "vp9"),
-        audio=("aac", "mp3"),
-        new_audio="aac",
-        piped=True,
-    ),
-    ContainerKind(
-        *("asf", (".wmv", ".asf"), "wmv2"),
-        audio=("wmav1", "wmav2", "mp3"),
-        new_audio="wmav2",
-        options=_UNSHIFTED,
-    ),
-    ContainerKind(
-        "nut",
-        (".nut",),
-        "rawvideo",
-        audio=("aac", "mp3", "mp2", "ac3", "opus", "vorbis", "flac", *PCM_LITTLE),
-        new_audio="pcm_s16le",
-        piped=True,
-    ),
-    ContainerKind(
-        "yuv4mpegpipe",
-        (".y4m",),
-        "rawvideo",
-        ("rawvideo",),
-        strict_rate=True,
-        options={"strict": "-1"},
-        piped=True,
-    ),
-    ContainerKind("rawvideo", (".yuv", ".rgb"), "rawvideo", ("rawvideo",), strict_rate=True, piped=True),
+    _kind("mp4", ".mp4 .m4v", "libx264", flags="covers chapters piped", **_MP4,
+          video="h264 hevc av1 vp9 mpeg4 mpeg2video mpeg1video mjpeg vvc png jpeg2000",
+          audio="aac mp3 mp2 ac3 eac3 opus flac alac dts truehd"),
+    _kind("mov", ".mov", "libx264", flags="chapters piped", alpha=("prores_ks", "yuva444p10le"), **_MP4,
+          audio=f"aac mp3 ac3 eac3 alac {PCM}"),
+    _kind("matroska", ".mkv", "libx264", flags="attachments covers chapters piped", options=_CLUSTERS,
+          alpha=("ffv1", "yuva420p"), new_audio="flac",
+          audio="aac mp3 mp2 ac3 eac3 opus vorbis flac alac dts truehd mlp "
+                f"tta wavpack wmav2 adpcm_ms adpcm_ima_wav {PCM_LITTLE}",
+          subtitles="subrip ass webvtt hdmv_pgs_subtitle dvd_subtitle dvb_subtitle"),
+    _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped", options=_CLUSTERS, video="vp8 vp9 av1",
+          alpha=("libvpx-vp9", "yuva420p"), audio="opus vorbis", new_audio="libopus", subtitles="webvtt"),
+    _kind("avi", ".avi", "mpeg4", flags="strict_rate", options=_UNSHIFTED,
+          audio=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
+    _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped",
+          video="h264 hevc mpeg2video mpeg1video mpeg4",
+          audio="aac mp3 mp2 ac3 eac3 opus dts", new_audio="aac", subtitles="dvb_subtitle dvb_teletext"),
+    _kind("ogv", ".ogv .ogg", "libvpx", flags="piped", video="vp8 theora",
+          audio="vorbis opus flac", new_audio="libopus"),
+    _kind("flv", ".flv", "libx264", flags="piped", video="h264 flv1 hevc av1 vp9",
+          audio="aac mp3", new_audio="aac"),
+    _kind("asf", ".wmv .asf", "wmv2", options=_UNSHIFTED, audio="wmav1 wmav2 mp3", new_audio="wmav2"),
+    _kind("nut", ".nut", "rawvideo", flags="piped",
+          audio=f"aac mp3 mp2 ac3 opus vorbis flac {PCM_LITTLE}", new_audio="pcm_s16le"),
+    _kind("yuv4mpegpipe", ".y4m", "rawvideo", flags="strict_rate piped", video="rawvideo",
+          options={"strict": "-1"}),
+    _kind("rawvideo", ".yuv .rgb", "rawvideo", flags="strict_rate piped", video="rawvideo"),
     # WebP is given RGB, since it knows but one matrix for YUV.
-    ContainerKind("webp", (".webp",), "libwebp_anim", ("webp",), pix_fmt="bgra", options={"loop": "0"}),
-    ContainerKind("apng", (".apng",), "apng", ("apng",), options={"plays": "0"}),
+    _kind("webp", ".webp", "libwebp_anim", video="webp", pix_fmt="bgra", options={"loop": "0"}),
+    _kind("apng", ".apng", "apng", video="apng", options={"plays": "0"}),
     # What becomes a GIF is kept without loss until its palette is known.
-    ContainerKind(
-        *("matroska", (".gif",), "ffv1", ("ffv1",), "bgr0", "gif"), alpha=("ffv1", "bgra"), options=_CLUSTERS
-    ),
-    ContainerKind("image2", (".png",), "png", ("png",), way="picture"),
-    ContainerKind("image2", (".jpg", ".jpeg"), "mjpeg", ("mjpeg",), "yuv444p", "picture"),
-    ContainerKind("image2", (".tif", ".tiff"), "tiff", ("tiff",), way="picture"),
-    ContainerKind("image2", (".bmp",), "bmp", ("bmp",), way="picture"),
+    _kind("matroska", ".gif", "ffv1", video="ffv1", pix_fmt="bgr0", way="gif", alpha=("ffv1", "bgra"),
+          options=_CLUSTERS),
+    _kind("image2", ".png", "png", video="png", way="picture"),
+    _kind("image2", ".jpg .jpeg", "mjpeg", video="mjpeg", pix_fmt="yuv444p", way="picture"),
+    _kind("image2", ".tif .tiff", "tiff", video="tiff", way="picture"),
+    _kind("image2", ".bmp", "bmp", video="bmp", way="picture"),
 )
-STILL_WEBP = ContainerKind("image2", (".webp",), "libwebp", ("webp",), "bgra", "picture")
+# fmt: on
+STILL_WEBP = _kind("image2", ".webp", "libwebp", video="webp", pix_fmt="bgra", way="picture")
 PIPE_FORMATS = {"y4m": "yuv4mpegpipe", "raw": "rawvideo", "mkv": "matroska", "ts": "mpegts"}
 """Short names for `--format`, besides the muxers' own."""
 
