@@ -17,7 +17,7 @@ from live import Kept, eventually, session
 from vidstyle.errors import DeviceError
 from vidstyle.live import capture
 from vidstyle.media.capture import input as live_input
-from vidstyle.media.capture.camera import noting_descriptors
+from vidstyle.media.capture.camera import device_descriptors, wait_for_input
 from vidstyle.media.capture.input import LiveInput, WaitForFrame
 
 LAVFI = "testsrc2=size=64x48:rate=30"
@@ -39,10 +39,11 @@ def test_a_device_is_waited_for_by_its_descriptor():
     """`cat` on a terminal stands for FFmpeg on a camera: what was opened is found, and waited for."""
     stopping = threading.Event()
     with terminal() as (near, path):
-        with noting_descriptors(path) as opened:
-            descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
-        wait = opened()
-        assert wait is not None
+        before = device_descriptors(path)
+        descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        opened = device_descriptors(path) - before
+        assert opened == {descriptor}
+        wait = wait_for_input(descriptor)
         begin = time.monotonic()
         assert not wait(stopping, 0.3) and 0.25 < time.monotonic() - begin < 2
         threading.Timer(0.2, os.write, (near, b"a picture\n")).start()
@@ -55,14 +56,13 @@ def test_a_device_is_waited_for_by_its_descriptor():
         os.close(descriptor)
 
 
-def test_what_was_open_before_is_not_taken_for_it():
-    with terminal() as (_, path):
-        with noting_descriptors(path) as opened:
-            pass
-        assert opened() is None
-    with noting_descriptors("/no/such/device") as opened:
-        pass
-    assert opened() is None
+def test_only_the_descriptors_of_that_device_are_found():
+    with terminal() as (near, path):
+        descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        found = device_descriptors(path)
+        assert descriptor in found and near not in found
+        os.close(descriptor)
+    assert device_descriptors("/no/such/device") == set()
 
 
 @dataclass

@@ -15,7 +15,7 @@ import pytest
 from vidstyle.core.picture import Encoding
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame, frame_from_picture, picture_from_frame
-from vidstyle.media.raw_video import RawVideo
+from vidstyle.media.options import RawVideo
 from vidstyle.media.read.reader import ReadOptions, open_reader
 
 

@@ -23,7 +23,7 @@ WARM_UP = 500
 MAX_MEGABYTES = 1.0
 """How much memory may grow in 10,000 frames."""
 RATE = Fraction(25)
-SAMPLE_RATE = 16000
+SAMPLE_RATE = 48000
 
 
 def main() -> None:
@@ -60,7 +60,7 @@ def soak(frames: int, style: str, size: tuple[int, int], kind: str) -> np.ndarra
 
     with tempfile.TemporaryDirectory() as folder:
         film, target = Path(folder, "film.mp4"), Path(folder, f"restyled.{kind}")
-        write_film(film, pictures(frames, *size), RATE, tune(int(frames / RATE)), SAMPLE_RATE)
+        write_film(film, pictures(frames, *size), RATE, tune(int(frames / RATE)))
         render(film, target, style, on_progress=sample)
     # Near the end the reading thread is through already.
     return np.array([one for one in samples if WARM_UP < one[0] < frames - WARM_UP])
@@ -89,7 +89,7 @@ def pictures(count: int, width: int, height: int) -> Iterator[Picture]:
 
 def tune(seconds: int) -> np.ndarray:
     """A soft tone."""
-    tone: np.ndarray = np.sin(np.arange(seconds * SAMPLE_RATE, dtype=np.float32) * 0.2)
+    tone: np.ndarray = np.sin(np.arange(seconds * SAMPLE_RATE, dtype=np.float32) * 0.07)
     return tone * np.float32(0.1)
 
 

@@ -74,6 +74,11 @@ def output_error(target: object, error: OSError, remedy: str = "") -> OutputErro
     return OutputError(target, f"cannot be written: {reason}", remedy)
 
 
+def error_reason(error: Exception) -> str:
+    """What the system or FFmpeg says about an error, without the name of the file."""
+    return str(getattr(error, "strerror", None) or error)
+
+
 def printable(value: object) -> str:
     r"""The value as one line of text, control characters escaped.
 

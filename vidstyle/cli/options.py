@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from vidstyle.media.raw_video import RawVideo
+from vidstyle.media.options import RawVideo
 
 
 class Seconds(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5

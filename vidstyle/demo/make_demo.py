@@ -14,7 +14,7 @@ from vidstyle.comic.make import ComicOptions, make_comic
 from vidstyle.comic.select.moments import KeyFrameOptions
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.demo.drawing import RATE, SAMPLE_RATE, SECONDS, film_picture, film_sound
+from vidstyle.demo.drawing import RATE, SECONDS, film_picture, film_sound
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.media.write.memory import write_film
@@ -88,4 +88,4 @@ def make_film(path: Path, repeats: int = 1) -> None:
             yield convert(Picture.from_array(film_picture(number / RATE % SECONDS)), Encoding())
 
     sound = np.tile(film_sound(), repeats)
-    write_film(path, pictures(), Fraction(RATE), sound, SAMPLE_RATE)
+    write_film(path, pictures(), Fraction(RATE), sound)

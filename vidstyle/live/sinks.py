@@ -17,7 +17,6 @@ from vidstyle.media.audio import AudioChunk
 from vidstyle.media.color_tags import default_tags
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo
-from vidstyle.media.write.film import FilmWriter
 from vidstyle.media.write.writer import WriteOptions, open_writer
 
 if TYPE_CHECKING:
@@ -143,7 +142,7 @@ class FileSink:
 
     def push_audio(self, chunk: AudioChunk) -> None:
         """See Sink; sound before the first frame is left out."""
-        if self._start is not None and isinstance(self._writer, FilmWriter):
+        if self._start is not None and self._writer is not None:
             self._writer.push_audio(chunk, chunk.time - self._start)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What can be asked of the reader, and what it says about what it reads."""
+"""Options of readers and writers, and the description of the video that a reader delivers."""
 
 from __future__ import annotations
 
@@ -8,8 +8,39 @@ from fractions import Fraction
 from vidstyle.core.picture import Encoding
 from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags
-from vidstyle.media.raw_video import RAW, RawVideo
 from vidstyle.media.read.open import MAX_PIXELS
+
+RAW = "rawvideo"
+"""FFmpeg's name for raw video: frames one after another, without a header."""
+
+
+@dataclass(frozen=True)
+class RawVideo:
+    """The size and format of raw video, which its content does not tell.
+
+    Attributes:
+        size: width and height; None: it was not said.
+        pix_fmt: FFmpeg's name of the pixel format.
+    """
+
+    size: tuple[int, int] | None = None
+    pix_fmt: str = "yuv420p"
+
+    def check(self) -> None:
+        """Raise UsageError if it cannot be read so."""
+        if self.size is None:
+            raise UsageError("raw video", "its size is not known", "say it with --input-size")
+
+    def demuxer_options(self, rate: Fraction) -> dict[str, str]:
+        """What FFmpeg is told to read it at so many frames a second; raises UsageError as `check`."""
+        self.check()
+        assert self.size is not None
+        return {
+            "video_size": "{}x{}".format(*self.size),
+            "pixel_format": self.pix_fmt,
+            "framerate": str(rate),
+        }
+
 
 MAX_RATE = 1000
 """Frames a second that may be asked for."""
@@ -56,6 +87,31 @@ class ReadOptions:
             raise UsageError("fps", f"{float(self.fps):g} is not a frame rate", f"give one up to {MAX_RATE}")
         if self.format == RAW:
             self.raw.check()
+
+
+@dataclass(frozen=True)
+class WriteOptions:
+    """How to write.
+
+    Attributes:
+        codec: a video encoder or codec by FFmpeg's name, or None for what fits the kind of file.
+        crf: the quality, on the encoder's own scale; lower is better.
+        preset: the encoder's speed preset.
+        pix_fmt: the pixel format, or None for one that plays everywhere.
+        audio: "copy" (transcoded only where the container requires it), "none", or an encoder's name.
+        new_sound: whether audio is pushed as samples, as that of live sources.
+        overwrite: whether the output may exist.
+        format: the kind of file if its name does not say: "y4m", "nut", "raw", "mkv", or FFmpeg's name.
+    """
+
+    codec: str | None = None
+    crf: float | None = None
+    preset: str | None = None
+    pix_fmt: str | None = None
+    audio: str = "copy"
+    overwrite: bool = False
+    format: str | None = None
+    new_sound: bool = False
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from vidstyle.core.picture import Picture
-
-if TYPE_CHECKING:
-    from vidstyle.media.read.reader import VideoInfo
+from vidstyle.media.options import VideoInfo
 
 Compare = Literal["side", "split"]
 """side: the source on the left, the result on its right; split: the left half of the one and the right half

@@ -9,14 +9,14 @@ import select
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 import av
 
-from vidstyle.errors import DeviceError
+from vidstyle.errors import DeviceError, error_reason
 from vidstyle.media.capture.input import LiveInput, WaitForFrame
 from vidstyle.media.v4l2 import FORMATS, Mode, VideoDevice, video_device, video_devices
 
@@ -157,25 +157,18 @@ def _what_there_is() -> str:
 
 
 def _opened(target: str, system_format: str, options: dict[str, str], stopping: threading.Event) -> LiveInput:
+    is_v4l2 = system_format == "v4l2"
     try:
-        with noting_descriptors(target) as opened:
-            container = av.open(target, "r", system_format, options)
-            wait = opened() if system_format == "v4l2" else None
+        before = device_descriptors(target)
+        container = av.open(target, "r", system_format, options)
     except (av.FFmpegError, OSError, ValueError) as error:
-        raise _device_error(target, error) from error
-    try:
-        return LiveInput(container, target, stopping, stamped=system_format == "v4l2", wait=wait)
-    except BaseException:
-        container.close()
-        raise
-
-
-def _device_error(target: str, error: Exception) -> DeviceError:
-    number = getattr(error, "errno", None)
-    if number == errno.EBUSY:
-        return DeviceError(target, "is in use by another program", _what_there_is())
-    reason = getattr(error, "strerror", None) or error
-    return DeviceError(target, f"cannot be opened: {reason}", _what_there_is())
+        busy = getattr(error, "errno", None) == errno.EBUSY
+        reason = "is in use by another program" if busy else f"cannot be opened: {error_reason(error)}"
+        raise DeviceError(target, reason, _what_there_is()) from error
+    # FFmpeg does not tell the descriptor of the device that it has opened.
+    opened = device_descriptors(target) - before if is_v4l2 else set()
+    wait = wait_for_input(min(opened)) if opened else None
+    return LiveInput(container, target, stopping, stamped=is_v4l2, wait=wait)
 
 
 DEFAULT_SIZE = (1280, 720)
@@ -231,23 +224,8 @@ POLL_SECONDS = 0.1
 DESCRIPTORS = Path("/proc/self/fd")
 
 
-@contextlib.contextmanager
-def noting_descriptors(path: str) -> Iterator[Callable[[], WaitForFrame | None]]:
-    """Within it a device is opened by somebody who does not tell its descriptor.
-
-    Gives:
-        What returns, after that, how to wait for the device; None where the system does not tell.
-    """
-    before = _descriptors(path)
-
-    def opened() -> WaitForFrame | None:
-        new = _descriptors(path) - before
-        return _wait_for(min(new)) if new else None
-
-    yield opened
-
-
-def _wait_for(descriptor: int) -> WaitForFrame:
+def wait_for_input(descriptor: int) -> WaitForFrame:
+    """What waits until a device can be read, or is gone."""
     poll = select.poll()
     # A device that is gone is readable, too: the read says why.
     poll.register(descriptor, select.POLLIN | select.POLLERR | select.POLLHUP)
@@ -262,8 +240,8 @@ def _wait_for(descriptor: int) -> WaitForFrame:
     return wait
 
 
-def _descriptors(path: str) -> set[int]:
-    """Those of this process that are the device."""
+def device_descriptors(path: str) -> set[int]:
+    """The file descriptors of this process that refer to the device; none where the system does not tell."""
     found = set()
     for entry in DESCRIPTORS.iterdir() if DESCRIPTORS.is_dir() else ():
         with contextlib.suppress(OSError):  # one that was closed meanwhile

@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 
 import av
 
-from vidstyle.errors import DeviceError, InputError, VidstyleError
+from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason
 from vidstyle.media.audio import AudioChunk, AudioDecoder
 from vidstyle.media.read.source import choose_stream, frame_rate
 
@@ -113,7 +113,11 @@ class LiveInput:
             InputError: there is no video in it.
         """
         self._container, self._name = container, name
-        self._stream = choose_stream(container, name)
+        try:
+            self._stream = choose_stream(container, name)
+        except InputError:
+            container.close()
+            raise
         context: Any = self._stream.codec_context
         if not paced:
             # Threads that work on several frames at once would each hold one back.
@@ -145,8 +149,7 @@ class LiveInput:
             except VidstyleError:
                 raise
             except (av.FFmpegError, OSError) as error:
-                reason = getattr(error, "strerror", None) or error
-                raise InputError(self._name, f"was lost: {reason}") from error
+                raise lost(self._name, error) from error
             self._context.flush_buffers()
             if self._pace:
                 self._pace.restart()
@@ -211,6 +214,11 @@ class LiveInput:
                 self._stopping.wait(self._pace.until(_seconds(frame)))
                 arrived = time.monotonic()
             yield CapturedFrame(frame, _taken(frame, arrived) if self._stamped else arrived)
+
+
+def lost(name: str, error: Exception) -> InputError:
+    """The error to report when a source cannot be read any more."""
+    return InputError(name, f"was lost: {error_reason(error)}")
 
 
 def _seconds(frame: av.VideoFrame) -> float | None:

@@ -18,10 +18,10 @@ from typing import Any
 
 import av
 
-from vidstyle.errors import DeviceError, InputError
+from vidstyle.errors import DeviceError, error_reason
 from vidstyle.media.audio import RATE, AudioChunk, AudioDecoder
 from vidstyle.media.capture.camera import SYSTEM_FORMATS
-from vidstyle.media.capture.input import MAX_CLOCK_AGE
+from vidstyle.media.capture.input import MAX_CLOCK_AGE, lost
 
 TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
 MIN_CHUNK_SECONDS = 0.02
@@ -96,8 +96,7 @@ class AudioInput:
                 if self._stopping.is_set():
                     return
         except (av.FFmpegError, OSError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise InputError(self._name, f"was lost: {reason}") from error
+            raise lost(self._name, error) from error
 
     def close(self) -> None:
         """Close it; call it after the iteration."""
@@ -167,7 +166,7 @@ def _reason(error: Exception) -> str:
         return "no permission to open it"
     if not number:
         return "no such microphone"
-    return f"cannot be opened: {getattr(error, 'strerror', None) or error}"
+    return f"cannot be opened: {error_reason(error)}"
 
 
 def _what_there_is() -> str:

@@ -18,7 +18,7 @@ import av
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.capture.camera import Camera, Screen
 from vidstyle.media.capture.input import LiveInput, LiveSource
-from vidstyle.media.raw_video import RAW, RawVideo
+from vidstyle.media.options import RAW, RawVideo
 from vidstyle.media.read.open import is_url, open_media, public_name
 
 POLL_SECONDS = 0.2
@@ -131,7 +131,7 @@ class File:
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource."""
-        return _live(open_media(self.name), self.name, stopping, paced=True, loop=self.loop)
+        return LiveInput(open_media(self.name), self.name, stopping, paced=True, loop=self.loop, sound=True)
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,8 @@ class Network:
                 raise InputError(self.name, reason, "use RTSP, RTMP or HTTP") from error
             raise InputError(self.name, error.reason, error.remedy) from error
         film = bool(container.duration)
-        return _live(container, self.name, stopping, paced=film, patience=None if film else NETWORK_SECONDS)
+        patience = None if film else NETWORK_SECONDS
+        return LiveInput(container, self.name, stopping, paced=film, sound=True, patience=patience)
 
 
 @dataclass(frozen=True)
@@ -178,35 +179,12 @@ class PipeSource:
 
     def open(self, stopping: threading.Event) -> LiveInput:
         """See LiveSource; a named pipe is waited for until it has a writer."""
-        raw = self._raw()
-        if self.name == "-":
-            pipe = Pipe(sys.stdin.fileno(), stopping)
-        else:
-            pipe = NamedPipe(self.name, stopping)
-        container = open_media(cast(BinaryIO, pipe), format=self._format(), options=raw)
-        return _live(container, self.name, stopping, paced=True)
-
-    def _format(self) -> str | None:
-        return {"y4m": "yuv4mpegpipe", "raw": RAW}.get(self.options.format or "", self.options.format)
-
-    def _raw(self) -> dict[str, str]:
         options = self.options
-        return options.raw.demuxer_options(options.raw_rate or TEST_RATE) if self._format() == RAW else {}
-
-
-def _live(
-    container: av.container.InputContainer,
-    name: str,
-    stopping: threading.Event,
-    paced: bool,
-    loop: bool = False,
-    patience: float | None = None,
-) -> LiveInput:
-    try:
-        return LiveInput(container, name, stopping, paced=paced, loop=loop, sound=True, patience=patience)
-    except BaseException:
-        container.close()
-        raise
+        format = {"y4m": "yuv4mpegpipe", "raw": RAW}.get(options.format or "", options.format)
+        raw = options.raw.demuxer_options(options.raw_rate or TEST_RATE) if format == RAW else {}
+        pipe = Pipe(sys.stdin.fileno(), stopping) if self.name == "-" else NamedPipe(self.name, stopping)
+        container = open_media(cast(BinaryIO, pipe), format=format, options=raw)
+        return LiveInput(container, self.name, stopping, paced=True, sound=True)
 
 
 def _is_pipe(text: str) -> bool:

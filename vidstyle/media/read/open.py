@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 import av
 from av.codec.hwaccel import HWAccel
 
-from vidstyle.errors import InputError, UsageError
+from vidstyle.errors import InputError, UsageError, error_reason
 from vidstyle.media.read.headers import HEADER_BYTES, has_no_index, is_jpeg, picture_size
 
 log = logging.getLogger("vidstyle")
@@ -157,7 +157,7 @@ def _checked_head(path: Path) -> bytes:
     except PermissionError:
         raise InputError(path, "permission denied") from None
     except (OSError, ValueError) as error:
-        raise InputError(path, f"cannot be opened: {getattr(error, 'strerror', None) or error}") from None
+        raise InputError(path, f"cannot be opened: {error_reason(error)}") from None
     if not start and path.is_file():
         raise InputError(path, "not a readable video: the file is empty")
     if (
@@ -181,7 +181,9 @@ def _open(
             log.warning("%s cannot decode this codec: the CPU does it", hwaccel)
             return container
         except (av.FFmpegError, ValueError, RuntimeError, NotImplementedError, OSError) as error:
-            log.warning("%s is not to be had for decoding (%s): the CPU does it", hwaccel, _words(error))
+            log.warning(
+                "%s is not to be had for decoding (%s): the CPU does it", hwaccel, error_reason(error)
+            )
             if hasattr(target, "seek"):
                 target.seek(0)
     return av.open(target, "r", format, options, timeout=timeout, **LENIENT)
@@ -196,13 +198,9 @@ def _check_size(source: Any, size: tuple[int, int] | None, max_pixels: int) -> N
 def _input_error(source: Any, error: Exception) -> InputError:
     name = "standard input" if hasattr(source, "read") or str(source) == "-" else source
     if is_url(source):
-        return InputError(name, f"cannot be opened: {_words(error)}")
+        return InputError(name, f"cannot be opened: {error_reason(error)}")
     if isinstance(error, av.InvalidDataError | ValueError | EOFError):
         if isinstance(name, str | os.PathLike) and Path(name).is_file() and has_no_index(Path(name)):
             return InputError(name, "the recording was not finished (no index)")
         return InputError(name, "not a readable video")
-    return InputError(name, f"not a readable video: {_words(error)}")
-
-
-def _words(error: Exception) -> str:
-    return str(getattr(error, "strerror", None) or error)
+    return InputError(name, f"not a readable video: {error_reason(error)}")

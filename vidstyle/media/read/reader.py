@@ -14,9 +14,8 @@ import av
 
 from vidstyle.errors import InputError
 from vidstyle.media.frame import DecodedFrame, Frame
-from vidstyle.media.options import ReadOptions, VideoInfo
+from vidstyle.media.options import RAW, ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.raw_video import RAW
 from vidstyle.media.read.constant_rate import ConstantRate
 from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.read.deinterlace import Deinterlacer

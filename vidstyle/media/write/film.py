@@ -7,25 +7,22 @@ import os
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import av
 
-from vidstyle.errors import OutputError, UsageError, output_error
+from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
+from vidstyle.media.options import VideoInfo, WriteOptions
+from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.atomic import PartialFile, is_regular_file
+from vidstyle.media.write.base import StandardOutput, Writer, write_error
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.interleaver import Interleaver
 from vidstyle.media.write.plan import plan_video
-from vidstyle.media.write.standard_output import StandardOutput
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, copy_tags
-from vidstyle.media.write.writer import WriteOptions, Writer
-
-if TYPE_CHECKING:
-    from vidstyle.media.read.reader import Reader, VideoInfo
 
 FLUSH_SECONDS = 1.0
 """How long flushing an abandoned encoder may take."""
@@ -116,11 +113,7 @@ class FilmWriter(Writer):
             raise self._failure(error) from error
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
-        """Encode audio that begins so many seconds after the first frame; only with `options.new_sound`.
-
-        Raises:
-            OutputError: it cannot be written; what was written so far is kept, and named.
-        """
+        """See Writer."""
         if self._audio is None:
             return
         try:
@@ -202,11 +195,7 @@ class FilmWriter(Writer):
         kept = "nothing is kept"
         if left:
             kept = f"the first {frames_in(left, whole)} frames are safe in {left}"
-        if isinstance(error, OutputError):
-            return OutputError(error.subject, error.reason, kept)
-        if isinstance(error, OSError):
-            return output_error(self.name, error, kept)
-        return OutputError(self.name, f"cannot be written: {error}", kept)
+        return write_error(self.name, error, kept)
 
     def _discard(self) -> None:
         self._closed = True

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import av
 
-from vidstyle.errors import OutputError, UsageError, output_error
+from vidstyle.errors import UsageError
 from vidstyle.media.frame import Frame
+from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.write.atomic import PartialFile
+from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import encoder_frame
 from vidstyle.media.write.plan import plan_video
-from vidstyle.media.write.writer import WriteOptions, Writer
-
-if TYPE_CHECKING:
-    from vidstyle.media.read.reader import VideoInfo
 
 NUMBER = re.compile(r"%(0?\d*)d")
 """Where the number goes in a pattern."""
@@ -64,7 +61,8 @@ class PictureWriter(Writer):
             self._file.check_space()
             self._file.finish()
         except (av.FFmpegError, OSError) as error:
-            raise self._failure(error) from error
+            kept = f"{self.frames} pictures are written" if self.frames else "nothing is kept"
+            raise write_error(self.target, error, kept) from error
         self._written, self._file, self.partial = self._file.target, None, None
         self.frames += 1
 
@@ -91,14 +89,6 @@ class PictureWriter(Writer):
         context.thread_count = 1  # more would each hold a picture back
         packets = context.encode(encoder_frame(frame, self._plan)) + context.encode(None)
         return b"".join(bytes(packet) for packet in packets)
-
-    def _failure(self, error: Exception) -> OutputError:
-        kept = f"{self.frames} pictures are written" if self.frames else "nothing is kept"
-        if isinstance(error, OutputError):
-            return OutputError(error.subject, error.reason, kept)
-        if isinstance(error, OSError):
-            return output_error(self.target, error, kept)
-        return OutputError(self.target, f"cannot be written: {error}", kept)
 
 
 def is_pattern(target: str) -> bool:

@@ -6,12 +6,11 @@ import logging
 import os
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import av
 
 from vidstyle.core.picture import SITINGS, Encoding
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, error_reason
 from vidstyle.media.codecs import (
     choose_pix_fmt,
     encoder_options,
@@ -19,13 +18,10 @@ from vidstyle.media.codecs import (
     software_encoder,
     writable_layout,
 )
-from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags, default_tags
+from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags
+from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.pixel_formats import PlaneLayout
 from vidstyle.media.write.containers import ContainerKind
-from vidstyle.media.write.writer import WriteOptions
-
-if TYPE_CHECKING:
-    from vidstyle.media.read.reader import VideoInfo
 
 UNTAGGED = ("png", "apng", "tiff", "bmp", "webp")
 """Codecs of pictures that viewers take for sRGB, and would show otherwise if a film's tags were in them."""
@@ -182,15 +178,9 @@ def _tags(info: VideoInfo, encoding: Encoding, layout: PlaneLayout, kind: Contai
     """What says so: the source's own tags, and the usual ones where it has none."""
     if layout.kind != "luma" and kind.video and kind.video[0] in UNTAGGED:
         return ColorTags(UNSPECIFIED, UNSPECIFIED, RGB_MATRIX, FULL)
-    usual = default_tags(encoding, info.height)
-    known = (0, UNSPECIFIED)
-    matrix = info.color_tags.matrix if encoding.matrix == info.encoding.matrix else usual.matrix
-    return ColorTags(
-        usual.primaries if info.color_tags.primaries in known else info.color_tags.primaries,
-        usual.transfer if info.color_tags.transfer in known else info.color_tags.transfer,
-        RGB_MATRIX if layout.kind != "luma" else usual.matrix if matrix in known else matrix,
-        FULL if layout.kind != "luma" else usual.range,
-    )
+    matrix = info.color_tags.matrix if encoding.matrix == info.encoding.matrix else UNSPECIFIED
+    tags = replace(info.color_tags, matrix=matrix).completed(encoding, info.height)
+    return tags if layout.kind == "luma" else replace(tags, matrix=RGB_MATRIX)
 
 
 def _siting(encoding: Encoding) -> dict[str, str]:
@@ -238,8 +228,7 @@ def _try(target: str, plan: VideoPlan) -> None:
     except (av.FFmpegError, ValueError) as error:
         width, height = plan.size
         settings = " ".join(f"{name}={value}" for name, value in plan.options.items())
-        cause = getattr(error, "strerror", None) or error
-        reason = f"{plan.encoder} refuses {width}x{height} {plan.pix_fmt} {settings} ({cause})"
+        reason = f"{plan.encoder} refuses {width}x{height} {plan.pix_fmt} {settings} ({error_reason(error)})"
         raise UsageError(target, reason, "choose another codec, size or setting") from error
 
 

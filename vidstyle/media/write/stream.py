@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import av
 from av.bitstream import BitStreamFilterContext
 
-from vidstyle.errors import OutputError, UsageError, VidstyleError
+from vidstyle.errors import OutputError, UsageError, VidstyleError, error_reason
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.codecs import find_encoder
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame
 from vidstyle.media.read.open import public_name
-
-if TYPE_CHECKING:
-    import av
-
-from vidstyle.media.write.standard_output import StandardOutput
+from vidstyle.media.write.base import StandardOutput
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
@@ -169,7 +165,7 @@ class Stream:
             return OutputError(self.name, "nobody reads it any more")
         if isinstance(error, av.ProtocolNotFoundError):
             return UsageError(self.name, "the FFmpeg in this build does not speak it", "use RTMP or RTSP")
-        return OutputError(self.name, f"{words}: {getattr(error, 'strerror', None) or error}")
+        return OutputError(self.name, f"{words}: {error_reason(error)}")
 
 
 def _even(frame: av.VideoFrame) -> tuple[int, int]:

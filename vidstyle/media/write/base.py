@@ -1,0 +1,103 @@
+"""The interface of writers, and what they share."""
+
+from __future__ import annotations
+
+import os
+import sys
+from abc import ABC, abstractmethod
+from pathlib import Path
+
+import av
+
+from vidstyle.core.picture import Encoding
+from vidstyle.errors import OutputError, output_error
+from vidstyle.media.audio import AudioChunk
+from vidstyle.media.frame import Frame
+
+
+class Writer(ABC):
+    """Writes one output. Ends with `finish` or `abandon`; as a context manager, with whichever is right.
+
+    Attributes:
+        encoding: what pictures are to be delivered in.
+        wants_rgb: whether it wants RGB pictures rather than luma and chroma.
+        target: the file wanted.
+        partial: the file that is being written meanwhile, if it is another.
+        frames: how many frames have been taken.
+    """
+
+    encoding: Encoding
+    wants_rgb: bool = False
+    target: Path
+    partial: Path | None = None
+    frames: int = 0
+
+    @abstractmethod
+    def write(self, item: Frame | av.Packet) -> None:
+        """Take the next frame, or a packet of another stream of the source, in the source's order.
+
+        Raises:
+            OutputError: it cannot be written; what was written so far is kept, and named.
+        """
+
+    def push_audio(self, chunk: AudioChunk, seconds: float) -> None:  # noqa: B027  pictures have none
+        """Take audio that begins so many seconds after the first frame; ignored unless `new_sound` was set.
+
+        Raises:
+            OutputError: as `write`.
+        """
+
+    @abstractmethod
+    def finish(self) -> None:
+        """Flush the encoders, close the file and rename it to its target.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+
+    @abstractmethod
+    def abandon(self) -> Path | None:
+        """Close the file soon, so that what was written plays.
+
+        Returns:
+            Where it is, or None if there was nothing worth keeping; then nothing is left. Never raises for a
+            full disk or a lost pipe; may be called twice.
+        """
+
+    def __enter__(self) -> Writer:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.finish()
+        else:
+            self.abandon()
+
+
+def write_error(name: object, error: Exception, kept: str) -> OutputError:
+    """The error to report when writing has failed; `kept` says what is left on the disk."""
+    if isinstance(error, OutputError):
+        return OutputError(error.subject, error.reason, kept)
+    if isinstance(error, OSError):
+        return output_error(name, error, kept)
+    return OutputError(name, f"cannot be written: {error}", kept)
+
+
+class StandardOutput:
+    """Standard output without a buffer of Python's.
+
+    What a buffer still held when the reader left would fail again at exit, and a thread that waits in one
+    could not be abandoned.
+    """
+
+    name = "standard output"
+
+    def __init__(self) -> None:
+        self._descriptor = sys.stdout.fileno()
+
+    def write(self, content: bytes) -> int:
+        """Write all of it; waits for the reader."""
+        rest = memoryview(content)
+        while rest:
+            rest = rest[os.write(self._descriptor, rest) :]
+        return len(content)
