@@ -78,12 +78,9 @@ def test_every_pass_of_every_tile_takes_time(clock: TimerKind, max_side: int) ->
     plan = plan_for(load_style("comic"), picture, "fragment")
     context = open_context()
     try:
-        resources = GpuResources(context)
-        runner = TimedRunner(resources, plan, max_side, clock)
+        runner = TimedRunner(GpuResources(context), plan, max_side, clock)
         runner.run(picture, 1)
         times = runner.run(picture, 3)
-        runner.release()
-        resources.release()
         assert context.error == "GL_NO_ERROR"
     finally:
         close_context(context)

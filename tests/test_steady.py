@@ -14,7 +14,7 @@ from pictures import SOURCES, planes, run, same_bits, step, style
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.stabilize.blend import BlendOptions, warp_and_blend
+from vidstyle.stabilize.blend import warp_and_blend
 from vidstyle.stabilize.motion import MotionEstimator, noise_level
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style, load_style, override
@@ -204,7 +204,7 @@ def test_a_plane_is_moved_along_the_flow(moved: tuple[float, float], pool: Threa
         return (7 * (columns + x) + 11 * (rows + y)).astype(np.float32)
 
     flow = np.tile(np.float32(moved), (15, 22, 1))
-    now, _ = warp_and_blend(pool, np.zeros_like(rows), (1, 0), ramp(0, 0), flow, BlendOptions(1))
+    now, _ = warp_and_blend(pool, np.zeros_like(rows), (1, 0), ramp(0, 0), flow, 1)
 
     inner = np.s_[8:-8, 8:-8]
     np.testing.assert_allclose(now[inner], ramp(*moved)[inner], atol=0.01)
@@ -217,7 +217,7 @@ def test_every_sample_comes_from_where_it_was(shape, dtype, pool: ThreadPoolExec
     before = random.uniform(0, 65535, shape).astype(dtype)
     flow = random.uniform(-9, 9, (max(1, shape[0] // 5), max(1, shape[1] // 4), 2)).astype(np.float32)
     flow[: shape[0] // 15] = 0
-    now, _ = warp_and_blend(pool, np.zeros(shape, np.float32), (1, 0), before, flow, BlendOptions(1))
+    now, _ = warp_and_blend(pool, np.zeros(shape, np.float32), (1, 0), before, flow, 1)
 
     wide = cv2.resize(flow, shape[::-1], interpolation=cv2.INTER_LINEAR)
     rows, columns = np.indices(shape, np.float32)
@@ -233,7 +233,7 @@ def test_a_change_weighs_by_its_size(pool: ThreadPoolExecutor) -> None:
     before = np.full((9, 9), 1000, np.uint16)
     for change, weight in ((0, 1.0), (100, 0.5), (200, 1 / 17)):
         plane = np.full((9, 9), 1000 + change, np.float32)
-        now, weights = warp_and_blend(pool, plane, (1, 0), before, None, BlendOptions(0.5, 100))
+        now, weights = warp_and_blend(pool, plane, (1, 0), before, None, 0.5, limit=100)
         np.testing.assert_allclose(weights, weight, rtol=1e-5)
         np.testing.assert_allclose(now, 1000 + change - 0.5 * weight * change, atol=0.51)
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
+import logging
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from vidstyle.core.bands import shared_pool
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
@@ -21,11 +24,13 @@ from vidstyle.gpu.compile.shader_nodes import ShaderMeasure
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner
-from vidstyle.gpu.device.stabilizer import GpuStabilizer, planes_layout, stabilized_layout
-from vidstyle.stabilize.stabilizer import Stabilized
+from vidstyle.gpu.device.stabilizer import GpuStabilizer, stabilized_layout
+from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, with_planes
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
 from vidstyle.style.resolve import has_fixed_marks, resolve, structure
+
+log = logging.getLogger("vidstyle")
 
 MAX_SIDE = 8192
 """A page with a longer side is done in tiles, even where the device reports larger textures: the limit that
@@ -47,13 +52,16 @@ class FrameRequest:
 
 @dataclass(frozen=True)
 class InFlightFrame:
-    """What has been started for a request; `stabilized` is what its stabilizer asks for afterwards."""
+    """What has been started for a request.
+
+    Attributes:
+        finish: what remains to be done with the result on the CPU, if anything.
+    """
 
     request: FrameRequest
     plan: Plan
     readbacks: list[Readback]
-    stabilizer: GpuStabilizer | None = None
-    stabilized: Stabilized | None = None
+    finish: Callable[[Picture], Picture] | None = None
 
 
 class GpuSession:
@@ -84,7 +92,7 @@ class GpuSession:
         self._runner: Runner | None = None
         self._smoothers: dict[tuple[str, int], ExponentialSmoother] = {}
         self._cuts = SceneCutDetector()
-        self._stabilizer: GpuStabilizer | None = None
+        self._stabilizer: GpuStabilizer | Stabilizer | None = None
         try:
             self._thread.submit(self._open, device.index).result()
         except DeviceError:
@@ -101,34 +109,31 @@ class GpuSession:
 
     def close(self) -> None:
         """Close the context."""
-        self._thread.submit(self._close)
+        self._thread.submit(lambda: close_context(self._context))
         self._thread.end(END_SECONDS)
 
     def _open(self, index: int) -> None:
         self._context = open_context(index)
         self._resources = GpuResources(self._context)
 
-    def _close(self) -> None:
-        self._release_runner()
-        self._release_stabilizer()
-        self._resources.release()
-        close_context(self._context)
-
     def _start(self, request: FrameRequest) -> InFlightFrame:
         with driver_errors():
-            runner = self._prepare(request)
+            runner, picture, finish = self._prepare(request), request.picture, None
             stabilizer, measures = self._stabilizer, runner.plan.measures
-            scene_cut = bool(stabilizer or measures) and self._cuts.is_cut(small_luma(request.picture))
+            scene_cut = bool(stabilizer or measures) and self._cuts.is_cut(small_luma(picture))
             weights = self._blend_weights(measures, request.time, scene_cut)
-            if stabilizer is None:
-                readbacks, stabilized = runner.start(request.picture, weights), None
-            else:
+            if isinstance(stabilizer, Stabilizer):
+                stabilized = stabilizer.before(picture, request.time, scene_cut)
+                readbacks = runner.start(stabilized.picture, weights)
+                finish = partial(stabilizer.after, stabilized=stabilized)
+            elif stabilizer is not None:
                 assert request.time is not None
-                readbacks, stabilized = stabilizer.start(
-                    runner, request.picture, request.time, scene_cut, weights
-                )
+                stabilizer.estimate(picture, request.time, scene_cut)
+                readbacks = runner.start(with_planes(picture), weights, stabilizer)
+            else:
+                readbacks = runner.start(picture, weights)
             self._check()
-            return InFlightFrame(request, runner.plan, readbacks, stabilizer, stabilized)
+            return InFlightFrame(request, runner.plan, readbacks, finish)
 
     def _prepare(self, request: FrameRequest) -> Runner:
         """The runner for such a request: that of the request before, or a new one."""
@@ -144,7 +149,9 @@ class GpuSession:
             steps = resolve(style, *layout.shape)
         same_structure = structure(steps) == structure(self._steps)
         plan = make_plan(style, steps, layout, request.target, request.rgb, self._form, self._fused)
-        self._release_runner()
+        if self._runner is not None:
+            self._runner.release()
+            self._runner = None
         if not (same_size and same_structure):
             self._smoothers = {}
         if not same_structure:
@@ -161,19 +168,17 @@ class GpuSession:
         steady = request.style.steady
         if self._stabilizer is not None:
             self._stabilizer.change_strength(steady, is_fixed)
-            return
-        source = planes_layout(request.picture).encoding
-        self._stabilizer = GpuStabilizer(self._resources, steady, is_fixed, is_tiled, source, request.target)
-
-    def _release_runner(self) -> None:
-        if self._runner is not None:
-            self._runner.release()
-            self._runner = None
+        elif is_tiled:
+            log.info("pictures larger than one texture: the CPU keeps the film steady, which takes longer")
+            self._stabilizer = Stabilizer(steady, is_fixed, shared_pool())
+        else:
+            source = planes_encoding(request.picture)
+            self._stabilizer = GpuStabilizer(self._resources, steady, is_fixed, source, request.target)
 
     def _release_stabilizer(self) -> None:
-        if self._stabilizer is not None:
+        if isinstance(self._stabilizer, GpuStabilizer):
             self._stabilizer.release()
-            self._stabilizer = None
+        self._stabilizer = None
 
     def _blend_weights(
         self, measures: list[ShaderMeasure], time: float | None, scene_cut: bool
@@ -188,11 +193,11 @@ class GpuSession:
 
     def _fetch(self, frame: InFlightFrame) -> Picture:
         with driver_errors():
-            tiles = [(readback, readback.transfer.arrays()) for readback in frame.readbacks]
+            tiles = [(each.windows.items(), each.transfer.arrays()) for each in frame.readbacks]
             self._check()
         planes: dict[str, np.ndarray] = {}
-        for readback, arrays in tiles:
-            for (name, window), array in zip(readback.windows.items(), arrays, strict=True):
+        for windows, arrays in tiles:
+            for (name, window), array in zip(windows, arrays, strict=True):
                 if len(tiles) == 1:
                     planes[name] = array
                     continue
@@ -200,7 +205,7 @@ class GpuSession:
                 plane = planes.setdefault(name, np.empty(shape + array.shape[2:], array.dtype))
                 plane[window.top : window.bottom, window.left : window.right] = array
         result = _picture(frame, planes)
-        return result if frame.stabilizer is None else frame.stabilizer.after(result, frame.stabilized)
+        return frame.finish(result) if frame.finish else result
 
     def _check(self) -> None:
         error = self._context.error

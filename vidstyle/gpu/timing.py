@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import product
 from statistics import median
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.gpu.compile.cost import result_targets
@@ -19,13 +19,9 @@ from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Runner, plane_arrays
-from vidstyle.gpu.device.transfer import Download, Upload
 from vidstyle.gpu.session import END_SECONDS, MAX_SIDE, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
 from vidstyle.style.resolve import resolve
-
-if TYPE_CHECKING:
-    import moderngl
 
 MIN_RUNS = 3
 MAX_RUNS = 200
@@ -95,62 +91,42 @@ def _time_parts(
 ) -> tuple[tuple[float, ...], float, float]:
     """Times of passes, upload and download, on a context of their own."""
     context = open_context(device.index)
-    max_side = min(device.limits.texture_size, MAX_SIDE)
     try:
         with driver_errors():
-            passes = _time_passes(context, plan, picture, max_side, clock, seconds)
-            upload = _time_upload(context, plan, picture, seconds / 4)
-            return passes, upload, _time_download(context, plan, seconds / 4)
+            resources = GpuResources(context)
+            runner = TimedRunner(resources, plan, min(device.limits.texture_size, MAX_SIDE), clock)
+            passes = _time_passes(runner, picture, seconds)
+            upload = _time_upload(resources, plan, picture, seconds / 4)
+            return passes, upload, _time_download(resources, plan, seconds / 4)
     finally:
         close_context(context)
 
 
-def _time_passes(
-    context: moderngl.Context, plan: Plan, picture: Picture, max_side: int, clock: TimerKind, seconds: float
-) -> tuple[float, ...]:
-    resources = GpuResources(context)
-    runner = TimedRunner(resources, plan, max_side, clock)
-    try:
-        runner.run(picture, 1)
-        began = time.perf_counter()
-        runner.run(picture, 1)
-        once = time.perf_counter() - began
-        return runner.run(picture, round(min(max(seconds / once, MIN_RUNS), MAX_RUNS)))
-    finally:
-        runner.release()
-        resources.release()
+def _time_passes(runner: TimedRunner, picture: Picture, seconds: float) -> tuple[float, ...]:
+    runner.run(picture, 1)
+    began = time.perf_counter()
+    runner.run(picture, 1)
+    once = time.perf_counter() - began
+    return runner.run(picture, round(min(max(seconds / once, MIN_RUNS), MAX_RUNS)))
 
 
-def _time_upload(context: moderngl.Context, plan: Plan, picture: Picture, seconds: float) -> float:
+def _time_upload(resources: GpuResources, plan: Plan, picture: Picture, seconds: float) -> float:
     planes = {name: plane for node in plan.planes for name, plane in plane_arrays(node, picture).items()}
-    upload = Upload(context)
 
     def send() -> None:
-        upload.send(planes)
-        context.finish()
+        resources.upload.send(planes)
+        resources.context.finish()
 
-    try:
-        return median_time(send, seconds) if planes else 0.0
-    finally:
-        upload.release()
+    return median_time(send, seconds) if planes else 0.0
 
 
-def _time_download(context: moderngl.Context, plan: Plan, seconds: float) -> float:
-    targets = result_targets(plan)
+def _time_download(resources: GpuResources, plan: Plan, seconds: float) -> float:
     textures = [
-        context.texture(target.shape[::-1], target.format.components, dtype=target.format.dtype)
-        for target in targets
+        resources.context.texture(target.shape[::-1], target.format.components, dtype=target.format.dtype)
+        for target in result_targets(plan)
     ]
-    wanted = [min(texture.components, 3) for texture in textures]
-    download = Download(context)
-    try:
-        if not textures:
-            return 0.0
-        return median_time(lambda: download.begin(list(zip(textures, wanted, strict=True))).arrays(), seconds)
-    finally:
-        download.release()
-        for texture in textures:
-            texture.release()
+    wanted = [(texture, min(texture.components, 3)) for texture in textures]
+    return median_time(lambda: resources.download.begin(wanted).arrays(), seconds) if wanted else 0.0
 
 
 def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> float:
@@ -207,19 +183,11 @@ class TimedRunner(Runner):
     def _run_repeatedly(
         self, job: Job, picture: Picture, weights: BlendWeights, runs: int
     ) -> dict[Pass, list[Reading]]:
-        uploaded = self._resources.upload.send(
-            {
-                name: plane[window.top : window.bottom, window.left : window.right]
-                for node, window in job.planes.items()
-                for name, plane in plane_arrays(node, picture).items()
-            }
-        )
+        uploaded = self._resources.upload.send(self._planes_of(job, picture))
         times: dict[Pass, list[Reading]] = {each: [] for each in job.passes}
         for _, each in product(range(runs), job.passes):
             with self._timed(times[each]):
-                self._run_pass(job, each, uploaded)
-                if each.sampled is not None and job.ends_measure:
-                    self._measure(each.sampled, weights)
+                self._run_pass(job, each, uploaded, weights)
         return times
 
     @contextmanager

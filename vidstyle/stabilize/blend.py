@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,30 +16,17 @@ BAND_RADIUS = 8
 are computed twice."""
 
 
-@dataclass(frozen=True)
-class BlendOptions:
-    """How much of the plane before is blended in at each pixel.
-
-    Attributes:
-        weight: of the plane before, 0..1.
-        limit: change at which half of the weight is left, in units of the result; infinite: none matters.
-        guide: the weights of the luma plane, H x W float32, or None where there are none yet.
-        step: luma pixels for each sample of this plane, across and down.
-    """
-
-    weight: float
-    limit: float = np.inf
-    guide: np.ndarray | None = None
-    step: tuple[int, int] = (1, 1)
-
-
 def warp_and_blend(
     pool: Executor,
     plane: np.ndarray,
     scale: tuple[float, float],
     before: np.ndarray,
     flow: np.ndarray | None,
-    blend: BlendOptions,
+    weight: float,
+    *,
+    limit: float = np.inf,
+    guide: np.ndarray | None = None,
+    step: tuple[int, int] = (1, 1),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Warp the plane before and blend it into this one.
 
@@ -52,33 +38,34 @@ def warp_and_blend(
         scale: gain and offset that bring its codes to units of the result.
         before: what this function returned for the plane before, float32 or uint16, contiguous.
         flow: as in `MotionEstimator`, in luma pixels.
+        weight: of the plane before, 0..1.
+        limit: change at which half of the weight is left, in units of the result; infinite: none matters.
+        guide: the weights of the luma plane, H x W float32; None: 1.
+        step: luma pixels for each sample of this plane, across and down.
 
     Returns:
-        The new plane, of the type of `before`, and the weights without `blend.weight`, H x W float32, 0..1.
+        The new plane, of the type of `before`, and the weights as parts of `weight`, H x W float32, 0..1.
     """
     out = np.empty(plane.shape, before.dtype)
     weights = np.empty(plane.shape, np.float32)
-    flow = STILL if flow is None else flow / np.array(blend.step, np.float32)
-    guide = np.ones((1, 1), np.float32) if blend.guide is None else blend.guide
-    rate = np.float32(0 if np.isinf(blend.limit) else 1 / (9 * blend.limit**2))
-    rounding = np.float32(0.5 if out.dtype == np.uint16 else 0)
-    gain, offset = (np.float32(number) for number in scale)
+    flow = STILL if flow is None else flow / np.array(step, np.float32)
+    guide = np.ones((1, 1), np.float32) if guide is None else guide
+    rate = 0 if np.isinf(limit) else 1 / (9 * limit**2)
+    rounding = 0.5 if out.dtype == np.uint16 else 0
+    numbers = tuple(np.float32(number) for number in (*scale, weight, rate, rounding))
 
     def run(top: int, bottom: int) -> None:
-        _warp_and_blend(
-            plane, gain, offset, before, flow, np.float32(blend.weight), rate, guide, *blend.step,
-            rounding, weights, out, top, bottom,
-        )  # fmt: skip
+        _warp_and_blend(plane, before, flow, guide, step, numbers, weights, out, top, bottom)
 
     in_bands(pool, (plane.shape[0], plane.shape[1]), BAND_RADIUS, run)
     return out, weights
 
 
 @compiled
-def _warp_and_blend(  # type: ignore[no-untyped-def]
-    plane, gain, offset, before, flow, weight, rate, guide, across, down, rounding, weights, out, top, bottom
-):
+def _warp_and_blend(plane, before, flow, guide, step, numbers, weights, out, top, bottom):  # type: ignore[no-untyped-def]
     """Keeps a ring of three rows: the warped plane before, and the squared change of each sample."""
+    across, down = step
+    gain, offset, weight, rate, rounding = numbers
     height, width = plane.shape
     moved = np.empty((3, width), np.float32)
     changes = np.zeros((3, width + 2), np.float32)

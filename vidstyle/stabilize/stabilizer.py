@@ -10,10 +10,11 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, color_rows, store, yuv_from_rgb
-from vidstyle.stabilize.blend import BlendOptions, warp_and_blend
+from vidstyle.stabilize.blend import warp_and_blend
 from vidstyle.stabilize.motion import MotionEstimator, Warp
 
-Levels = tuple[float, float]
+Planes = dict[str, np.ndarray]
+"""Planes by name: "luma", "blue" and "red", or "first", "second" and "third" of RGB."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,9 @@ class Stabilizer:
     def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
         self._motion = MotionEstimator(steady, is_fixed)
         self._pool = pool
-        self._source: Picture | None = None
-        self._result: dict[str, np.ndarray] = {}
+        self._encoding: Encoding | None = None
+        self._source: Planes = {}
+        self._result: Planes = {}
 
     def change_strength(self, steady: float, is_fixed: bool) -> None:
         """Use other values from the next picture on."""
@@ -61,49 +63,42 @@ class Stabilizer:
         if time is None:
             return Stabilized(picture)
         warp = self._motion.estimate(picture, time, scene_cut)
-        now, old = with_planes(picture), self._source
-        encoding = stabilized_encoding(now.encoding)
-        if warp is None or old is None or old.encoding != encoding:
-            stabilized = Stabilized(_in_encoding(now, encoding))
-        else:
-            stabilized = self._blended(now, old, warp)
-        self._source = stabilized.picture
-        return stabilized
+        now = with_planes(picture)
+        encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(now))
+        weights = None
+        if encoding != self._encoding or not _same_shapes(planes, self._source):
+            warp = None
+        for name, plane in planes.items():
+            scale, span = code_scale(name, now.encoding, encoding)
+            if warp is None:
+                planes[name] = _scaled(plane, *scale, encoding.depth == 0)
+                continue
+            planes[name], found = warp_and_blend(
+                self._pool, plane, scale, self._source[name], warp.flow, warp.weight,
+                limit=warp.limit * span, guide=weights, step=plane_step(name, now.encoding),
+            )  # fmt: skip
+            weights = found if weights is None else weights
+        self._encoding, self._source = encoding, planes
+        chroma = (planes["blue"], planes["red"]) if "blue" in planes else None
+        alpha = alpha_in_depth(now, encoding.depth)
+        return Stabilized(Picture(encoding, planes["luma"], chroma, alpha=alpha), warp, weights)
 
     def after(self, result: Picture, stabilized: Stabilized) -> Picture:
         """The picture to be shown, from the result of the style; to be called in the pictures' order."""
-        warp, weights, old = stabilized.warp, stabilized.weights, self._result
-        planes = dict(_named_planes(result))
-        gain, floats = result_gain(result.encoding), result.encoding.depth == 0
-        fits = [each.shape for each in planes.values()] == [each.shape for each in old.values()]
-        if warp is None or weights is None or not fits:
-            self._result = {name: _scaled(plane, gain, 0, floats) for name, plane in planes.items()}
+        warp, weights, old, encoding = stabilized.warp, stabilized.weights, self._result, result.encoding
+        planes, gain, floats = dict(_named_planes(result)), result_gain(encoding), encoding.depth == 0
+        if warp is None or weights is None or not _same_shapes(planes, old):
+            self._result = {name: _scaled(each, gain, 0, floats) for name, each in planes.items()}
             return result
         for name, plane in planes.items():
-            step = result.encoding.step if name in ("blue", "red") else (1, 1)
-            blend = BlendOptions(warp.result_weight, guide=weights, step=step)
             self._result[name], _ = warp_and_blend(
-                self._pool, plane, (gain, 0), old[name], warp.strong_flow, blend
-            )
-        return _with_codes(result, self._result, 1 / gain)
-
-    def _blended(self, now: Picture, old: Picture, warp: Warp) -> Stabilized:
-        assert now.luma is not None and old.luma is not None
-        encoding, new = now.encoding, old.encoding
-        scale, white = code_scale(encoding.luma_levels, new.luma_levels)
-        blend = BlendOptions(warp.weight, warp.limit * white)
-        luma, weights = warp_and_blend(self._pool, now.luma, scale, old.luma, warp.flow, blend)
-        chroma = None
-        if now.chroma is not None and old.chroma is not None:
-            scale, span = code_scale(chroma_ends(encoding), chroma_ends(new))
-            blend = BlendOptions(warp.weight, warp.limit * span, weights, encoding.step)
-            blue, red = (
-                warp_and_blend(self._pool, plane, scale, before, warp.flow, blend)[0]
-                for plane, before in zip(now.chroma, old.chroma, strict=True)
-            )
-            chroma = blue, red
-        alpha = alpha_in_depth(now, new.depth)
-        return Stabilized(Picture(new, luma=luma, chroma=chroma, alpha=alpha), warp, weights)
+                self._pool, plane, (gain, 0), old[name], warp.strong_flow, warp.result_weight,
+                guide=weights, step=plane_step(name, encoding),
+            )  # fmt: skip
+        shown = result.map_planes(lambda plane, kind: plane if kind == "alpha" else np.empty_like(plane))
+        for name, out in _named_planes(shown):
+            store(self._result[name], 0, 1 / gain, encoding.depth, out)
+        return shown
 
 
 def stabilized_encoding(encoding: Encoding) -> Encoding:
@@ -122,37 +117,39 @@ def result_gain(encoding: Encoding) -> float:
     return 2.0 ** (16 - encoding.depth) if encoding.depth else 1.0
 
 
+def planes_encoding(picture: Picture) -> Encoding:
+    """The encoding of `with_planes`."""
+    return picture.encoding if picture.color is None else picture.encoding.as_float()
+
+
 def with_planes(picture: Picture) -> Picture:
     """The picture as luma and chroma; RGB becomes floats."""
     if picture.color is None:
         return picture
-    encoding = picture.encoding.as_float()
-    luma, blue, red = yuv_from_rgb(color_rows(picture, 0, picture.shape[0]), encoding)
-    return Picture(encoding, luma=luma, chroma=(blue, red), alpha=alpha_in_depth(picture, 0))
+    encoding = planes_encoding(picture)
+    luma, *chroma = yuv_from_rgb(color_rows(picture, 0, picture.shape[0]), encoding)
+    return Picture(encoding, luma, (chroma[0], chroma[1]), alpha=alpha_in_depth(picture, 0))
 
 
-def _in_encoding(picture: Picture, new: Encoding) -> Picture:
-    """The picture in another encoding, without blending."""
-    assert picture.luma is not None
-    old, floats = picture.encoding, new.depth == 0
-    scale, _ = code_scale(old.luma_levels, new.luma_levels)
-    luma, chroma = _scaled(picture.luma, *scale, floats), None
-    if picture.chroma is not None:
-        scale, _ = code_scale(chroma_ends(old), chroma_ends(new))
-        chroma = _scaled(picture.chroma[0], *scale, floats), _scaled(picture.chroma[1], *scale, floats)
-    return Picture(new, luma=luma, chroma=chroma, alpha=alpha_in_depth(picture, new.depth))
+def plane_step(name: str, encoding: Encoding) -> tuple[int, int]:
+    """Pixels for each sample of a plane, across and down."""
+    return encoding.step if name in ("blue", "red") else (1, 1)
 
 
-def chroma_ends(encoding: Encoding) -> Levels:
-    """The codes of 0 and 1 in a chroma plane."""
-    neutral, span = encoding.chroma_levels
-    return neutral, neutral + span
+def code_scale(name: str, old: Encoding, new: Encoding) -> tuple[tuple[float, float], float]:
+    """Gain and offset from codes of a plane to codes, and how many new ones lie between black and white."""
+    (zero, span), (new_zero, new_span) = (
+        (each.luma_levels[0], each.luma_levels[1] - each.luma_levels[0])
+        if name == "luma"
+        else each.chroma_levels
+        for each in (old, new)
+    )
+    gain = new_span / span
+    return (gain, new_zero - gain * zero), new_span
 
 
-def code_scale(old: Levels, new: Levels) -> tuple[Levels, float]:
-    """Gain and offset from codes to codes, and how many new ones lie between black and white."""
-    gain = (new[1] - new[0]) / (old[1] - old[0])
-    return (gain, new[0] - gain * old[0]), new[1] - new[0]
+def _same_shapes(planes: Planes, old: Planes) -> bool:
+    return [each.shape for each in planes.values()] == [each.shape for each in old.values()]
 
 
 def _scaled(plane: np.ndarray, gain: float, offset: float, floats: bool) -> np.ndarray:
@@ -169,22 +166,3 @@ def _named_planes(picture: Picture) -> Iterable[tuple[str, np.ndarray]]:
         yield "luma", picture.luma
     if picture.chroma is not None:
         yield from zip(("blue", "red"), picture.chroma, strict=True)
-
-
-def _with_codes(picture: Picture, planes: dict[str, np.ndarray], gain: float) -> Picture:
-    """The picture with blended planes in place of its own."""
-
-    def codes(plane: np.ndarray, out: np.ndarray) -> np.ndarray:
-        store(plane, 0, gain, picture.encoding.depth, out)
-        return out
-
-    if picture.color is not None:
-        color = np.empty_like(picture.color)
-        for plane, channel in zip(planes.values(), np.moveaxis(color, 2, 0), strict=True):
-            codes(plane, channel)
-        return replace(picture, color=color)
-    new = {
-        name: codes(plane, np.empty(plane.shape, picture.encoding.dtype)) for name, plane in planes.items()
-    }
-    chroma = (new["blue"], new["red"]) if picture.chroma is not None else None
-    return replace(picture, luma=new["luma"], chroma=chroma)

@@ -95,11 +95,6 @@ class Programs:
         for text in unused[: max(len(unused) - MAX_UNUSED, 0)]:
             self._programs.pop(text).release()
 
-    def release(self) -> None:
-        """Release all programs."""
-        while self._programs:
-            self._programs.popitem()[1].release()
-
 
 def _plain(value: Any) -> Any:
     """The value as moderngl takes it, matrices in column order."""

@@ -20,7 +20,7 @@ from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
 from vidstyle.gpu.device.percentiles import Percentiles
 from vidstyle.gpu.device.programs import Programs
-from vidstyle.gpu.device.stabilizer import StabilizerTextures
+from vidstyle.gpu.device.stabilizer import GpuStabilizer
 from vidstyle.gpu.device.textures import AssetTextures, TexturePool
 from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload
 
@@ -54,14 +54,15 @@ class GpuResources:
         self.upload = Upload(context)
         self.download = Download(context)
         self._percentiles: dict[tuple[str, int], Percentiles] = {}
+        self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._unused = context.framebuffer([context.renderbuffer((1, 1))])
 
-    def unbind(self) -> None:
-        """Unbind the framebuffer in use, so that it can be released.
-
-        moderngl rebinds the one in use whenever it makes another, which fails if that was released.
-        """
-        self._unused.use()
+    def draw_into(self, textures: Sequence[moderngl.Texture]) -> None:
+        """Let the next programs that are not compute shaders draw into these textures of the pool."""
+        key = tuple(texture.glo for texture in textures)
+        if key not in self._framebuffers:
+            self._framebuffers[key] = self.context.framebuffer(textures)
+        self._framebuffers[key].use()
 
     def percentiles_of(self, measure: ShaderMeasure) -> Percentiles:
         """The percentiles of a measured step."""
@@ -76,18 +77,15 @@ class GpuResources:
             self._percentiles.popitem()[1].release()
 
     def trim(self, shaders: Iterable[Shader]) -> None:
-        """Release textures and programs that have no use once these shaders run."""
+        """Release textures, framebuffers and programs that have no use once these shaders run."""
         shaders = list(shaders)
         self.programs.trim(shader.assembly for shader in shaders)
         samplers = (what for shader in shaders for what in shader.samplers.values())
         self.assets.trim(what for what in samplers if isinstance(what, tuple))
-        self.textures.clear()
-
-    def release(self) -> None:
-        """Release everything."""
-        self.forget_percentiles()
-        for each in (self.programs, self.upload, self.download, self.assets, self._unused):
-            each.release()
+        # moderngl rebinds the framebuffer in use when it makes another, which fails if that was released.
+        self._unused.use()
+        while self._framebuffers:
+            self._framebuffers.popitem()[1].release()
         self.textures.clear()
 
 
@@ -104,7 +102,6 @@ class Runner:
             each: resources.programs.get(shader.assembly) for each, shader in self._shaders.items()
         }
         resources.trim(self._shaders.values())
-        self._framebuffers: dict[tuple[int, ...], Any] = {}
         self._measured: dict[ShaderMeasure, moderngl.Texture] = {}
 
     @property
@@ -113,7 +110,7 @@ class Runner:
         return len(self._jobs) > 1
 
     def start(
-        self, picture: Picture, weights: BlendWeights, stabilizer: StabilizerTextures | None = None
+        self, picture: Picture, weights: BlendWeights, stabilizer: GpuStabilizer | None = None
     ) -> list[Readback]:
         """Start all passes of a picture; does not wait for the GPU.
 
@@ -126,29 +123,19 @@ class Runner:
         return [fetch for fetch in found if fetch is not None]
 
     def release(self) -> None:
-        """Return textures to the pool and release the rest."""
-        self._resources.unbind()
-        for framebuffer in self._framebuffers.values():
-            framebuffer.release()
-        self._framebuffers.clear()
+        """Return the textures to the pool."""
         self._slots.release()
 
     def _run_job(
-        self, job: Job, picture: Picture, weights: BlendWeights, stabilizer: StabilizerTextures | None
+        self, job: Job, picture: Picture, weights: BlendWeights, stabilizer: GpuStabilizer | None
     ) -> Readback | None:
-        arrays = {
-            name: plane[window.top : window.bottom, window.left : window.right]
-            for node, window in job.planes.items()
-            for name, plane in plane_arrays(node, picture).items()
-        }
-        uploaded = self._resources.upload.send(arrays)
+        planes = self._planes_of(job, picture)
+        uploaded = self._resources.upload.send(planes)
         if stabilizer is not None:
-            shapes = {name: (plane.shape[0], plane.shape[1]) for name, plane in arrays.items()}
+            shapes = {name: (plane.shape[0], plane.shape[1]) for name, plane in planes.items()}
             uploaded = stabilizer.before(uploaded, shapes)
         for each in job.passes:
-            self._run_pass(job, each, uploaded)
-            if each.sampled is not None and job.ends_measure:
-                self._measure(each.sampled, weights)
+            self._run_pass(job, each, uploaded, weights)
         results = [
             (target, self._slots.texture(each, number))
             for each in job.passes
@@ -167,7 +154,17 @@ class Runner:
         )
         return Readback(transfer, windows)
 
-    def _run_pass(self, job: Job, each: Pass, uploaded: Mapping[str, moderngl.Texture]) -> None:
+    def _planes_of(self, job: Job, picture: Picture) -> dict[str, np.ndarray]:
+        """The part of each plane of the source that a job reads, by name."""
+        return {
+            name: plane[window.top : window.bottom, window.left : window.right]
+            for node, window in job.planes.items()
+            for name, plane in plane_arrays(node, picture).items()
+        }
+
+    def _run_pass(
+        self, job: Job, each: Pass, uploaded: Mapping[str, moderngl.Texture], weights: BlendWeights
+    ) -> None:
         shader, program = self._shaders[each], self._programs[each]
         for name, value in shader.uniforms.items():
             program.set(name, value)
@@ -185,6 +182,8 @@ class Runner:
         program.set("page", each.shape[::-1])
         self._bind_targets(each, shader)
         program.run(corner, size, shader.groups)
+        if each.sampled is not None and job.ends_measure:
+            self._measure(each.sampled, weights)
 
     def _texture_of(
         self, what: ImageOf | ShaderMeasure | tuple, uploaded: Mapping[str, moderngl.Texture]
@@ -199,14 +198,11 @@ class Runner:
 
     def _bind_targets(self, each: Pass, shader: Shader) -> None:
         textures = [self._slots.texture(each, number) for number in range(len(shader.targets))]
-        if self.plan.form == "compute":
-            for number, texture in enumerate(textures):
-                texture.bind_to_image(number, read=False, write=True)
+        if self.plan.form == "fragment":
+            self._resources.draw_into(textures)
             return
-        key = tuple(texture.glo for texture in textures)
-        if key not in self._framebuffers:
-            self._framebuffers[key] = self._resources.context.framebuffer(textures)
-        self._framebuffers[key].use()
+        for number, texture in enumerate(textures):
+            texture.bind_to_image(number, read=False, write=True)
 
     def _measure(self, measure: ShaderMeasure, weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape

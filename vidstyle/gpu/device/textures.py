@@ -84,10 +84,6 @@ class AssetTextures:
         for key in self._textures.keys() - {id(arrays) for arrays in used}:
             self._textures.pop(key)[1].release()
 
-    def release(self) -> None:
-        """Release all textures."""
-        self.trim(())
-
     def _make(self, arrays: tuple[np.ndarray, ...]) -> moderngl.TextureArray:
         height, width = (max(array.shape[axis] for array in arrays) for axis in (0, 1))
         components, dtype = arrays[0].shape[2:] or (1,), arrays[0].dtype

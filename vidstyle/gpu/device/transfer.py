@@ -6,6 +6,7 @@ import math
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -76,12 +77,6 @@ class Upload:
         if name not in slots:
             slots[name] = _Slot(self._context, layout)
         return slots[name].write(memory)
-
-    def release(self) -> None:
-        """Release all buffers and textures."""
-        for slots in self._sets:
-            while slots:
-                slots.popitem()[1].release()
 
 
 class _Slot:
@@ -167,24 +162,29 @@ class Download:
             ValueError: another number of channels.
         """
         shapes = shapes or [(texture.height, texture.width) for texture, _ in textures]
-        planes = _planes(textures, shapes)
+        arrays = [
+            _empty_plane(texture, channels, shape)
+            for (texture, channels), shape in zip(textures, shapes, strict=True)
+        ]
         older, buffer = self._transfers[self._turn](), self._buffers[self._turn]
         if older is not None:
             older.arrays()
-        size = planes[-1].offset + planes[-1].size
+        *offsets, size = accumulate((_aligned(array.nbytes) for array in arrays), initial=0)
         if buffer.size != size:
             buffer.orphan(size)
-        for plane, (texture, _) in zip(planes, textures, strict=True):
-            self._start(texture, plane, buffer)
-        transfer = PlaneTransfer(planes, buffer)
+        for (texture, _), array, offset in zip(textures, arrays, offsets, strict=True):
+            self._start(texture, array, buffer, offset)
+        transfer = PlaneTransfer(arrays, offsets, buffer)
         self._transfers[self._turn] = weakref.ref(transfer)
         self._turn = 1 - self._turn
         return transfer
 
-    def _start(self, texture: moderngl.Texture, plane: _Plane, buffer: moderngl.Buffer) -> None:
-        height, width, *channels = plane.shape
+    def _start(
+        self, texture: moderngl.Texture, array: np.ndarray, buffer: moderngl.Buffer, offset: int
+    ) -> None:
+        height, width, *channels = array.shape
         if texture.size == (width, height) and not channels:
-            texture.read_into(buffer, write_offset=plane.offset)
+            texture.read_into(buffer, write_offset=offset)
             return
         framebuffer = self._context.framebuffer([texture])
         framebuffer.read_into(
@@ -192,63 +192,37 @@ class Download:
             viewport=(0, 0, width, height),
             components=math.prod(channels),
             dtype=texture.dtype,
-            write_offset=plane.offset,
+            write_offset=offset,
         )
         # Not cached: it would keep the memory of a texture that its owner has released.
         framebuffer.release()
-
-    def release(self) -> None:
-        """Release the buffers; transfers whose arrays were not read are lost."""
-        for buffer in self._buffers:
-            buffer.release()
 
 
 class PlaneTransfer:
     """Textures in transfer from the GPU."""
 
-    def __init__(self, planes: list[_Plane], buffer: moderngl.Buffer) -> None:
-        self._planes = planes
-        self._buffer = buffer
-        self._arrays: list[np.ndarray] = []
+    def __init__(self, arrays: list[np.ndarray], offsets: list[int], buffer: moderngl.Buffer) -> None:
+        self._arrays = arrays
+        self._offsets = offsets
+        self._buffer: moderngl.Buffer | None = buffer
 
     def arrays(self) -> list[np.ndarray]:
         """Wait for the planes, H x W or H x W x 3; the same arrays each time.
 
         They have the textures' samples: uint8, uint16 or float32. Row 0 is the texture's first.
         """
-        if not self._arrays:
-            self._arrays = [plane.read(self._buffer) for plane in self._planes]
+        if self._buffer is not None:
+            for array, offset in zip(self._arrays, self._offsets, strict=True):
+                self._buffer.read_into(array, array.nbytes, offset)
+            self._buffer = None
         return self._arrays
 
 
-@dataclass(frozen=True)
-class _Plane:
-    """A plane within a buffer."""
-
-    offset: int
-    shape: tuple[int, ...]
-    dtype: np.dtype
-
-    @property
-    def size(self) -> int:
-        return math.prod(self.shape) * self.dtype.itemsize
-
-    def read(self, buffer: moderngl.Buffer) -> np.ndarray:
-        array = np.empty(self.shape, self.dtype)
-        buffer.read_into(array, self.size, self.offset)
-        return array
+def _empty_plane(texture: moderngl.Texture, channels: int, shape: tuple[int, int]) -> np.ndarray:
+    if (channels, texture.components) not in ((1, 1), (3, 4)):
+        raise ValueError(f"{channels} channels of {texture.components} components; 1 of 1 or 3 of 4")
+    return np.empty(shape if channels == 1 else (*shape, 3), _SAMPLE_TYPES[texture.dtype])
 
 
-def _planes(
-    textures: Sequence[tuple[moderngl.Texture, int]], shapes: Sequence[tuple[int, int]]
-) -> list[_Plane]:
-    planes: list[_Plane] = []
-    end = 0
-    for (texture, channels), size in zip(textures, shapes, strict=True):
-        if (channels, texture.components) not in ((1, 1), (3, 4)):
-            raise ValueError(f"{channels} channels of {texture.components} components; 1 of 1 or 3 of 4")
-        shape = size if channels == 1 else (*size, 3)
-        offset = -(-end // _OFFSET_STEP) * _OFFSET_STEP
-        planes.append(_Plane(offset, shape, _SAMPLE_TYPES[texture.dtype]))
-        end = offset + planes[-1].size
-    return planes
+def _aligned(size: int) -> int:
+    return -(-size // _OFFSET_STEP) * _OFFSET_STEP
