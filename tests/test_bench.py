@@ -23,8 +23,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.cost import plan_traffic
-from vidstyle.gpu.compile.explain import plan_for_video
+from vidstyle.gpu.compile.explain import plan_for_video, plan_traffic
 from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.device.choose import choose
 from vidstyle.gpu.device.context import close_context, open_context

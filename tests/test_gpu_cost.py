@@ -15,16 +15,19 @@ from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.cli.bench import FORMS
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.gpu.compile.cost import (
+from vidstyle.gpu.compile.explain import (
     HeldTexture,
     Traffic,
+    calls_of,
     download_bytes,
+    explain,
     held_textures,
+    lines_of,
     pass_traffic,
+    plan_for_video,
     plan_traffic,
     upload_bytes,
 )
-from vidstyle.gpu.compile.explain import calls_of, explain, lines_of, plan_for_video
 from vidstyle.gpu.compile.formats import WORKING, plane_format
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader

@@ -10,8 +10,7 @@ from typing import Any
 import vidstyle
 from vidstyle.bench import Bench, Timed
 from vidstyle.bench.paper_figures import figure_for
-from vidstyle.gpu.compile.cost import download_bytes, plan_traffic, upload_bytes
-from vidstyle.gpu.compile.explain import explain
+from vidstyle.gpu.compile.explain import download_bytes, explain, plan_traffic, upload_bytes
 from vidstyle.gpu.timing import GpuTimes
 
 

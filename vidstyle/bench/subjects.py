@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from vidstyle.block import Block, SavedRef
+from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
@@ -68,7 +68,7 @@ def _styles(names: Iterable[str]) -> list[Subject]:
 
 def _style_of(block: Block) -> Style:
     """The block as the only step, at its defaults, or after the block that saves the picture it needs."""
-    wanted = {p.default for p in block.parameters.values() if isinstance(p.control, SavedRef)}
+    wanted = {block.parameters[name].default for name in block.saved_refs}
     savers = [other for other in all_blocks().values() if other.saves and other.saves in wanted]
     before = tuple(Step(saver.name) for saver in savers)
     return Style(block.name, background=(*before, Step(block.name)))

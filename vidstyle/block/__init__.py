@@ -95,8 +95,10 @@ class Block:
     is_identity: bool = False
 
     @property
-    def reads_neighbors(self) -> bool:
-        return self.kind in ("filter", "learned")
+    def saved_refs(self) -> dict[str, SavedRef]:
+        """The parameters that name saved pictures."""
+        controls = {name: parameter.control for name, parameter in self.parameters.items()}
+        return {name: control for name, control in controls.items() if isinstance(control, SavedRef)}
 
     @property
     def help(self) -> str:

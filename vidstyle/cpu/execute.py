@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, Measured, PageRegion, SavedRef
+from vidstyle.block import LumaWeights, Measured, PageRegion
 from vidstyle.core.bands import in_bands
+from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import mix_channels
 from vidstyle.core.measured import sampled, sampled_picture
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import (
     Chroma,
+    chroma_radius,
     color_rows,
     luma_rows,
     rgb_from_yuv,
@@ -24,7 +26,7 @@ from vidstyle.core.planes import (
 )
 from vidstyle.core.resample import resample
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
-from vidstyle.style.nodes import Measure, Node
+from vidstyle.style.nodes import LoweredStyle, Measure, Node
 
 Value = Any
 """float32: luma, N x W; RGB, N x W x 3; or blue and red difference, two of N x W."""
@@ -46,8 +48,7 @@ class FrameExecutor:
         source: Picture,
         follow: Callable[[Measure, np.ndarray], np.ndarray],
     ) -> None:
-        self._pool, self._source = pool, source
-        self._output = schedule.output
+        self._pool, self._source, self._output = pool, source, schedule.output
         self._stored: dict[Node, Value] = {}
         self._numbers: dict[Measure, np.ndarray] = {}
         for task, releases in schedule.tasks:
@@ -61,22 +62,37 @@ class FrameExecutor:
             for node in releases:
                 self._stored.pop(node, None)
 
-    @property
-    def output_nodes(self) -> tuple[Node, ...]:
-        """The nodes of the result that are computed at every pixel."""
-        return self._output.results
+    def picture(self, lowered: LoweredStyle) -> Picture:
+        """The result in the target's encoding, or as packed RGB.
 
-    @property
-    def radius(self) -> int:
-        """Rows that the output reads around each band."""
-        return self._output.radius
+        Planes of the source that no step has touched are handed on as they are. Values are clipped to the
+        range of the samples.
+        """
+        source, output, chroma = self._source, self._output, lowered.chroma
+        assembler = PictureAssembler(source, lowered.target, lowered.color is not None)
+        if lowered.luma_untouched:
+            assert source.luma is not None
+            assembler.reuse_luma(source.luma)
+        if chroma is not None and chroma.grid is not None:
+            assembler.reuse_chroma(self._subsampled_chroma(chroma), chroma.grid)
+        made = {node.kind: (node, 0) for node in output.results}
+        above, below = chroma_radius(lowered.target) if "chroma" in made else (0, 0)
 
-    def output_rows(self, top: int, bottom: int) -> dict[Node, Value]:
-        """The nodes of the result in these rows."""
-        values = self._run_band(self._output, top, bottom)
-        return {node: values[node, 0] for node in self.output_nodes}
+        def run(top: int, bottom: int) -> None:
+            first = max(top - above, 0)
+            values = self._run_band(output, first, min(bottom + below, source.shape[0]))
+            if "color" in made:
+                assembler.put_color(top, values[made["color"]])
+            if "chroma" in made:
+                assembler.put_chroma(top, bottom, top - first, values[made["chroma"]])
+            if "luma" in made:
+                assembler.put_luma(top, values[made["luma"]][top - first : bottom - first])
 
-    def subsampled_chroma(self, node: Node) -> Chroma:
+        if made:
+            in_bands(self._pool, source.shape, output.radius, run)
+        return assembler.picture()
+
+    def _subsampled_chroma(self, node: Node) -> Chroma:
         """Chroma on a grid: the source's planes, or resampled ones as float32."""
         chroma: Chroma | None = self._source.chroma if node.op == "plane" else self._stored[node]
         assert chroma is not None
@@ -124,8 +140,8 @@ class FrameExecutor:
             chroma = node.inputs["chroma"]
             assert chroma.grid is not None
             shape = bottom - top, node.shape[1]
-            return upsampled_chroma(self.subsampled_chroma(chroma), chroma.grid, top, shape)
-        return _PIXEL_OPERATIONS[node.op](node, (bottom - top, node.shape[1]), **inputs)
+            return upsampled_chroma(self._subsampled_chroma(chroma), chroma.grid, top, shape)
+        return _per_pixel(node, (bottom - top, node.shape[1]), inputs)
 
     def _run_block(self, node: Node, inputs: dict[str, Value], top: int, bottom: int) -> np.ndarray:
         block = node.block
@@ -136,11 +152,7 @@ class FrameExecutor:
             LumaWeights: _encoding(node.matrix).weights,
             Measured: self._numbers.get(node.measure),  # type: ignore[arg-type]
         }
-        pictures = {
-            name: inputs.get(name)
-            for name, parameter in block.parameters.items()
-            if isinstance(parameter.control, SavedRef)
-        }
+        pictures = {name: inputs.get(name) for name in block.saved_refs}
         others = {name: injected[kind] for name, kind in block.injected.items()}
         result: np.ndarray = block.function(inputs["image"], **node.values, **pictures, **others)
         return result[above : above + bottom - top]
@@ -157,7 +169,7 @@ class FrameExecutor:
         image, method = node.inputs["image"], node.values["method"]
         if image.grid is not None:
             neutral, span = image.grid.chroma_levels
-            chroma = self.subsampled_chroma(image)
+            chroma = self._subsampled_chroma(image)
             value: Value = tuple((plane.astype(np.float32) - neutral) / span for plane in chroma)
         else:
             value = self._load(image, 0, image.shape[0])
@@ -171,7 +183,7 @@ class FrameExecutor:
             small = sampled_picture(self._source)
             return (color_rows if node.kind == "color" else luma_rows)(small, 0, small.shape[0])
         if node.op == "luma_from_rgb" and node not in self._stored:
-            return _luma_from_rgb(node, (0, 0), self._sampled(node.inputs["color"]))
+            return yuv_from_rgb(self._sampled(node.inputs["color"]), _encoding(node.matrix))[0]
         return sampled(self._stored[node])
 
 
@@ -197,42 +209,30 @@ def _encoding(matrix: str) -> Encoding:
     return Encoding(matrix)
 
 
-def _luma_from_rgb(node: Node, shape: tuple[int, int], color: np.ndarray) -> np.ndarray:
-    return yuv_from_rgb(color, _encoding(node.matrix))[0]
-
-
-def _chroma_from_rgb(node: Node, shape: tuple[int, int], color: np.ndarray) -> Chroma:
-    return yuv_from_rgb(color, _encoding(node.matrix))[1:]
-
-
-def _rgb_from_yuv(node: Node, shape: tuple[int, int], luma: np.ndarray, chroma: Chroma) -> np.ndarray:
-    return rgb_from_yuv(luma, chroma, _encoding(node.matrix))
-
-
-def _rgb_from_gray(node: Node, shape: tuple[int, int], luma: np.ndarray) -> np.ndarray:
-    return np.repeat(luma[..., None], 3, axis=2)
-
-
-def _constant_luma(node: Node, shape: tuple[int, int]) -> np.ndarray:
-    return np.full(shape, node.values["level"], np.float32)
-
-
-def _constant_chroma(node: Node, shape: tuple[int, int]) -> Chroma:
-    blue, red = (np.full(shape, level, np.float32) for level in node.values["tint"])
-    return blue, red
-
-
-def _on_paper(node: Node, shape: tuple[int, int], color: np.ndarray) -> np.ndarray:
-    return mix_channels(color, np.diag([*node.values["paper"], 0.0])[:3])
-
-
-def _inked_luma(node: Node, shape: tuple[int, int], under: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    return _mixed(node.values["ink"], under, lines)
-
-
-def _inked_chroma(node: Node, shape: tuple[int, int], under: Chroma, lines: np.ndarray) -> Chroma:
-    blue, red = (_mixed(ink, plane, lines) for ink, plane in zip(node.values["ink"], under, strict=True))
-    return blue, red
+def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> Value:
+    """The operations that compute each pixel from the same pixel of their inputs."""
+    values = node.values
+    match node.op:
+        case "luma_from_rgb":
+            return yuv_from_rgb(inputs["color"], _encoding(node.matrix))[0]
+        case "chroma_from_rgb":
+            return yuv_from_rgb(inputs["color"], _encoding(node.matrix))[1:]
+        case "rgb_from_yuv":
+            return rgb_from_yuv(inputs["luma"], inputs["chroma"], _encoding(node.matrix))
+        case "rgb_from_gray":
+            return np.repeat(inputs["luma"][..., None], 3, axis=2)
+        case "constant_luma":
+            return np.full(shape, values["level"], np.float32)
+        case "constant_chroma":
+            return tuple(np.full(shape, level, np.float32) for level in values["tint"])
+        case "on_paper":
+            return mix_channels(inputs["color"], np.diag([*values["paper"], 0.0])[:3])
+        case "inked_luma":
+            return _mixed(values["ink"], inputs["under"], inputs["lines"])
+        case "inked_chroma":
+            pairs = zip(values["ink"], inputs["under"], strict=True)
+            return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
+    raise ValueError(f"{node.op} is not computed pixel by pixel")
 
 
 def _mixed(ink: float, under: np.ndarray, lines: np.ndarray) -> np.ndarray:
@@ -240,16 +240,3 @@ def _mixed(ink: float, under: np.ndarray, lines: np.ndarray) -> np.ndarray:
     out *= lines
     out += np.float32(ink)
     return out
-
-
-_PIXEL_OPERATIONS: dict[str, Callable[..., Value]] = {
-    "luma_from_rgb": _luma_from_rgb,
-    "chroma_from_rgb": _chroma_from_rgb,
-    "rgb_from_yuv": _rgb_from_yuv,
-    "rgb_from_gray": _rgb_from_gray,
-    "constant_luma": _constant_luma,
-    "constant_chroma": _constant_chroma,
-    "on_paper": _on_paper,
-    "inked_luma": _inked_luma,
-    "inked_chroma": _inked_chroma,
-}

@@ -11,7 +11,6 @@ from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.output import write_output
 from vidstyle.cpu.schedule import Schedule, schedule
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style
@@ -114,4 +113,4 @@ class CpuRenderer:
         def follow(measure: Measure, measured: np.ndarray) -> np.ndarray:
             return self._smoothers[measure.step].follow(measured, time, measure.time_constant)
 
-        return write_output(self._pool, lowered, FrameExecutor(self._pool, tasks, picture, follow), picture)
+        return FrameExecutor(self._pool, tasks, picture, follow).picture(lowered)

@@ -12,7 +12,7 @@ from statistics import median
 from typing import Literal
 
 from vidstyle.core.picture import Picture, PictureLayout
-from vidstyle.gpu.compile.cost import result_targets
+from vidstyle.gpu.compile.explain import result_targets
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.tiles import Job

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -27,14 +27,7 @@ def set_values(style: Style, values: Mapping[str, object]) -> Style:
     Raises:
         UsageError: names all mistakes.
     """
-    table = table_from_style(style)
-    mistakes: list[str] = []
-    for path, value in values.items():
-        try:
-            find_value(table, path).set(value)
-        except ValueError as error:
-            mistakes.append(str(error))
-    return _checked(style, table, ", ".join(values), mistakes)
+    return _changed(style, list(values), lambda table, path: find_value(table, path).set(values[path]))
 
 
 def override(style: Style, assignments: Iterable[str]) -> Style:
@@ -43,19 +36,15 @@ def override(style: Style, assignments: Iterable[str]) -> Style:
     Raises:
         UsageError: names all mistakes.
     """
-    assignments = list(assignments)
-    table = table_from_style(style)
-    mistakes: list[str] = []
-    for text in assignments:
+
+    def assign(table: dict[str, Any], text: str) -> None:
         path, equals, value = text.partition("=")
-        try:
-            if not equals:
-                raise ValueError(f"{text!r} is not written as step.parameter=value")
-            found = find_value(table, path)
-            found.set(_parse(found.parameter.control, value))
-        except ValueError as error:
-            mistakes.append(str(error))
-    return _checked(style, table, ", ".join(assignments), mistakes)
+        if not equals:
+            raise ValueError(f"{text!r} is not written as step.parameter=value")
+        found = find_value(table, path)
+        found.set(_parse(found.parameter.control, value))
+
+    return _changed(style, list(assignments), assign)
 
 
 def apply_variant(style: Style, variant: str) -> Style:
@@ -90,13 +79,21 @@ def _expand_step(step: Step) -> tuple[Step, ...]:
     return tuple(part for each in steps for part in _expand_step(each))
 
 
-def _checked(style: Style, table: dict[str, Any], subject: str, mistakes: list[str]) -> Style:
+def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], str], None]) -> Style:
+    """The style after `assign` was called with its table for each text, which says what is set."""
+    table = table_from_style(style)
+    mistakes: list[str] = []
+    for text in texts:
+        try:
+            assign(table, text)
+        except ValueError as error:
+            mistakes.append(str(error))
     try:
         changed = style_from_table(table, style.name, folder=style.folder)
     except StyleError as error:
         mistakes += error.mistakes
     if mistakes:
-        raise UsageError(subject, "; ".join(mistakes))
+        raise UsageError(", ".join(texts), "; ".join(mistakes))
     return changed
 
 

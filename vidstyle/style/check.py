@@ -5,20 +5,25 @@ Styles come from untrusted sources: every value is checked here before it is use
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
+from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.style.model import FIELDS, LAYERS, Style
-from vidstyle.style.steps import StepReader
-from vidstyle.style.values import MAX_MISTAKES, read_values, suggest, to_text
+from vidstyle.style.model import FIELDS, LAYERS, SOURCE, Step, Style
+from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, suggest, to_text
 from vidstyle.style.variants import read_variants, table_of_variant
 
 FORMAT = 1
+MAX_STEPS = 256
 TEXTS = {"name": 100, "note": 1000}
 """The fields that hold text, and the maximum number of characters of each."""
+STEP_KEYS = ("block", "from", "save")
+"""The keys of a step that are not parameters of its block."""
 
 
 def style_from_table(
@@ -66,7 +71,7 @@ def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mis
             mistakes.append(f"{to_text(key)} is not a field of a style; {suggest(str(key), known)}")
     texts: dict[str, Any] = {"name": name}
     texts |= {key: _read_text(key, table[key], mistakes) for key in TEXTS if key in table}
-    fields = _read_fields(table, mistakes)
+    fields = read_values(FIELDS, table, "", mistakes)
     reader = StepReader(folder, mistakes)
     layers: dict[str, Any] = {layer: reader.read_layer(layer, table.get(layer, [])) for layer in LAYERS}
     return Style(folder=folder, **texts, **fields, **layers)
@@ -90,6 +95,100 @@ def _read_text(key: str, value: object, mistakes: list[str]) -> str:
     return text
 
 
-def _read_fields(table: Mapping[str, object], mistakes: list[str]) -> dict[str, Any]:
-    given = {key: parameter for key, parameter in FIELDS.items() if key in table}
-    return read_values(given, table, "", mistakes)
+class StepReader:
+    """Reads steps in the order in which they run and keeps track of the saved pictures."""
+
+    def __init__(self, folder: Path | None, mistakes: list[str]) -> None:
+        self.folder = folder
+        self.mistakes = mistakes
+        self.saved = [SOURCE]
+        self.implied: set[str] = set()
+        self.count = 0
+
+    def read_layer(self, layer: str, tables: object) -> tuple[Step, ...]:
+        """The steps of a layer; none if it is not a list of steps."""
+        if not isinstance(tables, list | tuple) or not all(isinstance(table, Mapping) for table in tables):
+            self.mistakes.append(f"{layer} is not a list of steps; write [[{layer}]] above each")
+            return ()
+        allowed = MAX_STEPS - self.count
+        self.count += len(tables)
+        if len(tables) > allowed:
+            self.mistakes.append(f"{layer}: a style has at most {MAX_STEPS} steps")
+            return ()
+        return tuple(self.read_step(layer, number, table) for number, table in enumerate(tables, 1))
+
+    def read_step(self, layer: str, number: int, table: Mapping[str, object]) -> Step:
+        """One step; invalid parts of it are left out."""
+        block, where = self.read_block(f"{layer} step {number}", table)
+        source = self.read_name("from", table, where)
+        if source:
+            self.check_saved("from", source, where)
+        values = self.read_parameters(block, table, where) if block else {}
+        save = self.read_name("save", table, where)
+        if save:
+            self.add_saved(save, where)
+        return Step(block.name if block else "", values, save, source)
+
+    def read_block(self, step: str, table: Mapping[str, object]) -> tuple[Block | None, str]:
+        """The block that a step names, and the prefix of messages about the step."""
+        name = table.get("block")
+        if isinstance(name, str) and name in all_blocks():
+            return all_blocks()[name], f"{step} ({name}): "
+        if name is not None:
+            hint = suggest(to_text(name), all_blocks())
+            self.mistakes.append(f"{step}: {to_text(name)} is not a block; {hint}")
+        elif not {"from", "save"} & set(table):
+            self.mistakes.append(f"{step}: block is missing; {suggest('', all_blocks())}")
+        else:
+            unknown = [key for key in table if key not in STEP_KEYS]
+            self.mistakes += [
+                f"{step}: {to_text(key)} needs a block, and the step has none" for key in unknown
+            ]
+        return None, f"{step}: "
+
+    def read_parameters(self, block: Block, table: Mapping[str, object], where: str) -> dict[str, Any]:
+        """The values for a block; the references of defaults are checked too."""
+        for key in table:
+            if key not in block.parameters and key not in STEP_KEYS:
+                hint = suggest(str(key), block.parameters)
+                self.mistakes.append(f"{where}{to_text(key)} is not a parameter; {hint}")
+        values = read_values(block.parameters, table, where, self.mistakes)
+        for name, parameter in block.parameters.items():
+            if name in values or name not in table:
+                self.check_reference(parameter, values.get(name, parameter.default), where)
+        if block.saves:
+            self.implied.add(block.saves)
+        return values
+
+    def check_reference(self, parameter: Parameter, value: str, where: str) -> None:
+        """Check that a saved picture or file exists."""
+        if isinstance(parameter.control, SavedRef) and value:
+            self.check_saved(parameter.name, value, where)
+        elif isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
+            try:
+                asset_path(self.folder, value)
+            except ValueError as error:
+                self.mistakes.append(f"{where}{parameter.name}: {error}")
+
+    def check_saved(self, key: str, name: str, where: str) -> None:
+        """Check that an earlier step saves a picture of this name."""
+        names = [*self.saved, *self.implied.difference(self.saved)]
+        if name not in names:
+            self.mistakes.append(f"{where}{key}: no step before it saves {name!r}; {suggest(name, names)}")
+
+    def read_name(self, key: str, table: Mapping[str, object], where: str) -> str:
+        """The name under `from` or `save`, or an empty one."""
+        name = table.get(key, "")
+        if key in table and not (isinstance(name, str) and re.fullmatch(NAME_PATTERN, name)):
+            self.mistakes.append(f"{where}{key}: {to_text(name)} is not a name of letters and digits")
+            return ""
+        return str(name)
+
+    def add_saved(self, name: str, where: str) -> None:
+        """Make the name available to later steps."""
+        if name == SOURCE:
+            self.mistakes.append(f"{where}save: {SOURCE!r} is the untouched picture; choose another name")
+        elif name in self.saved:
+            self.mistakes.append(f"{where}save: an earlier step has saved {name!r}; choose another name")
+        else:
+            self.saved.append(name)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 from vidstyle.blade.inference import BankRun
-from vidstyle.block import Block, SavedRef, rgb_from_text
+from vidstyle.block import Block, rgb_from_text
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.core.resample import fitting_method
 from vidstyle.style.model import SOURCE, Style
@@ -67,8 +67,8 @@ def lower(style: Style, steps: Steps, source: PictureLayout, target: Encoding, r
     return LoweredStyle(source, target, luma=graph.luma(image), chroma=chroma)
 
 
-class ImageBuilder:
-    """Makes nodes, equal ones only once, and converts pictures to other forms.
+class GraphBuilder:
+    """Follows the steps of a style and makes their nodes, equal ones only once.
 
     Attributes:
         source: layout of what comes in.
@@ -81,6 +81,7 @@ class ImageBuilder:
         self.encoding = source.encoding
         self._nodes: dict[object, Node] = {}
         self.planes = self._source_planes()
+        self._saved = {SOURCE: self.planes}
 
     def node(self, op: Op, kind: Kind, shape: Shape, inputs: dict[str, Node], **others: Any) -> Node:
         """A node, or the equal one made before."""
@@ -141,16 +142,15 @@ class ImageBuilder:
             assert chroma.page is not None
             grid = chroma.grid.as_float_at(chroma.page, shape)
             small = grid.chroma_shape(*shape)
-            chroma = self._resample(chroma, small, method, grid=grid, page=shape)
+            chroma = self.resampled(chroma, small, method, grid=grid, page=shape)
         elif chroma is not None:
             chroma = self.resampled(chroma, shape, method)
         return ImageValue(self.resampled(image.luma, shape, method), chroma)
 
-    def resampled(self, node: Node, shape: Shape, method: str) -> Node:
-        """The node at another size; itself where it has that."""
-        return node if node.shape == shape else self._resample(node, shape, method)
-
-    def _resample(self, node: Node, shape: Shape, method: str, **grid: Any) -> Node:
+    def resampled(self, node: Node, shape: Shape, method: str, **grid: Any) -> Node:
+        """The node at another size; itself where it has that size and stays on its grid."""
+        if node.shape == shape and not grid:
+            return node
         values = {"method": fitting_method(method, node.shape, shape)}
         return self.node("resample", node.kind, shape, {"image": node}, values=values, **grid)
 
@@ -167,14 +167,6 @@ class ImageBuilder:
             return ImageValue(luma)
         small = encoding.chroma_shape(*shape)
         return ImageValue(luma, self.node("plane", "chroma", small, {}, grid=encoding, page=shape))
-
-
-class GraphBuilder(ImageBuilder):
-    """Follows the steps of a style."""
-
-    def __init__(self, source: PictureLayout) -> None:
-        super().__init__(source)
-        self._saved = {SOURCE: self.planes}
 
     def run_layers(self, style: Style, steps: Steps) -> ImageValue:
         """base, then background and lines from where it ended, and the lines laid over the background."""
@@ -242,7 +234,7 @@ class GraphBuilder(ImageBuilder):
     ) -> Node:
         inputs = {"image": image}
         for name, picture in pictures.items():
-            wanted = wanted_of(block, name)
+            wanted = block.saved_refs[name].on
             if wanted != "chroma":
                 takes_color = image.kind == "color" and wanted == "same"
                 inputs[name] = self.color(picture) if takes_color else self.luma(picture)
@@ -264,7 +256,7 @@ class GraphBuilder(ImageBuilder):
         """The picture with other luma, and the chroma that the block leaves or takes."""
         chroma = None if block.chroma == "dropped" else self.stored_chroma(image)
         for name, picture in pictures.items():
-            if wanted_of(block, name) == "chroma":
+            if block.saved_refs[name].on == "chroma":
                 chroma = self.stored_chroma(picture)
         return ImageValue(luma, chroma, back=image.back)
 
@@ -301,10 +293,3 @@ class GraphBuilder(ImageBuilder):
 
     def _constant_chroma(self, tint: tuple[float, ...]) -> Node:
         return self.node("constant_chroma", "chroma", self.source.shape, {}, values={"tint": tint})
-
-
-def wanted_of(block: Block, name: str) -> Literal["luma", "same", "chroma"]:
-    """What a block wants of the saved picture that a parameter names."""
-    control = block.parameters[name].control
-    assert isinstance(control, SavedRef)
-    return control.on

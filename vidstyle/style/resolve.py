@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vidstyle.block import Asset, Block, On, PageRegion, SavedRef, Slider
+from vidstyle.block import Asset, Block, On, PageRegion, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.style import LAYERS, Step, Style, asset_path, expand
@@ -73,12 +73,9 @@ def _prepare_step(style: Style, step: Step, growth: float) -> ResolvedStep:
         return ResolvedStep(None, "channels", {}, {}, step.save, step.source)
     block = all_blocks()[step.block]
     values = block.arguments_for(step.values)
-    names = [name for name, parameter in block.parameters.items() if isinstance(parameter.control, SavedRef)]
-    pictures = {name: values.pop(name) for name in names}
-    for name in values:
-        values[name] = _prepare_value(style, block, name, values[name], growth)
-    chosen = {name: picture for name, picture in pictures.items() if picture}
-    return ResolvedStep(block, step.on or block.on, values, chosen, step.save, step.source)
+    pictures = {name: picture for name in block.saved_refs if (picture := values.pop(name))}
+    values = {name: _prepare_value(style, block, name, value, growth) for name, value in values.items()}
+    return ResolvedStep(block, step.on or block.on, values, pictures, step.save, step.source)
 
 
 def _prepare_value(style: Style, block: Block, name: str, value: Any, growth: float) -> Any:

@@ -6,9 +6,8 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
-from vidstyle.style.check import FORMAT, TEXTS
+from vidstyle.style.check import FORMAT, MAX_STEPS, TEXTS
 from vidstyle.style.model import FIELDS, LAYERS, Step, Style
-from vidstyle.style.steps import MAX_STEPS
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
 

@@ -22,11 +22,11 @@ MAX_INTEGER = 2**53
 def read_values(
     parameters: Mapping[str, Parameter], table: Mapping[str, object], where: str, mistakes: list[str]
 ) -> dict[str, Any]:
-    """The values of these parameters, all of which the table holds; invalid ones are left out."""
+    """The values of those parameters that the table holds; invalid ones are left out."""
     values = {}
-    for name, parameter in parameters.items():
+    for name in [name for name in parameters if name in table]:
         try:
-            values[name] = _read_value(parameter, table[name])
+            values[name] = _read_value(parameters[name], table[name])
         except ValueError as error:
             mistakes.append(f"{where}{name}: {error}")
     return values

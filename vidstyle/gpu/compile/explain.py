@@ -1,29 +1,131 @@
-"""The passes of a plan in words, for people and programs: without a GPU."""
+"""What a plan does and what it moves through memory, in figures and in words: without a GPU.
+
+Every picture that a pass reads counts once however often it looks at a pixel, because the caches serve what
+is read again; every target counts once. So these are the least bytes: a real card moves no fewer, and time on
+it is at least these bytes over its bandwidth. Not counted are the histograms of measured steps, about a
+megabyte for each picture of any size, and the overlap of tiles.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
+from math import prod
+from typing import Any, cast
 
+from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.gpu.compile.cost import (
-    download_bytes,
-    held_textures,
-    pass_traffic,
-    plan_traffic,
-    upload_bytes,
-)
 from vidstyle.gpu.compile.formats import Format, plane_format, working_format
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
-from vidstyle.gpu.compile.shader_nodes import ShaderNode
+from vidstyle.gpu.compile.shader import RenderTarget
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
-from vidstyle.gpu.compile.targets import RenderTarget
+from vidstyle.gpu.compile.slots import Slots
+from vidstyle.gpu.compile.tiles import jobs_of
+from vidstyle.gpu.device.textures import TexturePool
 from vidstyle.gpu.session import MAX_SIDE
 from vidstyle.style import Style
 from vidstyle.style.nodes import Shape
 from vidstyle.style.resolve import resolve
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """Bytes for each pixel of the source's page."""
+
+    read: float
+    written: float
+
+    @property
+    def total(self) -> float:
+        """Both ways."""
+        return self.read + self.written
+
+    def __add__(self, other: Traffic) -> Traffic:
+        return Traffic(self.read + other.read, self.written + other.written)
+
+
+@dataclass(frozen=True)
+class HeldTexture:
+    """A texture: its height and width, and what it holds."""
+
+    height: int
+    width: int
+    format: Format
+
+    @property
+    def bytes(self) -> int:
+        """What it takes."""
+        return self.height * self.width * self.format.bytes
+
+
+def pass_traffic(plan: Plan, each: Pass) -> Traffic:
+    """What one pass reads and writes. One that samples reads only the pixels of its grid."""
+    places = prod(Sampling.of(*each.shape).shape if each.sampled else each.shape)
+    most = places if each.sampled else None
+    read = sum(_image_bytes(plan, image, most) for image in each.images)
+    written = sum(prod(target.shape) * target.format.bytes for target in write_shader(plan, each).targets)
+    pixels = prod(plan.source.shape)
+    return Traffic(read / pixels, written / pixels)
+
+
+def plan_traffic(plan: Plan) -> Traffic:
+    """What all passes together read and write."""
+    return sum((pass_traffic(plan, each) for each in plan.passes), Traffic(0, 0))
+
+
+def upload_bytes(plan: Plan) -> float:
+    """Bytes sent to the GPU for each pixel of the source's page, without the padding of rows."""
+    return sum(_image_bytes(plan, plane) for plane in plan.planes) / prod(plan.source.shape)
+
+
+def download_bytes(plan: Plan) -> float:
+    """Bytes that come back for each pixel of the source's page."""
+    # Of four components in a texture of RGB three come back.
+    sizes = (
+        prod(target.shape) * target.format.bytes * (3 if target.name == "color" else 4) // 4
+        for target in result_targets(plan)
+    )
+    return sum(sizes) / prod(plan.source.shape)
+
+
+def result_targets(plan: Plan) -> list[RenderTarget]:
+    """The planes of the result that the passes make."""
+    targets = (target for each in plan.passes for target in write_shader(plan, each).targets)
+    return [target for target in targets if target.is_plane]
+
+
+def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
+    """The textures that the passes write, each for several values in turn where that can be.
+
+    Args:
+        max_side: pixels that a texture's side may have.
+    """
+    pool = _CountingPool()
+    shaders = {each: write_shader(plan, each) for each in plan.passes}
+    Slots(cast(TexturePool, pool), plan, jobs_of(plan, max_side), shaders)
+    return pool.taken
+
+
+class _CountingPool:
+    """Takes the place of a pool of textures, and only counts what is taken."""
+
+    def __init__(self) -> None:
+        self.taken: list[HeldTexture] = []
+
+    def take(self, shape: Shape, coding: Format, exact: bool = False) -> HeldTexture:
+        self.taken.append(HeldTexture(*shape, coding))
+        return self.taken[-1]
+
+
+def _image_bytes(plan: Plan, image: ShaderNode, most: int | None = None) -> int:
+    """Bytes of a picture, or of as many of its pixels as are looked at."""
+    pixels = prod(image.shape) if most is None else min(prod(image.shape), most)
+    if not image.is_plane:
+        return working_format(image).bytes * pixels
+    return plane_format(plan.source.encoding.depth).bytes * CHANNELS[image.kind] * pixels
 
 
 def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
@@ -39,13 +141,13 @@ def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
 def explain(plan: Plan) -> dict[str, Any]:
     """What the plan does and moves: sizes are width and height, bytes those for each pixel of the source."""
     names = _names_of_values(plan)
-    rooms = held_textures(plan, MAX_SIDE)
+    textures = held_textures(plan, MAX_SIDE)
     return {
         "size": _size(plan.source.shape),
         "form": plan.form,
         "passes": [_explain_pass(plan, each, names) for each in plan.passes],
-        "textures": len(rooms),
-        "texture_bytes": sum(room.bytes for room in rooms),
+        "textures": len(textures),
+        "texture_bytes": sum(texture.bytes for texture in textures),
         "bytes": round(plan_traffic(plan).total, 3),
         "bytes_up": round(upload_bytes(plan), 3),
         "bytes_down": round(download_bytes(plan), 3),

@@ -1,20 +1,45 @@
-"""The shader of a pass: its text, and what has to be bound before it runs."""
+"""The shader of a pass: its text, the textures that it writes, and what has to be bound before it runs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Any
 
+from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.formats import Format, levels, plane_format, working_format
+from vidstyle.gpu.compile.formats import WORKING, Format, levels, plane_format, working_format
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Plan
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderKind, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shared import Pair
-from vidstyle.gpu.compile.targets import RenderTarget
 
 GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
 """Invocations across and down in a group of a compute pass: more in the direction in which its filters read,
 because neighbours in that direction read the same pixels."""
+
+
+@dataclass(frozen=True)
+class RenderTarget:
+    """A texture that a pass writes.
+
+    Attributes:
+        name: "working" for the result of a node that later passes read, "samples" for what is measured, or
+            the plane of the result: "luma", "blue", "red", "color".
+        node: what is written.
+        format: of the texture.
+        shape: its height and width.
+    """
+
+    name: str
+    node: ShaderNode
+    format: Format
+    shape: tuple[int, int]
+
+    @property
+    def is_plane(self) -> bool:
+        """Whether it is a plane of the result."""
+        return self.name not in ("working", "samples")
 
 
 @dataclass(frozen=True)
@@ -101,3 +126,72 @@ def _declare_levels(shader: Shader, name: str, coding: Format, words: dict[str, 
     """Declare what reads a texture whose numbers stand for a range of values, or for themselves."""
     shader.assembly.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
     shader.assembly.add_template("frame/image.glsl", words)
+
+
+def targets_of(plan: Plan, each: Pass) -> list[RenderTarget]:
+    """What the pass writes, in the order of the bindings."""
+    targets = [RenderTarget("working", node, working_format(node), node.shape) for node in each.stored]
+    if each.sampled:
+        node = each.sampled.of
+        targets.append(RenderTarget("samples", node, WORKING["luma"], Sampling.of(*node.shape).shape))
+    for node in each.result.nodes if each.result else ():
+        targets += _planes_of(plan, node)
+    return targets
+
+
+def _planes_of(plan: Plan, node: ShaderNode) -> list[RenderTarget]:
+    encoding, shape = plan.target, plan.source.shape
+    if node.kind == "color":
+        return [RenderTarget("color", node, plane_format(encoding.depth, 4), shape)]
+    if node.kind == "luma":
+        return [RenderTarget("luma", node, plane_format(encoding.depth), shape)]
+    small = encoding.chroma_shape(*shape)
+    return [RenderTarget(name, node, plane_format(encoding.depth), small) for name in ("blue", "red")]
+
+
+def shrinks(plan: Plan, each: Pass) -> bool:
+    """Whether the pass averages chroma to the result's grid itself."""
+    result = each.result
+    if result is None or result.role != "planes" or plan.target.step == (1, 1):
+        return False
+    return any(node.kind == "chroma" for node in result.nodes)
+
+
+def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[int, int] | None) -> None:
+    """Declare them, and `store_0`, `store_1` and so on, which put a value in its place.
+
+    Args:
+        groups: pixels across and down for each group of a compute pass; None in a fragment pass.
+    """
+    if groups is not None:
+        text.add(f"layout(local_size_x = {groups[0]}, local_size_y = {groups[1]}) in;")
+    for number, target in enumerate(targets):
+        name = f"target_{number}"
+        if groups is not None:
+            text.add(f"layout({target.format.image}, binding = {number}) writeonly uniform image2D {name};")
+            store = f"imageStore({name}, place, value);"
+        else:
+            text.add(f"layout(location = {number}) out vec4 {name};")
+            store = f"{name} = value;"
+        text.add(f"void store_{number}(ivec2 place, vec4 value) {{ {store} }}")
+
+
+def store_working(target: RenderTarget, name: str, number: int) -> str:
+    """The line that stores the value of this name in target `number`, which later passes read."""
+    coding, padding = target.format, ", 0.0" * (4 - CHANNELS[target.node.kind])
+    return f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"
+
+
+def store_planes(text: Assembly, encoding: Encoding, kind: ShaderKind, name: str, number: int) -> list[str]:
+    """Lines that store the value of this name in planes of the result, from target `number` on."""
+    zero, one = levels(encoding, kind)
+    coding = plane_format(encoding.depth)
+    numbers = f"{zero}, {one}, {float(2**encoding.depth - 1)}, {float(coding.most)}"
+    names = [f"{name}.x", f"{name}.y"] if kind == "chroma" else [name]
+    if encoding.depth:
+        text.include("frame/code.glsl", 3 if kind == "color" else 1)
+        names = [f"code({each}, {numbers})" for each in names]
+    elif kind == "color":
+        names = [f"clamp({name}, 0.0, 1.0)"]
+    padding = "1.0" if kind == "color" else "0.0, 0.0, 1.0"
+    return [f"store_{number + offset}(place, vec4({each}, {padding}));" for offset, each in enumerate(names)]

@@ -14,10 +14,18 @@ from vidstyle.errors import VidstyleError
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter, signatures
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
-from vidstyle.gpu.compile.shader import GROUPS, Shader, declare_image
+from vidstyle.gpu.compile.shader import (
+    GROUPS,
+    Shader,
+    declare_image,
+    declare_targets,
+    shrinks,
+    store_planes,
+    store_working,
+    targets_of,
+)
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.shared import BYTES, Pair, sharing_of
-from vidstyle.gpu.compile.targets import declare_targets, shrinks, store_planes, store_working, targets_of
 
 TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
 """Pixels across and down that a group makes together where chroma is averaged."""
