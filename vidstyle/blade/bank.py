@@ -88,7 +88,7 @@ def save_bank(bank: Bank, path: str | Path) -> None:
     arrays = {
         "format": np.int32(FORMAT),
         "filters": bank.filters,
-        "bins": np.array([bank.bins.orientations, bank.bins.strengths, bank.bins.coherences], np.int32),
+        "bins": np.array(bank.bins.counts, np.int32),
         "ranges": np.array([bank.bins.strength_range, bank.bins.coherence_range]),
         "rho": np.float64(bank.rho),
         "about": np.frombuffer(json.dumps(bank.about, sort_keys=True).encode(), np.uint8),
@@ -142,8 +142,8 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
     ):
         raise ValueError("is no bank: its arrays have wrong shapes")
     about = json.loads(arrays["about"].tobytes().decode())
-    orientations, strengths, coherences = (int(number) for number in arrays["bins"])
     ranges = [(float(low), float(high)) for low, high in arrays["ranges"]]
+    orientations, strengths, coherences = map(int, arrays["bins"])
     bins = Bins(orientations, strengths, coherences, *ranges)
     return Bank(bins, float(arrays["rho"]), arrays["filters"], about if isinstance(about, dict) else {})
 
@@ -151,7 +151,7 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
 def _problem(bank: Bank) -> str:
     """What is wrong with a bank, or nothing."""
     bins, filters = bank.bins, bank.filters
-    if min(bins.orientations, bins.strengths, bins.coherences) < 1 or bins.orientations % 2:
+    if min(bins.counts) < 1 or bins.orientations % 2:
         return f"has bins {bins.orientations} x {bins.strengths} x {bins.coherences}; orientations are even"
     ends = (*bins.strength_range, *bins.coherence_range, bank.rho)
     if not np.isfinite(ends).all() or ends[0] >= ends[1] or ends[2] >= ends[3] or not 0 < bank.rho <= 16:

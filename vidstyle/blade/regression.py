@@ -126,18 +126,10 @@ def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
 def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> np.ndarray:
     """The mean squared error of each part and bin on the training samples; NaN for empty bins."""
     weights = pair_weights(filters, config.size)
+    mixed = np.einsum("pbi,bpi->pb", weights, sums.vectors)
+    squared = np.einsum("pbi,bij,pbj->pb", weights, sums.matrices, weights)
     with np.errstate(invalid="ignore"):
-        return np.stack(
-            [
-                (
-                    sums.energies[:, part]
-                    - 2 * np.einsum("bi,bi->b", weights[part], sums.vectors[:, part])
-                    + np.einsum("bi,bij,bj->b", weights[part], sums.matrices, weights[part])
-                )
-                / sums.samples
-                for part in range(len(filters))
-            ]
-        )
+        return (sums.energies.T - 2 * mixed + squared) / sums.samples
 
 
 def _symmetrized_counts(config: TrainingConfig, samples: np.ndarray) -> np.ndarray:
@@ -165,37 +157,29 @@ def _with_prior(
 
 def _regularizer(config: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     """The squared differences of neighbouring coefficients: a matrix on the weights, and a linear part."""
-    size = config.size
-    index = np.arange(size * size).reshape(size, size)
-    steps = np.concatenate(
-        [
-            np.stack([one.ravel(), other.ravel()], axis=1)
-            for one, other in ((index[1:], index[:-1]), (index[:, 1:], index[:, :-1]))
-        ]
+    impulse = np.zeros((config.size, config.size, 1))
+    impulse[config.size // 2, config.size // 2] = 1
+    from_weights, from_middle = (
+        np.concatenate([np.diff(filters, axis=axis).reshape(-1, filters.shape[2]) for axis in (0, 1)])
+        for filters in (_coefficients_of_weights(config.size), impulse)
     )
-    differences = np.zeros((len(steps), size * size))
-    differences[np.arange(len(steps)), steps[:, 0]] = 1
-    differences[np.arange(len(steps)), steps[:, 1]] = -1
-    from_weights = differences @ _coefficients_of_weights(size)
-    middle = differences[:, index[size // 2, size // 2]]
-    bend = -np.outer(config.sums, from_weights.T @ middle)
-    return from_weights.T @ from_weights, bend
+    return from_weights.T @ from_weights, -np.outer(config.sums, from_weights.T @ from_middle)
 
 
 def _coefficients_of_weights(size: int) -> np.ndarray:
-    """From weights to coefficients: 1 at both pixels of a pair, -2 in the middle."""
+    """The filter of each pair, size x size x pairs: 1 at both of its pixels, -2 in the middle."""
     matrix = np.zeros((size, size, len(pixel_pairs(size))))
     radius = size // 2
     for number, (down, right) in enumerate(pixel_pairs(size)):
         matrix[radius + down, radius + right, number] = 1
         matrix[radius - down, radius - right, number] = 1
         matrix[radius, radius, number] = -2
-    return matrix.reshape(size * size, -1)
+    return matrix
 
 
 def _as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
     size = config.size
-    filters = (weights @ _coefficients_of_weights(size).T).reshape(*weights.shape[:2], size, size)
+    filters = np.tensordot(weights, _coefficients_of_weights(size), (2, 2))
     filters[:, :, size // 2, size // 2] += np.array(config.sums)[:, None]
     return filters.astype(np.float32)
 

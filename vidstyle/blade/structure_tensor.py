@@ -41,27 +41,22 @@ class Bins:
     coherence_range: tuple[float, float] = (0.2, 0.8)
 
     @property
+    def counts(self) -> tuple[int, int, int]:
+        """The numbers of bins of the three features."""
+        return self.orientations, self.strengths, self.coherences
+
+    @property
     def count(self) -> int:
         """The number of filters: orientation x strength x coherence, the last varying fastest."""
-        return self.orientations * self.strengths * self.coherences
+        return math.prod(self.counts)
 
     @property
     def as_array(self) -> np.ndarray:
         """For kernels, seven float32: the counts, then start and bins per unit of both ranges."""
         low, high = self.strength_range
         first, last = self.coherence_range
-        return np.array(
-            [
-                self.orientations,
-                self.strengths,
-                self.coherences,
-                low / 255,
-                255 * self.strengths / (high - low),
-                first,
-                self.coherences / (last - first),
-            ],
-            np.float32,
-        )
+        densities = 255 * self.strengths / (high - low), self.coherences / (last - first)
+        return np.array([*self.counts, low / 255, densities[0], first, densities[1]], np.float32)
 
 
 def window_radius(rho: float) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import mix_channels
 from vidstyle.core.measured import sampled, sampled_picture
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     Chroma,
     chroma_radius,
@@ -26,7 +25,7 @@ from vidstyle.core.planes import (
 )
 from vidstyle.core.resample import resample
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
-from vidstyle.style.nodes import LoweredStyle, Measure, Node
+from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of
 
 Value = Any
 """float32: luma, N x W; RGB, N x W x 3; or blue and red difference, two of N x W."""
@@ -46,11 +45,11 @@ class FrameExecutor:
         pool: Executor,
         schedule: Schedule,
         source: Picture,
-        follow: Callable[[Measure, np.ndarray], np.ndarray],
+        follow: Callable[[Measure[Node], np.ndarray], np.ndarray],
     ) -> None:
         self._pool, self._source, self._output = pool, source, schedule.output
         self._stored: dict[Node, Value] = {}
-        self._numbers: dict[Measure, np.ndarray] = {}
+        self._numbers: dict[Measure[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
             if isinstance(task, Measure):
                 measured = np.percentile(self._sampled(task.of), task.percentages)
@@ -117,7 +116,7 @@ class FrameExecutor:
                 continue
             inputs = {name: values[key] for name, key in step.inputs}
             if step.twin is not None:
-                luma, *chroma = yuv_from_rgb(inputs["color"], _encoding(node.matrix))
+                luma, *chroma = yuv_from_rgb(inputs["color"], encoding_of(node.matrix))
                 for half in (node, step.twin):
                     values[half, margin] = luma if half.kind == "luma" else tuple(chroma)
             else:
@@ -149,7 +148,7 @@ class FrameExecutor:
         above, below = _margin(node, top, bottom)
         injected: dict[object, Any] = {
             PageRegion: PageRegion(top - above, *node.shape, (above, below)),
-            LumaWeights: _encoding(node.matrix).weights,
+            LumaWeights: encoding_of(node.matrix).weights,
             Measured: self._numbers.get(node.measure),  # type: ignore[arg-type]
         }
         pictures = {name: inputs.get(name) for name in block.saved_refs}
@@ -183,7 +182,7 @@ class FrameExecutor:
             small = sampled_picture(self._source)
             return (color_rows if node.kind == "color" else luma_rows)(small, 0, small.shape[0])
         if node.op == "luma_from_rgb" and node not in self._stored:
-            return yuv_from_rgb(self._sampled(node.inputs["color"]), _encoding(node.matrix))[0]
+            return yuv_from_rgb(self._sampled(node.inputs["color"]), encoding_of(node.matrix))[0]
         return sampled(self._stored[node])
 
 
@@ -204,21 +203,16 @@ def _copy_rows(value: Value, planes: Value, top: int, bottom: int) -> None:
         plane[top:bottom] = rows
 
 
-@lru_cache
-def _encoding(matrix: str) -> Encoding:
-    return Encoding(matrix)
-
-
 def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> Value:
     """The operations that compute each pixel from the same pixel of their inputs."""
     values = node.values
     match node.op:
         case "luma_from_rgb":
-            return yuv_from_rgb(inputs["color"], _encoding(node.matrix))[0]
+            return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[0]
         case "chroma_from_rgb":
-            return yuv_from_rgb(inputs["color"], _encoding(node.matrix))[1:]
+            return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[1:]
         case "rgb_from_yuv":
-            return rgb_from_yuv(inputs["luma"], inputs["chroma"], _encoding(node.matrix))
+            return rgb_from_yuv(inputs["luma"], inputs["chroma"], encoding_of(node.matrix))
         case "rgb_from_gray":
             return np.repeat(inputs["luma"][..., None], 3, axis=2)
         case "constant_luma":

@@ -15,7 +15,7 @@ from vidstyle.cpu.schedule import Schedule, schedule
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
-from vidstyle.style.nodes import LoweredStyle, Measure, StepKey
+from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
 from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve, structure
 
 
@@ -110,7 +110,7 @@ class CpuRenderer:
             self._lowered[layout, target, rgb] = lowered, schedule(lowered)
         lowered, tasks = self._lowered[layout, target, rgb]
 
-        def follow(measure: Measure, measured: np.ndarray) -> np.ndarray:
+        def follow(measure: Measure[Node], measured: np.ndarray) -> np.ndarray:
             return self._smoothers[measure.step].follow(measured, time, measure.time_constant)
 
         return FrameExecutor(self._pool, tasks, picture, follow).picture(lowered)

@@ -59,7 +59,7 @@ class Sweep:
     radius: int
 
 
-Task = Sweep | Node | Measure
+Task = Sweep | Node | Measure[Node]
 """A sweep, a node that is resampled as a whole plane, or percentiles to be measured."""
 
 

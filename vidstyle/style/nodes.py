@@ -27,7 +27,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, TypeVar
+from functools import lru_cache
+from typing import Any, Generic, Literal, TypeVar
 
 from vidstyle.block import Block
 from vidstyle.core.picture import Encoding, PictureLayout
@@ -58,17 +59,17 @@ StepKey = tuple[str, int]
 
 
 @dataclass(frozen=True, eq=False)
-class Measure:
+class Measure(Generic[T]):
     """Percentiles of luma that a measured step takes, smoothed over time.
 
     Attributes:
-        of: the luma that is measured.
+        of: the node of luma that is measured.
         percentages: which percentiles.
         time_constant: in seconds.
         step: the step, by which an executor keeps the smoothed numbers from picture to picture.
     """
 
-    of: Node
+    of: T
     percentages: tuple[float, ...]
     time_constant: float
     step: StepKey
@@ -99,7 +100,7 @@ class Node:
     values: dict[str, Any] = field(default_factory=dict)
     block: Block | None = None
     radius: int = 0
-    measure: Measure | None = None
+    measure: Measure[Node] | None = None
     matrix: str = ""
     grid: Encoding | None = None
     page: Shape | None = None
@@ -146,6 +147,12 @@ class LoweredStyle:
 
     def _is_source_plane(self, node: Node | None) -> bool:
         return node is not None and node.op == "plane" and self.source.encoding == self.target
+
+
+@lru_cache
+def encoding_of(matrix: str) -> Encoding:
+    """The encoding of luma and chroma with the `matrix` of a node."""
+    return Encoding(matrix)
 
 
 def in_order(roots: Iterable[T], needs: Callable[[T], Iterable[T]]) -> list[T]:

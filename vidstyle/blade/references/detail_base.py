@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidstyle.blade.references.line_integral import gaussian
+from vidstyle.blade.references.edge_flow import gaussian
 from vidstyle.blade.references.rows import for_all_rows, require_positive
 from vidstyle.core.kernels import compiled
 
@@ -42,7 +42,7 @@ def detail_base(luma: np.ndarray, contrast: float = 20.0, spread: float = 2.0) -
     falloff = np.float32(1 / (2 * 9 * (contrast / 255) ** 2))
     padded = np.pad(luma.astype(np.float32), RADIUS + 1, mode="edge")
     out = np.empty(luma.shape, np.float32)
-    for_all_rows(_average_alike, luma.shape[0], padded, weights, falloff, out)
+    for_all_rows(_average_alike, luma.shape, padded, weights, falloff, out)
     return out
 
 

@@ -58,7 +58,7 @@ def _evolve(
     now = np.pad(luma.astype(np.float32) * np.float32(LEVELS), 1, mode="edge")
     then = np.empty_like(now)
     for _ in range(count):
-        for_all_rows(move, luma.shape[0], now, np.float32(time / count), np.float32(faint**2), then)
+        for_all_rows(move, luma.shape, now, np.float32(time / count), np.float32(faint**2), then)
         then[[0, -1]] = then[[1, -2]]
         then[:, [0, -1]] = then[:, [1, -2]]
         now, then = then, now

@@ -6,6 +6,7 @@ starts a pass; per-pixel operations are fused into it.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
@@ -78,14 +79,7 @@ class Pass:
 
     def needs(self, other: Pass) -> bool:
         """Whether the other one must have run before, itself or by way of others."""
-        waiting, seen = list(self.before), set(self.before)
-        while waiting:
-            each = waiting.pop()
-            if each is other:
-                return True
-            waiting += each.before - seen
-            seen |= each.before
-        return False
+        return other in in_order(self.before, lambda each: each.before)
 
 
 def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
@@ -127,28 +121,15 @@ class _Partition:
 
     def worth_keeping(self) -> set[ShaderNode]:
         """Light nodes that are so long in the making that several passes should not repeat it."""
-        users: dict[ShaderNode, int] = {}
-        for each in self._passes:
-            for node in each.nodes if each.sampled is None else ():
-                users[node] = users.get(node, 0) + 1
+        users = Counter(node for each in self._passes if each.sampled is None for node in each.nodes)
         often = [node for node, count in users.items() if count > 1 and node not in self._stored]
         long = {node for node in often if len(self._calls([node], None)) > RECOMPUTED}
         return long - {other for node in long for other in node.inputs.values()}
 
     def in_order(self) -> list[Pass]:
         """The passes, each after all that it needs."""
-        done: dict[Pass, None] = {}
-
-        def visit(each: Pass) -> None:
-            for other in sorted(each.before, key=self._passes.index):
-                if other not in done:
-                    visit(other)
-            done[each] = None
-
-        for each in self._passes:
-            if each.roots and each not in done:
-                visit(each)
-        return list(done)
+        roots = [each for each in self._passes if each.roots]
+        return in_order(roots, lambda each: sorted(each.before, key=self._passes.index))
 
     def _settle_measure(self, measure: ShaderMeasure | None) -> None:
         if measure is None or measure in self._measured:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any, Literal
 
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.structure_tensor import window_radius, window_weights
 from vidstyle.block import Block, Choice, LumaWeights
-from vidstyle.core.picture import Encoding
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import functions_of_block
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
-from vidstyle.style.nodes import Measure, Node, identity_key, nodes_in_order
+from vidstyle.style.nodes import Measure, Node, encoding_of, identity_key, nodes_in_order
 
 FILES = {
     "luma_from_rgb": "frame/color.glsl",
@@ -46,7 +44,7 @@ class ShaderGraph:
         self._form = form
         self._nodes: dict[object, ShaderNode] = {}
         self._made: dict[Node, ShaderNode] = {}
-        self._measures: dict[Measure, ShaderMeasure] = {}
+        self._measures: dict[Measure[Node], ShaderMeasure] = {}
 
     def add(self, outputs: Iterable[Node]) -> None:
         """Make the shader nodes of all that these nodes need."""
@@ -119,7 +117,7 @@ class ShaderGraph:
         pictures = {name: self[other] for name, other in node.inputs.items() if name != "image"}
         values, options = _numbered(block, node.values)
         weights = [name for name, kind in block.injected.items() if kind is LumaWeights]
-        values |= {name: _encoding(node.matrix).weights for name in weights}
+        values |= {name: encoding_of(node.matrix).weights for name in weights}
         for signature in functions_of_block(block.name):
             call = ShaderNode(
                 node.kind,
@@ -137,7 +135,7 @@ class ShaderGraph:
             image = self.node(call)
         return image
 
-    def _measure(self, measure: Measure | None) -> ShaderMeasure | None:
+    def _measure(self, measure: Measure[Node] | None) -> ShaderMeasure | None:
         if measure is None:
             return None
         if measure not in self._measures:
@@ -188,13 +186,8 @@ class ShaderGraph:
         return self.node(ShaderNode("luma", luma.shape, own, around=four))
 
 
-@lru_cache
-def _encoding(matrix: str) -> Encoding:
-    return Encoding(matrix)
-
-
 def _matrices(matrix: str) -> dict[str, Any]:
-    encoding = _encoding(matrix)
+    encoding = encoding_of(matrix)
     return {"from_rgb": encoding.from_rgb, "to_rgb": encoding.to_rgb}
 
 

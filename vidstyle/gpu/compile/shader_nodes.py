@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from vidstyle.core.picture import Encoding
 from vidstyle.gpu.compile.glsl import Signature, signatures
-from vidstyle.style.nodes import Shape, StepKey
+from vidstyle.style.nodes import Measure, Shape
 
 ShaderKind = Literal["luma", "chroma", "color", "choices"]
 """Kinds of values; "choices" are the numbers of the filters that 2 x 2 pixels choose."""
@@ -37,16 +37,6 @@ class Function:
 
 
 @dataclass(frozen=True, eq=False)
-class ShaderMeasure:
-    """Percentiles of luma that a measured step is given; the attributes are those of `lower.Measure`."""
-
-    of: ShaderNode
-    percentages: tuple[float, ...]
-    time_constant: float
-    step: StepKey
-
-
-@dataclass(frozen=True, eq=False)
 class ShaderNode:
     """One value at every pixel, made by one call of a GLSL function.
 
@@ -73,7 +63,7 @@ class ShaderNode:
     radius: int = 0
     values: dict[str, Any] = field(default_factory=dict)
     options: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    measure: ShaderMeasure | None = None
+    measure: Measure[ShaderNode] | None = None
     grid: Encoding | None = None
     page: Shape | None = None
     is_wide: bool = False
@@ -94,3 +84,7 @@ class ShaderNode:
     def is_heavy(self) -> bool:
         """Whether it reads so much around a pixel that it is worth a pass, and computed only once."""
         return self.around is not None and not self.is_enlarged
+
+
+ShaderMeasure = Measure[ShaderNode]
+"""Percentiles of luma that a shader takes."""

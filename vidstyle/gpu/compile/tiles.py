@@ -191,17 +191,10 @@ class Job:
         if each.sampled is None:
             return (0, 0), (width, height), (window.left, window.top), 1
         sampling = Sampling.of(*each.shape)
-        first = [
-            -(-(start - begin) // sampling.stride)
-            for start, begin in zip((window.top, window.left), sampling.first, strict=True)
-        ]
-        end = [
-            -(-(stop - begin) // sampling.stride)
-            for stop, begin in zip((window.bottom, window.right), sampling.first, strict=True)
-        ]
-        top, left = (max(number, 0) for number in first)
-        size = max(end[1] - left, 0), max(end[0] - top, 0)
-        return (left, top), size, (sampling.first[1], sampling.first[0]), sampling.stride
+        row, column = sampling.first
+        top, bottom = (max(-(-(edge - row) // sampling.stride), 0) for edge in (window.top, window.bottom))
+        left, right = (max(-(-(edge - column) // sampling.stride), 0) for edge in (window.left, window.right))
+        return (left, top), (right - left, bottom - top), (column, row), sampling.stride
 
     def result_window(self, name: str) -> Window:
         """Where a plane of the result lies, in its own samples."""

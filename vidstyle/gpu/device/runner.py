@@ -23,6 +23,7 @@ from vidstyle.gpu.device.programs import Programs
 from vidstyle.gpu.device.stabilizer import GpuStabilizer
 from vidstyle.gpu.device.textures import AssetTextures, TexturePool
 from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload
+from vidstyle.style.nodes import Measure
 
 if TYPE_CHECKING:
     import moderngl
@@ -188,7 +189,7 @@ class Runner:
     def _texture_of(
         self, what: ImageOf | ShaderMeasure | tuple, uploaded: Mapping[str, moderngl.Texture]
     ) -> Any:
-        if isinstance(what, ShaderMeasure):
+        if isinstance(what, Measure):
             return self._measured[what]
         if not isinstance(what, ImageOf):
             return self._resources.assets.get(what)
