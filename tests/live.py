@@ -16,11 +16,10 @@ import pytest
 
 from vidstyle.errors import DeviceError
 from vidstyle.live import hot_swap
-from vidstyle.live.clock import MONOTONIC, Clock
-from vidstyle.live.control import Controls
-from vidstyle.live.options import LiveOptions, TargetContext
+from vidstyle.live.control import Controls, LiveOptions
 from vidstyle.live.session import LiveSession, LiveSummary
-from vidstyle.live.target import LiveFrame, Target
+from vidstyle.live.target import LiveFrame, Target, TargetContext
+from vidstyle.live.timing import MONOTONIC, Clock
 from vidstyle.media.capture.input import CapturedFrame, LiveInput, LiveSource
 from vidstyle.media.capture.sources import GeneratedPicture
 from vidstyle.style import load_style

@@ -19,7 +19,7 @@ from live import Kept, eventually, generated, session
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.live.audio import AudioRouter, MicrophoneCapture
-from vidstyle.live.options import LiveOptions
+from vidstyle.live.control import LiveOptions
 from vidstyle.live.targets import TargetOptions, target_maker
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture import microphone

@@ -18,8 +18,7 @@ from live import generated
 from live_page import LONG, Visitor, eventually, live_frame, showing
 from websockets.exceptions import ConnectionClosed
 
-from vidstyle.live.control import Controls, Status
-from vidstyle.live.options import LiveOptions
+from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.page import PageTarget, messages
 from vidstyle.live.page.hub import MAX_SIZE, jpeg
 from vidstyle.live.page.target import STATIC

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -20,10 +21,10 @@ from live import LONG, POSTER, SMALL, Kept, eventually, generated, session
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, OutputError, UsageError
-from vidstyle.live.meter import LatencyMeter
-from vidstyle.live.sinks import ConstantRateTarget, FramePacer, NullTarget
 from vidstyle.live.target import LiveFrame
-from vidstyle.live.targets import TargetOptions, target_maker
+from vidstyle.live.target_thread import ConstantRateTarget, FramePacer
+from vidstyle.live.targets import NullTarget, TargetOptions, target_maker
+from vidstyle.live.timing import LatencyMeter
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
 
@@ -200,6 +201,7 @@ def test_nothing_new_is_shown_again():
 
     class Sink:
         numbers: list[int] = []
+        needs_every = False
 
         def write(self, frame: LiveFrame, number: int) -> None:
             self.numbers.append(number)
@@ -211,11 +213,7 @@ def test_nothing_new_is_shown_again():
     sink = Sink()
 
     def make(context):
-        target = ConstantRateTarget(
-            "steady", lambda first: sink, context.meter, Fraction(30), reconnects=False
-        )
-        target.start(context.first)
-        return target
+        return ConstantRateTarget("steady", lambda: sink, replace(context, rate=Fraction(30)))
 
     with session(generated(5), make, frames=6) as running:
         summary = running.wait()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.options import Size
+from vidstyle.cli.options import SIZE, device_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import OutputError, UsageError
 
@@ -29,12 +29,11 @@ def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
 
 
 @click.command(short_help="Measure the speed of blocks and styles.")
-@click.option("--size", "sizes", type=Size(), multiple=True, default=["1920x1080"], show_default=True,
+@click.option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"], show_default=True,
               callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
 @click.option("--style", "style_names", metavar="NAME", multiple=True, help="Measure only these styles.")
 @click.option("--block", "block_names", metavar="NAME", multiple=True, help="Measure only these blocks.")
-@click.option("--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True,
-              help="GPU to measure beside the CPU.")  # fmt: skip
+@device_option("GPU to measure beside the CPU.")
 @click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best", show_default=True,
               help="Kind of shaders on the GPU.")  # fmt: skip
 @click.option("--seconds", type=click.FloatRange(0, 3600), default=1.0, show_default=True,
@@ -71,8 +70,11 @@ def bench(
     text = json.dumps(data, indent=2) + "\n" if as_json else markdown(data)
     if output is None:
         click.echo(text, nl=False)
-    else:
-        _write(output, text)
+        return
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise OutputError(output, f"cannot be written ({error.strerror})", "choose another -o") from error
 
 
 def _report(timed: Timed) -> None:
@@ -80,10 +82,3 @@ def _report(timed: Timed) -> None:
         f", {times.plan.form} passes {sum(times.passes) * 1e3:.3g} ms" for times in timed.gpu if times.passes
     )
     say(f"{timed.subject.name}, {timed.size[0]}x{timed.size[1]}: CPU {timed.cpu * 1e3:.3g} ms{gpu}")
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(path, f"cannot be written ({error.strerror})", "choose another -o") from error

@@ -20,24 +20,18 @@ if TYPE_CHECKING:
 def blocks(name: str | None, as_json: bool) -> None:
     """List the filter blocks of which styles are made, or describe the parameters of NAME."""
     from vidstyle.blocks import all_blocks
+    from vidstyle.style.values import suggest
 
     if name is not None:
-        block = _find(name)
+        if name not in all_blocks():
+            raise click.UsageError(f"{name!r} is not a block; {suggest(name, all_blocks())}")
+        block = all_blocks()[name]
         click.echo(json.dumps(_as_dict(block), indent=2) if as_json else _details(block))
     elif as_json:
         click.echo(json.dumps([_as_dict(block) for block in all_blocks().values()], indent=2))
     else:
         for block in all_blocks().values():
             click.echo(f"{block.name:16} {block.kind:8} {block.help}")
-
-
-def _find(name: str) -> Block:
-    from vidstyle.blocks import all_blocks
-    from vidstyle.style.values import suggest
-
-    if name not in all_blocks():
-        raise click.UsageError(f"{name!r} is not a block; {suggest(name, all_blocks())}")
-    return all_blocks()[name]
 
 
 def _details(block: Block) -> str:
@@ -50,10 +44,5 @@ def _details(block: Block) -> str:
 
 
 def _as_dict(block: Block) -> dict[str, Any]:
-    return {
-        "name": block.name,
-        "kind": block.kind,
-        "on": block.on,
-        "help": block.help,
-        "parameters": {name: parameter.schema() for name, parameter in block.parameters.items()},
-    }
+    facts = {name: getattr(block, name) for name in ("name", "kind", "on", "help")}
+    return facts | {"parameters": {name: each.schema() for name, each in block.parameters.items()}}

@@ -10,66 +10,50 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.options import Seconds
+from vidstyle.cli.options import Parsed, device_option, parse_seconds
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.comic.layout.paper import DPI
 from vidstyle.errors import printable
 
 
-class Panels(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
-    """A number of panels, or auto, which becomes 0."""
-
-    name = "N|auto"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """The number, or 0."""
-        if isinstance(value, int) or value == "auto":
-            return 0 if value == "auto" else value
-        if not value.isdigit() or int(value) == 0:
-            self.fail(f"{value!r} is neither a number of panels nor auto", param, ctx)
-        return int(value)
+def parse_panels(text: str) -> int | None:
+    """A number of panels; None for auto."""
+    if text != "auto" and (not text.isdigit() or int(text) == 0):
+        raise ValueError(f"{text!r} is neither a number of panels nor auto")
+    return None if text == "auto" else int(text)
 
 
-class Times(click.ParamType):  # type: ignore[type-arg, unused-ignore]
+def parse_times(text: str) -> tuple[float, ...]:
     """Comma-separated times."""
-
-    name = "T,T"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
-        """Seconds."""
-        if isinstance(value, tuple):
-            return value
-        return tuple(float(Seconds().convert(part.strip(), param, ctx)) for part in value.split(","))
+    return tuple(float(parse_seconds(part.strip())) for part in text.split(","))
 
 
-class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
-    """Comma-separated parts of a film, each FROM-TO."""
+def parse_spans(text: str) -> tuple[tuple[float, float], ...]:
+    """Comma-separated parts of a film, each FROM-TO: start and end in seconds."""
+    spans = []
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not dash:
+            raise ValueError(f"{part!r} is not a part of a film such as 0:10-0:25")
+        spans.append((float(parse_seconds(first)), float(parse_seconds(last))))
+    return tuple(spans)
 
-    name = "T-T,T-T"
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[tuple[float, float], ...]:
-        """Start and end of each in seconds."""
-        if isinstance(value, tuple):
-            return value
-        spans = []
-        for part in value.split(","):
-            first, dash, last = part.strip().partition("-")
-            if not dash:
-                self.fail(f"{part!r} is not a part of a film such as 0:10-0:25", param, ctx)
-            spans.append(tuple(float(Seconds().convert(each, param, ctx)) for each in (first, last)))
-        return tuple(spans)  # type: ignore[arg-type]
+PANELS, TIMES = Parsed("N|auto", parse_panels), Parsed("T,T", parse_times)
+SPANS = Parsed("T-T,T-T", parse_spans)
 
 
 @click.command(short_help="Make comic pages from a film or a folder of pictures.")
 @click.argument("source", metavar="INPUT")
 @click.argument("target", metavar="OUTPUT")
-@click.option("--panels", type=Panels(), default="auto", show_default=True, help="Number of panels.")
-@click.option("--at", type=Times(), default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
-@click.option("--skip", type=Spans(), default=(), help="Exclude these time ranges.")
+@click.option("--panels", type=PANELS, default="auto", show_default=True, help="Number of panels.")
+@click.option(
+    "--at",
+    type=TIMES,
+    default=(),
+    help="Times of the key frames, in seconds or as h:mm:ss.",
+)
+@click.option("--skip", type=SPANS, default=(), help="Exclude these time ranges.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
               help="Select another good layout.")  # fmt: skip
 @click.option(
@@ -98,8 +82,7 @@ class Spans(click.ParamType):  # type: ignore[type-arg, unused-ignore]
 @click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
               help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
-@click.option("--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True,
-              help="Device that runs the style.")  # fmt: skip
+@device_option()
 @reporting_options
 def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
     """Make comic pages of INPUT, a film or a folder of pictures.
@@ -109,7 +92,7 @@ def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
     from vidstyle.comic.make import ComicOptions, make_comic
     from vidstyle.comic.select.moments import KeyFrameOptions
 
-    key_frames = KeyFrameOptions(options.pop("panels") or None, options.pop("at"), options.pop("skip"))
+    key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
     with _steps() as show:
         made = make_comic(source, target, ComicOptions(key_frames=key_frames, styles=names, **options), show)

@@ -8,8 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from vidstyle.cli.reporting import say
-from vidstyle.cli.standard_streams import print_error
+from vidstyle.cli.reporting import print_error, say
 from vidstyle.pipeline.progress import Progress
 
 KINDS = ("auto", "bar", "plain", "json", "none")
@@ -32,7 +31,7 @@ def display(kind: str) -> Iterator[Show]:
     elif kind == "plain":
         yield _Throttled(LINE_SECONDS, _print_line)
     elif kind == "json":
-        show_json = _Throttled(JSON_SECONDS, _print_json)
+        show_json = _Throttled(JSON_SECONDS, lambda progress: print_error(json.dumps(progress.as_dict())))
         yield show_json
         show_json.show_last()
     else:
@@ -60,8 +59,7 @@ class _Throttled:
     """Calls a function with the progress at most once in an interval."""
 
     def __init__(self, seconds: float, show: Show) -> None:
-        self._seconds = seconds
-        self._show = show
+        self._seconds, self._show = seconds, show
         self._shown = time.monotonic()
         self._last: Progress | None = None
 
@@ -79,10 +77,6 @@ class _Throttled:
 def _print_line(progress: Progress) -> None:
     done = "" if progress.fraction is None else f"{progress.fraction:.0%}, "
     say(f"{done}frame {progress.frames}, {position_text(progress)}")
-
-
-def _print_json(progress: Progress) -> None:
-    print_error(json.dumps(progress.as_dict()))
 
 
 @contextmanager

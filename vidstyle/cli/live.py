@@ -8,33 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.options import Rate, Seconds, Size, raw_video, raw_video_options
+from vidstyle.cli import options as common
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
-    from vidstyle.live.options import LiveOptions
-    from vidstyle.live.targets import TargetOptions
-    from vidstyle.media.capture.sources import SourceOptions
+    from vidstyle.live.control import LiveOptions
 
 
 @click.command(short_help="Restyle a camera, a screen or a stream in real time.")
 @click.argument("source", metavar="[SOURCE]", default="camera")
-@click.option("--style", "style_name", metavar="NAME", default="ink", show_default=True,
-              help="Name of a style or a file.")  # fmt: skip
-@click.option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True,
-              help="Override a style parameter; may be repeated.")  # fmt: skip
-@click.option("--steady", type=click.FloatRange(0, 1), metavar="S",
-              help="Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]")  # fmt: skip
+@common.style_options(default="ink", show_default=True)
 @click.option("--to", "targets", metavar="TARGET", multiple=True, default=["page"], show_default=True,
               help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.")  # fmt: skip
-@click.option("--size", type=Size(), help="Capture and output size; 1280x-2 keeps the aspect ratio.")
-@click.option("--fps", type=Rate(), help="Frame rate.  [default: that of the source; 30 for cameras]")
+@click.option("--size", type=common.SIZE, help="Capture and output size; 1280x-2 keeps the aspect ratio.")
+@click.option("--fps", type=common.RATE, help="Frame rate.  [default: that of the source; 30 for cameras]")
 @click.option("--budget", type=click.Choice(["auto", "off"]), default="auto", show_default=True,
               help="To hold the frame rate, auto reduces the working size; off drops frames.")  # fmt: skip
 @click.option("--loop", is_flag=True, help="Repeat a file.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
-@click.option("--duration", type=Seconds(), help="Stop after this time.")
+@click.option("--duration", "seconds", type=common.SECONDS, help="Stop after this time.")
 @click.option("--format", "file_format", metavar="y4m|nut|raw", help="Format on '-'.  [default: y4m]")
 @click.option(
     "--pix-fmt", metavar="NAME", help="Pixel format of a virtual camera (yuyv422, nv12, i420), a file or '-'."
@@ -50,12 +43,11 @@ if TYPE_CHECKING:
 @click.option("--microphone", metavar="NAME", help="Audio source: default, hw:1,0, part of a name, or test.")
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
 @click.option("--input-format", metavar="NAME", help="Format of a camera (mjpeg) or of '-' (raw).")
-@raw_video_options("Frame rate of raw video.  [default: 30]")
+@common.raw_video_options("Frame rate of raw video.  [default: 30]", "raw_rate")
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any free port]"
 )
-@click.option("--device", metavar="auto|cpu|gpu|gpu:N", default="auto", show_default=True,
-              help="Device that runs the style.")  # fmt: skip
+@common.device_option()
 @click.option("--list", "listing", is_flag=True, help="List cameras with their modes, and microphones.")
 @click.option("--no-keys", is_flag=True, help="Disable keyboard control.")
 @click.option("--stats", is_flag=True, help="Print latency and dropped frames at the end.")
@@ -71,18 +63,20 @@ def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **
     from vidstyle.live.control import Controls
     from vidstyle.live.keys import HELP, keys
     from vidstyle.live.session import LiveSession
-    from vidstyle.live.targets import target_maker
-    from vidstyle.media.capture.sources import live_source
+    from vidstyle.live.targets import TargetOptions, target_maker
+    from vidstyle.media.capture.sources import SourceOptions, live_source
+    from vidstyle.media.write.writer import WriteOptions
     from vidstyle.pipeline.stopping import stop_on_signals
-    from vidstyle.style import load_style, override
 
     if listing:
         _list_devices(as_json)
         return 0
-    steady = [] if options["steady"] is None else [f"steady={options['steady']}"]
-    controls = Controls(override(load_style(options["style_name"]), [*options["changes"], *steady]))
-    makers = [target_maker(target, _target_options(options)) for target in targets]
-    opened = live_source(source, _source_options(options))
+    controls = Controls(common.style_from_options(options))
+    file = common.from_options(WriteOptions, options, audio="copy")
+    target_options = common.from_options(TargetOptions, options, format=options["file_format"], file=file)
+    makers = [target_maker(target, target_options) for target in targets]
+    read = {"rate": options["fps"], "format": options["input_format"], "raw": common.raw_video(options)}
+    opened = live_source(source, common.from_options(SourceOptions, options, **read))
     session = LiveSession(opened, controls, makers, _live_options(options))
     no_keys = options["no_keys"] or source == "-"
     with stop_on_signals() as stop, nullcontext(False) if no_keys else keys(controls) as has_keys:
@@ -118,66 +112,31 @@ def _list_devices(as_json: bool) -> None:
 
 
 def _described(device: Any) -> dict[str, Any]:
-    modes = [
-        {
-            "format": mode.format,
-            "size": [mode.width, mode.height],
-            "fps": [float(rate) for rate in mode.rates],
-        }
-        for mode in device.modes
-    ]
     return {
         "kind": "camera",
         "path": device.path,
         "name": device.name,
         "gives": device.can_capture,
         "takes": device.can_output,
-        "modes": modes,
+        "modes": [
+            {"format": mode.format, "size": [mode.width, mode.height], "fps": [*map(float, mode.rates)]}
+            for mode in device.modes
+        ],
     }
 
 
-def _source_options(options: dict[str, Any]) -> SourceOptions:
-    from vidstyle.media.capture import sources as live_sources
-
-    return live_sources.SourceOptions(
-        size=options["size"],
-        rate=options["fps"],
-        loop=options["loop"],
-        format=options["input_format"],
-        raw=raw_video(options),
-        raw_rate=options["input_fps"],
-    )
-
-
-def _target_options(options: dict[str, Any]) -> TargetOptions:
-    from vidstyle.live import targets
-    from vidstyle.media.write.writer import WriteOptions
-
-    names = ("codec", "crf", "pix_fmt", "overwrite")
-    return targets.TargetOptions(
-        format=options["file_format"],
-        pix_fmt=options["pix_fmt"],
-        codec=options["codec"],
-        bitrate=options["bitrate"],
-        file=WriteOptions(**{name: options[name] for name in names}),
-        port=options["port"],
-    )
-
-
 def _live_options(options: dict[str, Any]) -> LiveOptions:
-    from vidstyle.live import options as setting
+    from vidstyle.live.control import LiveOptions
     from vidstyle.media.capture.microphone import Microphone
 
-    microphone = options["microphone"]
-    if microphone is not None and options["audio"] == "none":
+    sound, microphone = options["audio"] == "auto", options["microphone"]
+    if microphone is not None and not sound:
         raise UsageError("--microphone", "is of no use with --audio none", "leave one of them out")
-    return setting.LiveOptions(
-        size=options["size"],
+    return common.from_options(
+        LiveOptions,
+        options,
         rate=options["fps"],
-        device=options["device"],
         budget=options["budget"] == "auto",
-        sound=options["audio"] == "auto",
+        sound=sound,
         microphone=None if microphone is None else Microphone(microphone),
-        frames=options["frames"],
-        seconds=None if options["duration"] is None else float(options["duration"]),
     )

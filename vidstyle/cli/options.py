@@ -2,70 +2,109 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from vidstyle.media.options import RawVideo
 
+if TYPE_CHECKING:
+    from vidstyle.style import Style
 
-class Seconds(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
+T = TypeVar("T")
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+class Parsed(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
+    """The type of an option whose text is parsed by a function that raises ValueError."""
+
+    def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
+        """`name`: of the values, for the help."""
+        self.name, self._parse = name, parse
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return self._parse(value) if isinstance(value, str) else value
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def parse_seconds(text: str) -> Fraction:
     """A time: seconds, or [hours:]minutes:seconds."""
-
-    name = "time"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Fraction:
-        if isinstance(value, Fraction):
-            return value
-        if not re.fullmatch(r"(\d+:){0,2}\d+(\.\d*)?", value):
-            self.fail(f"{value!r} is not a time such as 12.5 or 1:02:03.5", param, ctx)
-        seconds = Fraction(0)
-        for part in value.split(":"):
-            seconds = seconds * 60 + Fraction(part)
-        return seconds
+    if not re.fullmatch(r"(\d+:){0,2}\d+(\.\d*)?", text):
+        raise ValueError(f"{text!r} is not a time such as 12.5 or 1:02:03.5")
+    return sum((60**power * Fraction(part) for power, part in enumerate(text.split(":")[::-1])), Fraction(0))
 
 
-class Size(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
+def parse_size(text: str) -> tuple[int, int]:
     """Width and height in pixels, as 1280x720; -1 for one keeps the aspect ratio, -2 makes it even too."""
-
-    name = "WxH"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        if isinstance(value, tuple):
-            return value
-        match = re.fullmatch(r"(-[12]|[1-9]\d{0,4})[xX](-[12]|[1-9]\d{0,4})", value)
-        if match is None or match[1] + match[2] in ("-1-1", "-1-2", "-2-1", "-2-2"):
-            self.fail(f"{value!r} is not a size such as 1280x720", param, ctx)
-        return int(match[1]), int(match[2])
+    match = re.fullmatch(r"(-[12]|[1-9]\d{0,4})[xX](-[12]|[1-9]\d{0,4})", text)
+    if match is None or match[1].startswith("-") and match[2].startswith("-"):
+        raise ValueError(f"{text!r} is not a size such as 1280x720")
+    return int(match[1]), int(match[2])
 
 
-class Rate(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
+def parse_rate(text: str) -> Fraction:
     """Frames per second: an integer, a decimal number or a fraction."""
-
-    name = "rate"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Fraction:
-        if isinstance(value, Fraction):
-            return value
-        if not re.fullmatch(r"\d+(\.\d+|/0*[1-9]\d*)?", value) or not 0 < Fraction(value) <= 1000:
-            self.fail(f"{value!r} is not a rate such as 25, 23.976 or 30000/1001", param, ctx)
-        return Fraction(value)
+    if not re.fullmatch(r"\d+(\.\d+|/0*[1-9]\d*)?", text) or not 0 < Fraction(text) <= 1000:
+        raise ValueError(f"{text!r} is not a rate such as 25, 23.976 or 30000/1001")
+    return Fraction(text)
 
 
-def raw_video_options(rate_help: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Adds the options that describe raw video on standard input; `rate_help` is that of --input-fps."""
-    size = click.option("--input-size", type=Size(), help="Size of raw video on '-'.")
+SECONDS = Parsed("time", parse_seconds)
+SIZE = Parsed("WxH", parse_size)
+RATE = Parsed("rate", parse_rate)
+
+
+def device_option(text: str = "Device that runs the style.") -> Decorator:
+    """Adds --device; `text`: its help."""
+    names = "auto|cpu|gpu|gpu:N"
+    return click.option("--device", metavar=names, default="auto", show_default=True, help=text)
+
+
+def style_options(**declared: Any) -> Decorator:
+    """Adds the options that choose a style and change its values; `declared`: of --style."""
+    declared |= {"metavar": "NAME", "help": "Name of a style or a file."}
+    style = click.option("--style", "style_name", **declared)
+    changes = click.option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True,
+                           help="Override a style parameter; may be repeated.")  # fmt: skip
+    text = "Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]"
+    steady = click.option("--steady", type=click.FloatRange(0, 1), metavar="S", help=text)
+    return lambda command: style(changes(steady(command)))
+
+
+def style_from_options(options: Mapping[str, Any]) -> Style:
+    """The style that the values of `style_options` describe."""
+    from vidstyle.style import load_style, override, set_values
+
+    style = override(load_style(options["style_name"]), options["changes"])
+    return style if options["steady"] is None else set_values(style, {"steady": options["steady"]})
+
+
+def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
+    """Adds the options that describe raw video on standard input; help and name are those of --input-fps."""
+    size = click.option("--input-size", type=SIZE, help="Size of raw video on '-'.")
     pix_fmt = click.option("--input-pix-fmt", metavar="NAME", default=RawVideo.pix_fmt, show_default=True,
                            help="Pixel format of raw video on '-'.")  # fmt: skip
-    rate = click.option("--input-fps", type=Rate(), help=rate_help)
+    rate = click.option("--input-fps", rate_name, type=RATE, help=rate_help)
     return lambda command: size(pix_fmt(rate(command)))
 
 
-def raw_video(options: dict[str, Any]) -> RawVideo:
+def from_options(kind: type[T], options: Mapping[str, Any], **more: Any) -> T:
+    """A dataclass of options whose fields have the values of the command's options of the same names.
+
+    Args:
+        more: fields that have no option of their own; they take precedence.
+    """
+    assert dataclasses.is_dataclass(kind)
+    names = [field.name for field in dataclasses.fields(kind) if field.name in options]
+    return kind(**{name: options[name] for name in names} | more)
+
+
+def raw_video(options: Mapping[str, Any]) -> RawVideo:
     """The values of `raw_video_options`."""
     return RawVideo(options["input_size"], options["input_pix_fmt"])

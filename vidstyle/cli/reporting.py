@@ -1,17 +1,20 @@
-"""What goes to standard error: notices, and the one line for what went wrong. The only place that catches."""
+"""Messages on standard error, exit codes, and standard streams that are closed, full or abandoned.
+
+The only place that catches all exceptions.
+"""
 
 from __future__ import annotations
 
 import errno
 import logging
+import os
 import sys
 import traceback
 from types import TracebackType
-from typing import Any
+from typing import Any, TextIO
 
 import click
 
-from vidstyle.cli.standard_streams import flush_output, open_missing, print_error
 from vidstyle.errors import OutputError, UsageError, VidstyleError, output_error, printable
 
 USAGE = UsageError.exit_code
@@ -82,26 +85,70 @@ def say(line: str) -> None:
     print_error(f"vidstyle: {line}")
 
 
-def _set_debug(context: click.Context, _: click.Parameter, value: bool) -> None:
-    context.obj.debug = value
-
-
-def _set_level(context: click.Context, _: click.Parameter, value: str) -> None:
-    logging.getLogger("vidstyle").setLevel(value.upper())
-
-
 def reporting_options(command: Any) -> Any:
     """Adds --log-level and --debug to a command."""
+
+    def set_debug(context: click.Context, _: click.Parameter, value: bool) -> None:
+        context.obj.debug = value
+
+    def set_level(context: click.Context, _: click.Parameter, value: str) -> None:
+        logging.getLogger("vidstyle").setLevel(value.upper())
+
     levels = click.Choice(["debug", "info", "warning", "error"])
-    debug = click.option(
-        "--debug",
-        is_flag=True,
-        expose_value=False,
-        callback=_set_debug,
-        help="Show where an error came from.",
-    )
-    level = click.option(
-        "--log-level", type=levels, default="info", show_default=True, expose_value=False,
-        callback=_set_level, help="Which notices to show.",
-    )  # fmt: skip
+    debug = click.option("--debug", is_flag=True, expose_value=False, callback=set_debug,
+                         help="Show where an error came from.")  # fmt: skip
+    level = click.option("--log-level", type=levels, default="info", show_default=True, expose_value=False,
+                         callback=set_level, help="Which notices to show.")  # fmt: skip
     return level(debug(command))
+
+
+def open_missing() -> None:
+    """Open the streams that the caller closed (`>&-`).
+
+    Otherwise the next file to be opened would get a standard descriptor, and FFmpeg's messages would end up
+    in a film. Reading gives nothing, writing standard output is an error, and messages are lost.
+    """
+    for number, (name, mode, flags) in enumerate(
+        [("stdin", "r", os.O_RDONLY), ("stdout", "w", os.O_RDONLY), ("stderr", "w", os.O_WRONLY)]
+    ):
+        if getattr(sys, name) is None:
+            opened = os.open(os.devnull, flags)
+            if opened != number:
+                os.dup2(opened, number)
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))
+
+
+def flush_output(abandoned: bool = False) -> OutputError | None:
+    """Write what is left of standard output; the error if that fails.
+
+    Python would do it after `main` has returned, and turn any failure into exit code 120.
+
+    Args:
+        abandoned: whether its reader is known to have gone.
+    """
+    try:
+        if abandoned:
+            raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+        sys.stdout.flush()
+    except OSError as error:
+        _discard(sys.stdout)
+        return output_error("standard output", error)
+    return None
+
+
+def print_error(line: str) -> None:
+    """Print a line on standard error; if that fails, there is nobody to tell.
+
+    `sys.stderr` is looked up each time: a progress bar replaces it.
+    """
+    try:
+        print(line, file=sys.stderr, flush=True)
+    except OSError:
+        _discard(sys.stderr)
+
+
+def _discard(stream: TextIO) -> None:
+    """Let what the stream still holds, and all that follows, go nowhere."""
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), stream.fileno())
+    stream.flush()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator
-from fractions import Fraction
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli.bench import FORMS, both_sides
-from vidstyle.cli.options import Seconds, Size
+from vidstyle.cli.options import SECONDS, SIZE
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError, printable
 
@@ -28,14 +27,14 @@ if TYPE_CHECKING:
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of style files.")
 @click.option("--preview", metavar="INPUT",
               help="Render a picture, or a frame of a film, in every style or NAME; needs -o.")  # fmt: skip
-@click.option("--at", type=Seconds(), help="Time of the frame for --preview.  [default: the middle]")
+@click.option("--at", type=SECONDS, help="Time of the frame for --preview.  [default: the middle]")
 @click.option("--allow-url", is_flag=True, help="Allow INPUT to be a URL.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
               help="Output of --preview (.html, .png or .jpg) or --svg (.svg).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
 @click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as SVG.")
 @click.option("--plan", is_flag=True, help="Print the GPU passes of the style and the bytes that they move.")
-@click.option("--size", type=Size(), default="1920x1080", show_default=True, callback=both_sides,
+@click.option("--size", type=SIZE, default="1920x1080", show_default=True, callback=both_sides,
               help="Picture size for --plan.")  # fmt: skip
 @click.option("--form", type=click.Choice(FORMS), default=FORMS[0], show_default=True,
               help="Kind of shaders for --plan.")  # fmt: skip
@@ -51,7 +50,7 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
     if schema:
         click.echo(json.dumps(style_schema(), indent=2))
     elif options["preview"] is not None:
-        _write_preview(name, **options)
+        _write_preview(name, options)
     elif options["svg"]:
         _write_svg(name, options["output"], options["overwrite"])
     elif options["plan"]:
@@ -65,7 +64,9 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
     else:
         for each in style_names():
             style = load_style(each)
-            click.echo(f"{each:16} {style.note}{_variants(each, style)}".rstrip())
+            variants = ", ".join(f"{each}:{variant}" for variant in style.variants)
+            variants = f" Variants: {variants}." if variants else ""
+            click.echo(f"{each:16} {style.note}{variants}".rstrip())
 
 
 def _reject_unused_options(options: dict[str, Any]) -> None:
@@ -79,23 +80,16 @@ def _reject_unused_options(options: dict[str, Any]) -> None:
         raise click.UsageError("--preview needs -o FILE.html, FILE.png or FILE.jpg")
 
 
-def _write_preview(
-    name: str | None,
-    preview: str,
-    output: Path,
-    overwrite: bool,
-    at: Fraction | None,
-    allow_url: bool,
-    **_: Any,
-) -> None:
+def _write_preview(name: str | None, options: dict[str, Any]) -> None:
     from vidstyle.gallery.preview import write_preview
     from vidstyle.media.read.reader import ReadOptions
     from vidstyle.style import PLAIN, load_style, style_names
 
     wanted = style_names() if name is None else [name]
     names = [PLAIN, *(each for each in wanted if each != PLAIN)]
-    read = ReadOptions(start=at, allow_url=allow_url)
-    heading = write_preview(preview, output, [load_style(each) for each in names], read, overwrite)
+    read = ReadOptions(start=options["at"], allow_url=options["allow_url"])
+    chosen, output = [load_style(each) for each in names], options["output"]
+    heading = write_preview(options["preview"], output, chosen, read, options["overwrite"])
     say(printable(f"{output}: {heading}"))
 
 
@@ -116,11 +110,6 @@ def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
         raise UsageError(output, "is no name of an SVG file", "end it in .svg")
     with atomic_file(output, name, overwrite) as write:
         write(text.encode())
-
-
-def _variants(name: str, style: Style) -> str:
-    names = ", ".join(f"{name}:{variant}" for variant in style.variants)
-    return f" Variants: {names}." if names else ""
 
 
 def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bool) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 
 from vidstyle.errors import DeviceError
 from vidstyle.live.capture import ReconnectingSource
-from vidstyle.live.clock import MONOTONIC, Clock
-from vidstyle.live.options import LiveOptions
+from vidstyle.live.control import LiveOptions
+from vidstyle.live.timing import MONOTONIC, Clock
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture.microphone import AudioInput, Microphone
 

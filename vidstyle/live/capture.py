@@ -10,8 +10,8 @@ from fractions import Fraction
 from typing import Generic
 
 from vidstyle.errors import DeviceError, VidstyleError
-from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.latest import DropOldestQueue
+from vidstyle.live.timing import MONOTONIC, Clock
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, CaptureSource, LiveInput, LiveSource, T
 

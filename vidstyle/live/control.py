@@ -1,16 +1,42 @@
-"""Control and status of a running session, by keys or from a page."""
+"""Options, control and status of a live session."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from vidstyle.errors import UsageError
+from vidstyle.media.capture.microphone import Microphone
 from vidstyle.style import Style, describe, load_style, override, set_values, style_names
 from vidstyle.style.change import apply_variant
 from vidstyle.style.values import suggest
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """Options of a session.
+
+    Attributes:
+        size: of the output; one side may be -1 to keep the aspect ratio, or -2 to be even too.
+        rate: frames per second of the targets; None: the source's own.
+        device: as for `open_renderer`.
+        budget: whether to work at a smaller size when the rate cannot be held otherwise.
+        sound: whether to pass sound to the targets that take any.
+        microphone: captured in place of the source's own sound, or None.
+        frames, seconds: after which to end; None: at the end of the source.
+    """
+
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+    device: str = "auto"
+    budget: bool = True
+    sound: bool = True
+    microphone: Microphone | None = None
+    frames: int | None = None
+    seconds: Fraction | float | None = None
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ from statistics import median
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.live.capture import Capture
-from vidstyle.live.control import Controls
+from vidstyle.live.control import Controls, LiveOptions
 from vidstyle.live.hot_swap import HotSwapRenderer
-from vidstyle.live.options import LiveOptions
 from vidstyle.media.capture.input import CapturedFrame
 from vidstyle.media.color_tags import HD_LINES
 from vidstyle.media.read.convert import FrameConverter

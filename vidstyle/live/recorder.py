@@ -4,33 +4,26 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
-from fractions import Fraction
 from pathlib import Path
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.clock import MONOTONIC, Clock
-from vidstyle.live.control import Controls
-from vidstyle.live.meter import LatencyMeter
-from vidstyle.live.sinks import FileSink, FileTarget
-from vidstyle.live.target import LiveFrame
-from vidstyle.live.target_thread import CLOSE_SECONDS
+from vidstyle.live.target import LiveFrame, TargetContext
+from vidstyle.live.target_thread import CLOSE_SECONDS, TargetThread
+from vidstyle.live.targets import FileSink, file_target
+from vidstyle.live.timing import LatencyMeter
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
 
 
 class Recorder:
-    """Writes snapshots and recordings to the working directory, named by date and time.
+    """Writes snapshots and recordings to the working directory, named by date and time."""
 
-    Attributes:
-        sound: whether recordings have sound.
-    """
-
-    def __init__(self, notify: Callable[[str], None], clock: Clock = MONOTONIC) -> None:
+    def __init__(self, notify: Callable[[str], None]) -> None:
         """`notify`: receives messages for the user: names of files, and errors."""
-        self._notify, self._clock = notify, clock
-        self.sound = False
-        self._target: FileTarget | None = None
+        self._notify = notify
+        self._target: TargetThread | None = None
         self._snapshot: threading.Thread | None = None
 
     @property
@@ -38,15 +31,16 @@ class Recorder:
         """Whether a recording is being written."""
         return self._target is not None
 
-    def offer(self, frame: LiveFrame, controls: Controls, rate: Fraction) -> None:
-        """Write the frame to whatever the user has asked for."""
+    def offer(self, frame: LiveFrame, context: TargetContext) -> None:
+        """Write the frame to whatever the user has asked for; `context`: of the session's targets."""
+        controls, context = context.controls, replace(context, first=frame, meter=LatencyMeter())
         if controls.pop_snapshot():
             # Encoding a large PNG takes longer than the time between two frames.
-            write = threading.Thread(target=self._write_snapshot, args=(frame, rate), daemon=True)
+            write = threading.Thread(target=self._write_snapshot, args=(context,), daemon=True)
             write.name = "vidstyle snapshot"
             write.start()
             self._snapshot = write
-        if controls.recording and self._target is None and not self._start(frame, rate):
+        if controls.recording and self._target is None and not self._start(context):
             controls.record(False)
         elif not controls.recording:
             self._stop()
@@ -67,16 +61,13 @@ class Recorder:
             self._snapshot.join(CLOSE_SECONDS)
         self._stop()
 
-    def _start(self, frame: LiveFrame, rate: Fraction) -> bool:
-        options = WriteOptions(new_sound=self.sound)
-        target = FileTarget(_unused_name(".mp4"), LatencyMeter(), rate, options, self._clock)
+    def _start(self, context: TargetContext) -> bool:
         try:
-            target.start(frame)
+            self._target = file_target(_unused_name(".mp4"), context, WriteOptions())
         except VidstyleError as error:
             self._notify(str(error))
             return False
-        self._target = target
-        self._notify(f"{target.name}: recording")
+        self._notify(f"{self._target.name}: recording")
         return True
 
     def _stop(self) -> None:
@@ -85,11 +76,11 @@ class Recorder:
             target.close()
             self._notify(str(target.error or f"{target.name}: {target.delivered} frames"))
 
-    def _write_snapshot(self, frame: LiveFrame, rate: Fraction) -> None:
+    def _write_snapshot(self, context: TargetContext) -> None:
         path = _unused_name(".png")
         try:
-            sink = FileSink(path, frame, rate, WriteOptions(), still=True)
-            sink.write(frame, 0)
+            sink = FileSink(path, context, WriteOptions(), still=True)
+            sink.write(context.first, 0)
             sink.close()
             self._notify(f"{path}: saved")
         except VidstyleError as error:

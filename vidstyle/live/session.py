@@ -11,14 +11,12 @@ from typing import Any
 
 from vidstyle.live.audio import AudioRouter
 from vidstyle.live.capture import Capture
-from vidstyle.live.clock import MONOTONIC, Clock
-from vidstyle.live.control import Controls, Status
-from vidstyle.live.meter import LatencyMeter, RateMeter
-from vidstyle.live.options import LiveOptions, TargetContext
+from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.process import FrameProcessor
 from vidstyle.live.recorder import Recorder
-from vidstyle.live.target import LiveFrame, Target
-from vidstyle.live.target_group import Delivery, TargetGroup
+from vidstyle.live.target import LiveFrame, Target, TargetContext
+from vidstyle.live.targets import Delivery, TargetGroup
+from vidstyle.live.timing import MONOTONIC, Clock, LatencyMeter, RateMeter
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, LiveSource
 
@@ -57,8 +55,8 @@ class LiveSession:
         self._capture = Capture(source, self._audio.push_source_audio, clock)
         self._delivered, self._restyled = LatencyMeter(clock), LatencyMeter(clock)
         self._frame_rate = RateMeter(clock)
-        self._recorder = Recorder(self._notify, clock)
-        self._rate = self._options.rate or DEFAULT_RATE
+        self._recorder = Recorder(self._notify)
+        self._context: TargetContext | None = None
         self._began: float | None = None
         self._frames = self._dropped_at_start = 0
         self._ended = threading.Event()
@@ -144,32 +142,30 @@ class LiveSession:
         begin = self._clock.now()
         picture = self._processor.process(captured, self._capture, self._source.name)
         frame = LiveFrame(picture, captured.time, self._frames)
-        if self._began is None:
-            frame = self._open_targets(frame)
-            begin = self._clock.now()
+        if self._context is None:
+            self._context = self._open_targets(frame)
+            self._began = begin = self._clock.now()
+            frame = replace(frame, captured=begin)
         self._restyled.record(frame.captured)
         self._targets.offer(frame)
-        self._recorder.offer(frame, self._controls, self._rate)
+        self._recorder.offer(frame, self._context)
         self._frame_rate.record()
         self._processor.record_time(self._clock.now() - begin)
         self._frames += 1
 
-    def _open_targets(self, frame: LiveFrame) -> LiveFrame:
+    def _open_targets(self, frame: LiveFrame) -> TargetContext:
         """Open the targets with the first frame, whose time begins when all are open.
 
         Frames that arrive in the meantime are not counted as dropped.
         """
-        self._rate = self._options.rate or self._capture.rate or DEFAULT_RATE
-        self._processor.set_rate(self._rate)
-        self._recorder.sound = self._audio.wait(self._capture.has_sound)
-        self._targets.open(
-            TargetContext(
-                frame, self._rate, self._delivered, self._controls, self._recorder.sound, self._clock
-            )
-        )
+        rate = self._options.rate or self._capture.rate or DEFAULT_RATE
+        sound = self._audio.wait(self._capture.has_sound)
+        context = TargetContext(frame, rate, self._delivered, self._controls, sound, self._clock)
+        self._processor.set_rate(rate)
+        self._targets.open(context)
         self._capture.frames.get(0)
-        self._began, self._dropped_at_start = self._clock.now(), self._capture.frames.dropped
-        return replace(frame, captured=self._began)
+        self._dropped_at_start = self._capture.frames.dropped
+        return context
 
     def _push_audio(self, chunk: AudioChunk) -> None:
         """Pass sound on; called from the thread that captures it."""
@@ -200,7 +196,7 @@ class LiveSession:
             restyled_ms=self._restyled.latency(),
             latency_ms=self._delivered.latency(),
             size=self._processor.size,
-            rate=float(self._rate),
+            rate=float(self._context.rate if self._context else self._options.rate or DEFAULT_RATE),
             degraded=self._processor.degraded,
             deliveries=self._targets.deliveries,
         )

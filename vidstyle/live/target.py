@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 from vidstyle.core.picture import Picture
+from vidstyle.live.control import Controls
+from vidstyle.live.timing import MONOTONIC, Clock, LatencyMeter
 from vidstyle.media.frame import frame_from_picture
 
 if TYPE_CHECKING:
@@ -52,3 +55,15 @@ class Target(Protocol):
 
     def close(self) -> None:
         """Release everything; called once, after the last frame."""
+
+
+@dataclass(frozen=True)
+class TargetContext:
+    """What a target is opened for: frames like the first, at a rate, with or without sound."""
+
+    first: LiveFrame
+    rate: Fraction
+    meter: LatencyMeter
+    controls: Controls
+    sound: bool = False
+    clock: Clock = MONOTONIC

@@ -1,19 +1,17 @@
-"""A target with a thread of its own, so that a slow or broken one holds up no other."""
+"""Targets with a thread of their own, so that a slow or broken one holds up no other."""
 
 from __future__ import annotations
 
 import logging
 import threading
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Protocol
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.clock import MONOTONIC, Clock
 from vidstyle.live.latest import DropOldestQueue
-from vidstyle.live.meter import LatencyMeter
-from vidstyle.live.target import LiveFrame
+from vidstyle.live.target import LiveFrame, TargetContext
 from vidstyle.media.audio import AudioChunk
 
 MIN_RETRY_SECONDS, MAX_RETRY_SECONDS = 0.25, 2.0
@@ -29,7 +27,13 @@ log = logging.getLogger("vidstyle")
 
 
 class Sink(Protocol):
-    """An open target that frames are written to."""
+    """An open target that frames are written to.
+
+    Attributes:
+        needs_every: whether frames have no times of their own, so that none may be left out.
+    """
+
+    needs_every: bool
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """Write a frame; raises VidstyleError when the target is lost."""
@@ -41,39 +45,45 @@ class Sink(Protocol):
         """Finish the output."""
 
 
-class TargetThread(ABC):
-    """Base class of targets with a thread; see `Target`.
+class TargetThread:
+    """A target to which a thread writes every frame that it is offered; see `Target`.
 
     Attributes:
         delivered, repeated: number of frames that were written, and written again.
         error: the exception that ended it for good, or None.
     """
 
-    capacity = 1
-    """Number of frames that may wait."""
-
     def __init__(
         self,
         name: str,
-        open_sink: Callable[[LiveFrame], Sink],
-        meter: LatencyMeter,
+        open_sink: Callable[[], Sink],
+        context: TargetContext,
         reconnects: bool = False,
-        clock: Clock = MONOTONIC,
+        capacity: int = 1,
     ) -> None:
-        """`reconnects`: whether to open the target again when it is lost."""
+        """Open the target and start the thread.
+
+        Args:
+            reconnects: whether to open the target again when it is lost.
+            capacity: number of frames that may wait.
+
+        Raises:
+            VidstyleError: it cannot be opened.
+        """
         self.name = name
         self.delivered = self.repeated = 0
         self.error: VidstyleError | None = None
-        self._open_sink, self._meter, self._reconnects, self._clock = open_sink, meter, reconnects, clock
-        self._frames: DropOldestQueue[LiveFrame] = DropOldestQueue(self.capacity, clock)
+        self._open_sink, self._reconnects = open_sink, reconnects
+        self._meter, self._clock = context.meter, context.clock
+        self._frames: DropOldestQueue[LiveFrame] = DropOldestQueue(capacity, context.clock)
         self._audio: deque[AudioChunk] = deque(maxlen=MAX_AUDIO_CHUNKS)
-        self._sink: Sink | None = None
-        self._latest: LiveFrame | None = None
+        self._sink: Sink | None = open_sink()
         self._write_began: float | None = None
         self._ended = False
         self._retry_time, self._retry_delay = 0.0, MIN_RETRY_SECONDS
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"vidstyle to {name}", daemon=True)
+        self._thread.start()
 
     @property
     def dropped(self) -> int:
@@ -92,11 +102,6 @@ class TargetThread(ABC):
         began = self._write_began
         return "stalled" if began is not None and self._clock.now() - began > STALL_SECONDS else "running"
 
-    def start(self, first: LiveFrame) -> None:
-        """Open the target for frames like this one; raises VidstyleError if that fails."""
-        self._sink = self._open_sink(first)
-        self._thread.start()
-
     def offer(self, frame: LiveFrame) -> None:
         """See Target."""
         self._frames.put(frame)
@@ -109,12 +114,13 @@ class TargetThread(ABC):
         """See Target."""
         self._closing.set()
         self._frames.close()
-        if self._thread.ident is not None:
-            self._thread.join(CLOSE_SECONDS)
+        self._thread.join(CLOSE_SECONDS)
 
-    @abstractmethod
     def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
         """Write a frame; None: none has arrived within `_timeout`."""
+        if frame is not None:
+            self._write(sink, frame, self.delivered)
+            self._count(frame)
 
     def _timeout(self) -> float | None:
         """Seconds to wait for a frame; None: without limit."""
@@ -133,10 +139,9 @@ class TargetThread(ABC):
 
     def _step(self, frame: LiveFrame | None) -> None:
         sink = self._sink
-        self._latest = frame or self._latest
         if sink is None:
-            if self._latest is not None and not self._closing.is_set():
-                self._reopen(self._latest)
+            if not self._closing.is_set() and self._clock.now() >= self._retry_time:
+                self._reopen()
         elif frame is not None or not self._closing.is_set():
             self._attempt(lambda: self._deliver(sink, frame))
 
@@ -171,13 +176,94 @@ class TargetThread(ABC):
             except VidstyleError as again:
                 log.debug("%s", again)
 
-    def _reopen(self, frame: LiveFrame) -> None:
-        if self._clock.now() < self._retry_time:
-            return
+    def _reopen(self) -> None:
         try:
-            self._sink = self._open_sink(frame)
+            self._sink = self._open_sink()
             log.warning("%s: is back", self.name)
         except VidstyleError as error:
             log.debug("%s", error)
             self._retry_delay = min(2 * self._retry_delay, MAX_RETRY_SECONDS)
             self._retry_time = self._clock.now() + self._retry_delay
+
+
+class ConstantRateTarget(TargetThread):
+    """A stream at a constant rate: if no new frame arrives in time, the last one is repeated."""
+
+    def __init__(
+        self, name: str, open_sink: Callable[[], Sink], context: TargetContext, reconnects: bool = False
+    ) -> None:
+        self._pacer = FramePacer(context.rate)
+        self._last: LiveFrame | None = None
+        self._early = 0
+        super().__init__(name, open_sink, context, reconnects)  # starts the thread
+
+    @property
+    def dropped(self) -> int:
+        """Number of frames that were dropped for newer ones, or because they came too early."""
+        return super().dropped + self._early
+
+    def _timeout(self) -> float | None:
+        return self._pacer.timeout(self._clock.now())
+
+    def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
+        before = self._pacer.last
+        number = self._pacer.slot(self._clock.now())
+        if number is None:
+            self._early += frame is not None
+            self._last = frame or self._last  # should the next be late, this one is repeated in its place
+        elif frame is None:
+            self._repeat(sink, number)
+        else:
+            if sink.needs_every:
+                for missing in range(before + 1, number):
+                    self._repeat(sink, missing)
+            self._write(sink, frame, number)
+            self._last = frame
+            self._count(frame)
+
+    def _repeat(self, sink: Sink, number: int) -> None:
+        if self._last is not None:
+            self._write(sink, self._last, number)
+            self.repeated += 1
+
+
+TOLERANCE = 0.75
+"""Share of a frame's duration by which it may miss its slot, so that jitter drops and repeats nothing."""
+MAX_GAP = 1.0
+"""Seconds without a write after which the reader itself has stood still; slots go on from there."""
+
+
+class FramePacer:
+    """Assigns frames to the slots of a constant rate.
+
+    Attributes:
+        last: number of the slot that was filled last; -1 before the first.
+    """
+
+    def __init__(self, rate: Fraction) -> None:
+        self._rate = float(rate)
+        self._start: float | None = None
+        self.last = -1
+
+    def slot(self, now: float) -> int | None:
+        """The slot of a frame that arrives now, or None if it is too early and is dropped.
+
+        Args:
+            now: in seconds, of any monotonic clock.
+        """
+        next_slot = self.last + 1
+        if self._start is None or now - self._time(next_slot) > MAX_GAP:
+            self._start = now - next_slot / self._rate
+        position = (now - self._start) * self._rate
+        if position < next_slot - TOLERANCE:
+            return None
+        self.last = next_slot if position <= next_slot + TOLERANCE else round(position)
+        return self.last
+
+    def timeout(self, now: float) -> float | None:
+        """Seconds until the last frame must be repeated, or None before the first."""
+        return None if self._start is None else max(0.0, self._time(self.last + 1 + TOLERANCE) - now)
+
+    def _time(self, slot: float) -> float:
+        assert self._start is not None
+        return self._start + slot / self._rate

@@ -1,57 +1,49 @@
-"""Opens a target by its name on the command line."""
+"""The targets of a session: each opened by its name on the command line, and all of them together."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from vidstyle.core.convert import convert
+from vidstyle.core.picture import Picture
 from vidstyle.errors import UsageError
-from vidstyle.live.options import TargetContext
-from vidstyle.live.sinks import ConstantRateTarget, FileTarget, NullTarget, StreamSink
-from vidstyle.live.target import LiveFrame, Target
+from vidstyle.live.target import LiveFrame, Target, TargetContext
+from vidstyle.live.target_thread import ConstantRateTarget, TargetThread
+from vidstyle.live.timing import LatencyMeter
+from vidstyle.media.audio import AudioChunk
+from vidstyle.media.color_tags import default_tags
+from vidstyle.media.frame import Frame
+from vidstyle.media.options import VideoInfo
 from vidstyle.media.read.open import is_url, public_name
-from vidstyle.media.write import stream as live_addresses
-from vidstyle.media.write import virtual_camera
+from vidstyle.media.write import stream, virtual_camera
 from vidstyle.media.write.atomic import is_regular_file
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.images import is_pattern
-from vidstyle.media.write.stream import Stream, StreamOptions
-from vidstyle.media.write.writer import WriteOptions
+from vidstyle.media.write.writer import WriteOptions, open_writer
 
-if TYPE_CHECKING:
-    import av
-
+TIME_BASE = Fraction(1, 90000)
+FILE_CAPACITY = 8
+"""Frames that may wait for a disk or an encoder that pauses."""
 
 TargetMaker = Callable[[TargetContext], Target]
 
 
 @dataclass(frozen=True)
-class TargetOptions:
-    """Options of targets.
+class TargetOptions(stream.StreamOptions):
+    """Options of targets: those of streams, whose rate and sound the session knows, and of the others.
 
     Attributes:
-        format: of standard output: "y4m", "nut" or "raw".
-        pix_fmt: of a virtual camera or raw pictures.
-        codec, bitrate: of a network stream, in bits a second.
         file: options of files.
         port: of the page; 0 chooses a free one.
     """
 
-    format: str | None = None
-    pix_fmt: str | None = None
-    codec: str | None = None
-    bitrate: int | None = None
-    file: WriteOptions = field(default_factory=WriteOptions)
+    file: WriteOptions = WriteOptions()
     port: int = 0
-
-    def stream(self, rate: Fraction, sound: bool) -> StreamOptions:
-        """The options of a stream at this rate, with or without sound."""
-        return StreamOptions(rate, self.format, self.pix_fmt, self.codec, self.bitrate, sound)
 
 
 def target_maker(text: str, options: TargetOptions) -> TargetMaker:
@@ -69,45 +61,35 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
     if text == "page":
         return _page_maker(options.port)
     if text == "-":
-        live_addresses.check_pipe(options.stream(Fraction(1), sound=False))
-        return _stream_maker("standard output", options, live_addresses.open_pipe, reconnects=False)
+        stream.check_pipe(options)
+        return _stream_maker("standard output", options, stream.open_pipe, reconnects=False)
     if text.startswith("/dev/video"):
         virtual_camera.check_virtual_camera(text)
         return _stream_maker(text, options, partial(virtual_camera.open_virtual_camera, text))
     if is_url(text) or text.endswith(".m3u8"):
-        live_addresses.check_url(text)
+        stream.check_url(text)
         name = public_name(text) if is_url(text) else text
-        return _stream_maker(name, options, partial(live_addresses.open_stream, text))
-    return _file_maker(text, options)
-
-
-def _stream_maker(
-    name: str,
-    options: TargetOptions,
-    open_stream: Callable[[StreamOptions, av.VideoFrame], Stream],
-    reconnects: bool = True,
-) -> TargetMaker:
-    def make(context: TargetContext) -> Target:
-        def open_sink(first: LiveFrame) -> StreamSink:
-            return StreamSink(open_stream(options.stream(context.rate, context.sound), first.video))
-
-        target = ConstantRateTarget(name, open_sink, context.meter, context.rate, reconnects, context.clock)
-        target.start(context.first)
-        return target
-
-    return make
-
-
-def _file_maker(text: str, options: TargetOptions) -> TargetMaker:
+        return _stream_maker(name, options, partial(stream.open_stream, text))
     kind_of(text, options.file.format, is_pattern(text))
     if os.path.lexists(text) and is_regular_file(Path(text)) and not options.file.overwrite:
         raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
+    return lambda context: file_target(text, context, options.file)
 
+
+def file_target(path: str | Path, context: TargetContext, options: WriteOptions) -> TargetThread:
+    """A video file, in which every frame has the time of its capture; raises as `FileSink`."""
+    options = replace(options, new_sound=context.sound)
+    return TargetThread(str(path), lambda: FileSink(path, context, options), context, capacity=FILE_CAPACITY)
+
+
+def _stream_maker(
+    name: str, options: TargetOptions, open_stream: Callable[..., stream.Stream], reconnects: bool = True
+) -> TargetMaker:
     def make(context: TargetContext) -> Target:
-        file_options = replace(options.file, new_sound=context.sound)
-        target = FileTarget(text, context.meter, context.rate, file_options, context.clock)
-        target.start(context.first)
-        return target
+        own = replace(options, rate=context.rate, sound=context.sound)
+        return ConstantRateTarget(
+            name, lambda: StreamSink(open_stream(own, context.first.video)), context, reconnects
+        )
 
     return make
 
@@ -119,3 +101,155 @@ def _page_maker(port: int) -> TargetMaker:
         raise UsageError("page", f"cannot be shown: {error}", "give another target with --to") from error
 
     return lambda context: PageTarget(context.controls, port, context.meter)
+
+
+class StreamSink:
+    """Writes to an open stream."""
+
+    def __init__(self, opened: stream.Stream) -> None:
+        self._stream = opened
+        self._offset = 0.0
+        self.needs_every = opened.needs_every
+
+    def write(self, frame: LiveFrame, number: int) -> None:
+        """See Sink."""
+        self._offset = self._stream.write(frame.video, number) - frame.captured
+
+    def push_audio(self, chunk: AudioChunk) -> None:
+        """See Sink; sound is placed beside the frame that was captured with it."""
+        self._stream.push_audio(chunk, chunk.time + self._offset)
+
+    def close(self) -> None:
+        """See Sink."""
+        self._stream.close()
+
+
+class FileSink:
+    """Writes a file of any container that `vidstyle render` writes."""
+
+    needs_every = False
+
+    def __init__(
+        self, target: str | Path, context: TargetContext, options: WriteOptions, still: bool = False
+    ) -> None:
+        """Raises VidstyleError if the file exists, or cannot be written."""
+        (height, width), encoding = context.first.picture.shape, context.first.picture.encoding
+        tags = default_tags(encoding, height)
+        info = VideoInfo(width, height, encoding, tags, TIME_BASE, context.rate, still=still)
+        self._writer = open_writer(target, info, options)
+        self._start: float | None = None
+        self._duration = round(1 / (context.rate * TIME_BASE))
+        self._convert(context.first)  # so that frames do not wait for what is compiled or allocated only once
+
+    def write(self, frame: LiveFrame, number: int) -> None:
+        """See Sink; the frame's own time counts instead of its number."""
+        self._start = frame.captured if self._start is None else self._start
+        pts = round((frame.captured - self._start) / TIME_BASE)
+        self._writer.write(Frame(self._convert(frame), pts, TIME_BASE, self._duration))
+
+    def push_audio(self, chunk: AudioChunk) -> None:
+        """See Sink; sound before the first frame is left out."""
+        if self._start is not None:
+            self._writer.push_audio(chunk, chunk.time - self._start)
+
+    def close(self) -> None:
+        """See Sink."""
+        self._writer.finish()
+
+    def _convert(self, frame: LiveFrame) -> Picture:
+        return convert(frame.picture, self._writer.encoding, self._writer.wants_rgb)
+
+
+class NullTarget:
+    """Discards every frame, for measurements."""
+
+    name = "null"
+    state = "running"
+    dropped = repeated = 0
+
+    def __init__(self, meter: LatencyMeter) -> None:
+        self._meter = meter
+        self.delivered = 0
+
+    def offer(self, frame: LiveFrame) -> None:
+        """See Target."""
+        self.delivered += 1
+        self._meter.record(frame.captured)
+
+    def close(self) -> None:
+        """See Target."""
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """What one target received: numbers of frames delivered, repeated and dropped."""
+
+    name: str
+    state: str
+    delivered: int
+    repeated: int
+    dropped: int
+
+    def __str__(self) -> str:
+        counts = f"{self.delivered} delivered, {self.repeated} repeated, {self.dropped} dropped"
+        return f"{self.name}: {self.state}, {counts}"
+
+
+class TargetGroup:
+    """Distributes frames and sound to all targets; none of them holds up another."""
+
+    def __init__(self, makers: Sequence[Callable[[TargetContext], Target]]) -> None:
+        """`makers`: each makes a target once the first frame is known."""
+        self._makers = makers
+        self._targets: list[Target] = []
+
+    def open(self, context: TargetContext) -> None:
+        """Make all targets.
+
+        Raises:
+            VidstyleError: one cannot be opened; `close` closes those before it.
+        """
+        for make in self._makers:
+            self._targets.append(make(context))
+
+    def offer(self, frame: LiveFrame) -> None:
+        """Offer a frame to each target.
+
+        Raises:
+            VidstyleError: all of them have failed.
+        """
+        for target in self._targets:
+            target.offer(frame)
+        errors = self._errors()
+        if errors and len(errors) == len(self._targets):
+            raise errors[0]
+
+    def push_audio(self, chunk: AudioChunk) -> None:
+        """Queue sound at the targets that take any; thread-safe."""
+        for target in self._targets.copy():
+            if isinstance(target, TargetThread):
+                target.push_audio(chunk)
+
+    def close(self) -> BaseException | None:
+        """Close all targets; returns the first error of any of them."""
+        for target in self._targets:
+            target.close()
+        return next(iter(self._errors()), None)
+
+    @property
+    def states(self) -> tuple[tuple[str, str], ...]:
+        """Name and state of each target."""
+        return tuple((target.name, target.state) for target in self._targets)
+
+    @property
+    def deliveries(self) -> tuple[Delivery, ...]:
+        return tuple(
+            Delivery(target.name, target.state, *(getattr(target, name, 0) for name in _COUNTS))
+            for target in self._targets
+        )
+
+    def _errors(self) -> list[BaseException]:
+        return [error for target in self._targets if (error := getattr(target, "error", None)) is not None]
+
+
+_COUNTS = ("delivered", "repeated", "dropped")

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 
 from vidstyle.live.control import Controls
-from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.panel import panel
 from vidstyle.live.target import LiveFrame
+from vidstyle.live.timing import LatencyMeter
 from vidstyle.style import Style
 
 

@@ -9,10 +9,10 @@ from aiohttp import web
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
-from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.hub import FrameHub
 from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
+from vidstyle.live.timing import LatencyMeter
 from vidstyle.web import WebServer
 
 MAX_VIEWERS = 4

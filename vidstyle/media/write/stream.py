@@ -45,7 +45,7 @@ class StreamOptions:
         sound: whether a network stream gets sound.
     """
 
-    rate: Fraction
+    rate: Fraction = Fraction(30)
     format: str | None = None
     pix_fmt: str | None = None
     codec: str | None = None

@@ -1,12 +1,34 @@
-"""Latency and rate of frames."""
+"""The time that a live session goes by, and the latency and rate of its frames."""
 
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from vidstyle.live.clock import MONOTONIC, Clock
+
+class Clock:
+    """Monotonic time in seconds, and waiting by it; tests replace it by one that they set themselves."""
+
+    def now(self) -> float:
+        """The present time, comparable with `time.monotonic`."""
+        return time.monotonic()
+
+    def wait(self, event: threading.Event, seconds: float) -> bool:
+        """Wait for an event, at most for this time; returns whether it is set."""
+        return event.wait(seconds)
+
+    def wait_for(
+        self, condition: threading.Condition, predicate: Callable[[], bool], seconds: float | None
+    ) -> bool:
+        """`Condition.wait_for`; the caller holds the condition."""
+        return condition.wait_for(predicate, seconds)
+
+
+MONOTONIC = Clock()
+"""The clock of real time."""
+
 
 BIN_MS = 0.1
 """Width of a bin of the latency histogram, in milliseconds."""
