@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -21,11 +21,8 @@ from vidstyle.style import Style
 
 FORMS: tuple[Form, ...] = ("compute", "fragment")
 SHAPES = {
-    "640x360": (360, 640),
-    "641x361": (361, 641),
-    "1x1": (1, 1),
-    "16x8192": (8192, 16),
-    "8192x16": (16, 8192),
+    f"{width}x{height}": (height, width)
+    for height, width in ((360, 640), (361, 641), (1, 1), (8192, 16), (16, 8192))
 }
 """Height and width by a name of width x height."""
 ODD = (181, 243)
@@ -65,6 +62,17 @@ class Sessions:
 
     def __init__(self, **options: Any) -> None:
         self._sessions = {form: GpuSession(device(), form, **options) for form in FORMS}
+
+    @classmethod
+    def fixture(cls, **options: Any) -> Any:
+        """A fixture: the sessions of a module's tests."""
+
+        @pytest.fixture(scope="module")
+        def opened() -> Iterator[Sessions]:
+            with cls(**options) as sessions:
+                yield sessions
+
+        return opened
 
     def __enter__(self) -> Sessions:
         return self

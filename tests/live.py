@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -28,6 +29,11 @@ LONG = 20.0
 """Seconds after which a test gives up: far more than anything takes, for the machine may be busy."""
 SMALL = (160, 90)
 POSTER = {"format": 1, "name": "few", "background": [{"block": "luma_posterize", "levels": 3}]}
+
+
+def live_command(*arguments: str) -> list[str]:
+    """The program as a command, to be run in a process of its own."""
+    return [sys.executable, "-m", "vidstyle", "live", *arguments]
 
 
 def generated(rate: int = 30, size: tuple[int, int] = SMALL) -> LiveSource:

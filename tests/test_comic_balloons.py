@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -205,7 +206,8 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
             assert band.box.bottom <= picture.top and band.box.top >= each.panel.rectangle.top
 
 
-def test_a_panel_grows_for_its_words() -> None:
+def growing_pages() -> tuple[list[Moment], list[list[float]], Callable[[list[float]], PageLayout]]:
+    """Six moments, the growth of panels that was asked for, and what lays them out."""
     moments = random_moments(np.random.default_rng(3), 6)
     asked: list[list[float]] = []
 
@@ -213,6 +215,11 @@ def test_a_panel_grows_for_its_words() -> None:
         asked.append(list(growth))
         return lay_out(moments, paper("500x700", 90), growth=growth)
 
+    return moments, asked, pages
+
+
+def test_a_panel_grows_for_its_words() -> None:
+    moments, asked, pages = growing_pages()
     words = [[] if number != 2 else [Line(0, 1, " ".join(WORDS * 2))] for number in range(6)]
     letter(pages, speeches(moments, words), TextStyle(LETTERS, 16, 2))
     assert asked[0] == [1.0] * 6
@@ -260,13 +267,7 @@ def test_means_under_boxes_are_those_of_the_cells() -> None:
 
 def test_a_panel_grows_where_words_would_cover_what_is_to_be_seen() -> None:
     """Nothing else is tried where a picture is calm; where it is full, words stand in it in the end."""
-    moments = random_moments(np.random.default_rng(3), 6)
-    asked: list[list[float]] = []
-
-    def pages(growth: list[float]) -> PageLayout:
-        asked.append(list(growth))
-        return lay_out(moments, paper("500x700", 90), growth=growth)
-
+    moments, asked, pages = growing_pages()
     words = [[Line(0, 1, "Where is everybody?")] if number == 2 else [] for number in range(6)]
     busy = np.full((54, 96), 2.0, np.float32)
     calm = [replace(each, attention=np.full_like(busy, 0.5)) for each in speeches(moments, words)]

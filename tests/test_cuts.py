@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import cv2
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
-from vidstyle.core.scene_cuts import MAX_BLANKS, Scene, SceneCutDetector, find_scenes
+from vidstyle.core.scene_cuts import MAX_BLANKS, SceneCutDetector
 
 PAIRS = [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea"), ("chelsea", "astronaut")]
 WHITE, BLACK = np.ones((144, 256), np.float32), np.zeros((144, 256), np.float32)
@@ -159,24 +159,5 @@ def test_a_buffer_that_is_used_again_does_not_hide_a_cut() -> None:
     assert detector.is_cut(buffer)
 
 
-def scenes_of(names: Sequence[str], times: Iterable[float]) -> list[Scene]:
-    return list(find_scenes(zip(times, map(view, names), strict=True)))
-
-
-def test_scenes_end_where_the_next_begins() -> None:
-    names = ["coffee"] * 3 + ["rocket"] + ["chelsea"] * 2
-    assert scenes_of(names, [1.0, 1.1, 1.3, 1.4, 1.5, 1.7]) == [
-        Scene(1.0, 1.4, 3),
-        Scene(1.4, 1.5, 1),
-        Scene(1.5, 1.7, 2),
-    ]
-    assert scenes_of([], []) == []
-
-
-def test_a_scene_is_told_as_soon_as_it_is_over() -> None:
-    def frames() -> Iterable[tuple[float, np.ndarray]]:
-        yield 0.0, view("coffee")
-        yield 1.0, view("rocket")
-        raise AssertionError("read further than needed")
-
-    assert next(iter(find_scenes(frames()))) == Scene(0.0, 1.0, 1)
+def test_every_scene_begins_with_a_cut() -> None:
+    assert cuts(map(view, ["coffee"] * 3 + ["rocket"] + ["chelsea"] * 2)) == [3, 4]

@@ -5,7 +5,7 @@ Settings are combined in pairs, at one size; `-m thorough` tries each of them at
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +25,7 @@ from vidstyle.style import Step, Style, load_style, style_names
 MakePicture = Callable[[int, int], Picture]
 
 
-@pytest.fixture(scope="module")
-def sessions() -> Iterator[Sessions]:
-    with Sessions() as opened:
-        yield opened
+sessions = Sessions.fixture()
 
 
 @pytest.fixture(scope="module")

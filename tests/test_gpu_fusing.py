@@ -42,17 +42,9 @@ MAX_FACTOR = 1.6
 """Working sizes grow no faster: a few steps would take most of the time."""
 
 
-@pytest.fixture(scope="module")
-def fused() -> Iterator[Sessions]:
-    with Sessions() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def apart() -> Iterator[Sessions]:
-    """A pass for each call."""
-    with Sessions(fused=False) as opened:
-        yield opened
+fused = Sessions.fixture()
+apart = Sessions.fixture(fused=False)
+"""A pass for each call."""
 
 
 def is_learned(block: Block) -> bool:

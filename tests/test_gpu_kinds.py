@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import product
 
@@ -60,10 +60,7 @@ CHANGES = {
 }
 
 
-@pytest.fixture(scope="module")
-def sessions() -> Iterator[Sessions]:
-    with Sessions() as opened:
-        yield opened
+sessions = Sessions.fixture()
 
 
 def named(encoding: Encoding) -> str:

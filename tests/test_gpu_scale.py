@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import partial
 from itertools import product
 
@@ -20,10 +19,7 @@ FACTORS = (0.05, 0.31, 0.5, 0.77, 1.3)
 LONGEST = ("16x8192", "8192x16")
 
 
-@pytest.fixture(scope="module")
-def sessions() -> Iterator[Sessions]:
-    with Sessions() as opened:
-        yield opened
+sessions = Sessions.fixture()
 
 
 def scaled(factor: float, method: str, back: str) -> Style:

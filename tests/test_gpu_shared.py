@@ -112,10 +112,7 @@ def shared_bytes(shader: Shader) -> int:
     return sum({"float": 4, "vec2": 8, "vec3": 16}[kind] * rooms[room] for kind, room in arrays)
 
 
-@pytest.fixture(scope="module")
-def sessions():
-    with Sessions() as opened:
-        yield opened
+sessions = Sessions.fixture()
 
 
 @pytest.mark.parametrize("name", LOOKS)

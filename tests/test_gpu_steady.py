@@ -23,16 +23,8 @@ DEEP = Encoding("bt2020", depth=10, step=(2, 1))
 FULL = Encoding("bt601", full_range=True, depth=16, step=(1, 1))
 
 
-@pytest.fixture(scope="module")
-def sessions() -> Iterator[Sessions]:
-    with Sessions() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def tiled() -> Iterator[Sessions]:
-    with Sessions(max_side=128) as opened:
-        yield opened
+sessions = Sessions.fixture()
+tiled = Sessions.fixture(max_side=128)
 
 
 def rgb_film() -> Iterator[Picture]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -19,16 +19,8 @@ MANY = (361, 641)
 MAX_SIDE = 128
 
 
-@pytest.fixture(scope="module")
-def whole() -> Iterator[Sessions]:
-    with Sessions() as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def tiled() -> Iterator[Sessions]:
-    with Sessions(max_side=MAX_SIDE) as opened:
-        yield opened
+whole = Sessions.fixture()
+tiled = Sessions.fixture(max_side=MAX_SIDE)
 
 
 def seams(whole: Sessions, tiled: Sessions, chosen: Style, picture: Picture, **options: object) -> list[str]:

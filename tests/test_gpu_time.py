@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import numpy as np
@@ -28,10 +28,7 @@ MEASURED = Style(
 """Three measures, each with a time constant of its own, one of them of the source."""
 
 
-@pytest.fixture(scope="module")
-def sessions() -> Iterator[Sessions]:
-    with Sessions() as opened:
-        yield opened
+sessions = Sessions.fixture()
 
 
 @cache

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import av
 import pytest
-from live import LONG, Kept, eventually, session
+from live import LONG, Kept, eventually, live_command, session
 from media import make_clip
 
 from vidstyle import cli
@@ -187,19 +187,8 @@ def test_a_stream_whose_server_is_killed_and_restarted(caplog: pytest.LogCapture
 
 
 def test_raw_video_on_standard_input(tmp_path: Path):
-    arguments = ["live", "-", "--input-format", "raw", "--input-size", "64x48", "--input-fps", "100"]
-    command = [
-        sys.executable,
-        "-m",
-        "vidstyle",
-        *arguments,
-        "--style",
-        "plain",
-        "--to",
-        "-",
-        "--format",
-        "y4m",
-    ]
+    raw = "--input-format", "raw", "--input-size", "64x48", "--input-fps", "100"
+    command = live_command("-", *raw, "--style", "plain", "--to", "-", "--format", "y4m")
     frames = b"".join(bytes([50 + number]) * BYTES for number in range(40))
     run = subprocess.run(command, input=frames, capture_output=True, timeout=2 * LONG)
     assert run.returncode == 0, run.stderr
@@ -209,7 +198,7 @@ def test_raw_video_on_standard_input(tmp_path: Path):
 
 
 def test_y4m_on_standard_input_and_its_end():
-    command = [sys.executable, "-m", "vidstyle", "live", "-", "--style", "plain", "--to", "null", "--json"]
+    command = live_command("-", "--style", "plain", "--to", "null", "--json")
     frames = Y4M + (b"FRAME\n" + bytes(BYTES)) * 20
     run = subprocess.run(command, input=frames, capture_output=True, timeout=2 * LONG)
     assert run.returncode == 0, run.stderr

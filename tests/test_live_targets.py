@@ -7,7 +7,6 @@ import json
 import os
 import socket
 import subprocess
-import sys
 import threading
 import time
 from dataclasses import replace
@@ -17,7 +16,7 @@ from pathlib import Path
 import av
 import pytest
 from faults import times, video
-from live import LONG, POSTER, SMALL, Kept, eventually, generated, session
+from live import LONG, POSTER, SMALL, Kept, eventually, generated, live_command, session
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, OutputError, UsageError
@@ -31,18 +30,7 @@ from vidstyle.media.write.writer import WriteOptions
 
 def live(*arguments: str) -> subprocess.Popen[bytes]:
     """The program with a small moving picture, in a process of its own."""
-    command = [
-        sys.executable,
-        "-m",
-        "vidstyle",
-        "live",
-        "test",
-        "--size",
-        "160x90",
-        "--device",
-        "cpu",
-        *arguments,
-    ]
+    command = live_command("test", "--size", "160x90", "--device", "cpu", *arguments)
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
@@ -98,23 +86,10 @@ def test_a_reader_that_goes_ends_it_with_one_line():
 def test_a_reader_that_stands_still_holds_up_nobody(tmp_path: Path):
     """A pipe that is full: the other target goes on, the newest picture waits, and the end comes soon."""
     reading, writing = os.pipe()
-    command = [
-        sys.executable,
-        "-m",
-        "vidstyle",
-        "live",
-        "test",
-        "--style",
-        "plain",
-        "--to",
-        "-",
-        "--format",
-        "y4m",
-    ]
     film = tmp_path / "film.mkv"
-    program = subprocess.Popen(
-        [*command, "--to", str(film), "--frames", "40", "--json"], stdout=writing, stderr=subprocess.PIPE
-    )
+    targets = "--to", "-", "--format", "y4m", "--to", str(film)
+    command = live_command("test", "--style", "plain", *targets, "--frames", "40", "--json")
+    program = subprocess.Popen(command, stdout=writing, stderr=subprocess.PIPE)
     _, err = program.communicate(timeout=2 * LONG)
     assert program.returncode == 0, err
     pipe, file = json.loads(err.splitlines()[-1])["targets"]

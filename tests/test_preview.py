@@ -158,30 +158,36 @@ def test_what_is_transparent_lies_on_white(tmp_path: Path) -> None:
     assert rms_error(still, picture() * alpha + 255 * (1 - alpha)) < 1
 
 
+UNUSABLE = {
+    2: {
+        "--preview in.png": "--preview needs -o FILE.html",
+        "--at 3": "--at belongs to --preview",
+        "--preview in.png -o out.gif": "out.gif: is no kind of preview; end its name in .html",
+        "--preview in.png -o there.html": "there.html: exists already; add -y",
+        "--preview in.png -o in.png -y": "is the input itself",
+        "--preview in.png -o pipe.html -y": "pipe.html: is a device or a pipe",
+        "--preview http://x/y.png -o out.html": "allow it with --allow-url",
+    },
+    3: {
+        "--preview none.png -o out.html": "none.png: no such file",
+        "--preview there.html -o out.html": "there.html: not a readable video",
+        "--preview in.png --at 5 -o out.html": "in.png: has no frame",
+        "none --preview in.png -o out.html": "none: is not a style",
+    },
+    5: {
+        "--preview in.png -o none/out.html": "its folder does not exist",
+    },
+}
+"""By exit code: arguments, and what is said."""
+
+
 @pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        (["--preview", "in.png"], 2, "--preview needs -o FILE.html"),
-        (["--at", "3"], 2, "--at belongs to --preview"),
-        (
-            ["--preview", "in.png", "-o", "out.gif"],
-            2,
-            "out.gif: is no kind of preview; end its name in .html",
-        ),
-        (["--preview", "in.png", "-o", "there.html"], 2, "there.html: exists already; add -y"),
-        (["--preview", "in.png", "-o", "in.png", "-y"], 2, "is the input itself"),
-        (["--preview", "in.png", "-o", "pipe.html", "-y"], 2, "pipe.html: is a device or a pipe"),
-        (["--preview", "none.png", "-o", "out.html"], 3, "none.png: no such file"),
-        (["--preview", "there.html", "-o", "out.html"], 3, "there.html: not a readable video"),
-        (["--preview", "in.png", "--at", "5", "-o", "out.html"], 3, "in.png: has no frame"),
-        (["none", "--preview", "in.png", "-o", "out.html"], 3, "none: is not a style"),
-        (["--preview", "in.png", "-o", "none/out.html"], 5, "its folder does not exist"),
-        (["--preview", "http://x/y.png", "-o", "out.html"], 2, "allow it with --allow-url"),
-    ],
+    ("code", "arguments", "words"),
+    [(code, *each) for code, faults in UNUSABLE.items() for each in faults.items()],
 )
 def test_what_cannot_be_done_is_one_line(
-    arguments: list[str],
     code: int,
+    arguments: str,
     words: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -191,7 +197,7 @@ def test_what_cannot_be_done_is_one_line(
     make_picture(Path("in.png"))
     Path("there.html").write_text("there", encoding="utf-8")
     os.mkfifo("pipe.html")
-    assert main(["styles", *arguments]) == code
+    assert main(["styles", *arguments.split()]) == code
     out, err = capfd.readouterr()
     assert out == "" and err.count("\n") == 1 and words in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.png", "pipe.html", "there.html"]

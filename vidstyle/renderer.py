@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol, overload
 
 import numpy as np
 
+from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.gpu.device.choose import DEVICES, choose
@@ -99,7 +100,7 @@ def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True)
     return renderer
 
 
-class Renderer:
+class Renderer(Closing):
     """Restyles the frames of one film in order.
 
     Blocks that follow the film over time use presentation times; arrays count as 25 frames per second.
@@ -116,12 +117,6 @@ class Renderer:
     def __init__(self, style: StyleLike, device: str = "auto") -> None:
         self._renderer = open_renderer(style, device)
         self._count = 0
-
-    def __enter__(self) -> Renderer:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Release the device and its threads."""

@@ -1,5 +1,13 @@
+// A plane of `size` and the white of its codes, how much of the one before is blended in, and luma's weights.
+uniform sampler2D plane;
+uniform ivec2 size;
+uniform float white;
+uniform float blend_weight;
+uniform sampler2D guide;
+uniform vec2 luma_step;
+
 // The flow at a pixel of a page, linear between the points of its coarse grid.
-vec2 flow_at(ivec2 at, ivec2 size, sampler2D flow) {
+vec2 flow_at(ivec2 at, sampler2D flow) {
     ivec2 grid = textureSize(flow, 0), last = grid - 1;
     vec2 place = (vec2(at) + 0.5) * vec2(grid) / vec2(size) - 0.5;
     ivec2 low = clamp(ivec2(floor(place)), ivec2(0), last), high = clamp(ivec2(floor(place)) + 1, ivec2(0), last);
@@ -19,12 +27,12 @@ vec4 texel_between(sampler2D image, vec2 place, ivec2 last) {
     return mix(above, below, part.y);
 }
 
-// What lay at a pixel of a plane in the plane before; `step` is luma pixels for each sample.
-vec4 warped_at(sampler2D before, ivec2 at, ivec2 size, sampler2D flow, vec2 step) {
-    return texel_between(before, vec2(at) + flow_at(at, size, flow) / step, size - 1);
+// What lay at a pixel of the plane in the plane before.
+vec4 warped_at(sampler2D before, ivec2 at, sampler2D flow) {
+    return texel_between(before, vec2(at) + flow_at(at, flow) / luma_step, size - 1);
 }
 
 // The weight that luma was blended with at a sample of a plane.
-float luma_weight_at(sampler2D guide, ivec2 at, vec2 step) {
-    return texelFetch(guide, min(at * ivec2(step), textureSize(guide, 0) - 1), 0).r;
+float luma_weight_at(ivec2 at) {
+    return texelFetch(guide, min(at * ivec2(luma_step), textureSize(guide, 0) - 1), 0).r;
 }

@@ -2,14 +2,8 @@
 
 // The plane blended with the warped one before, and the weights of that.
 
-uniform sampler2D plane;
 uniform sampler2D warped;
-uniform sampler2D guide;
-uniform ivec2 size;
-uniform vec2 luma_step;
 uniform vec2 scale;
-uniform float white;
-uniform float blend_weight;
 uniform float rate;
 uniform bool guided;
 
@@ -29,7 +23,7 @@ void main() {
         }
         weight = 1.0 / (1.0 + (change * rate) * (change * rate));
         if (guided) {
-            weight *= luma_weight_at(guide, at, luma_step);
+            weight *= luma_weight_at(at);
         }
         value += blend_weight * weight * (texelFetch(warped, at, 0).r - value);
     }

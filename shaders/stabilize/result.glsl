@@ -2,26 +2,20 @@
 
 // A plane of the result blended with the warped one before: as it is kept, and as codes.
 
-uniform sampler2D plane;
-uniform sampler2D before;
-uniform sampler2D flow;
-uniform sampler2D guide;
-uniform ivec2 size;
-uniform vec2 luma_step;
-uniform float gain;
-uniform float white;
-uniform float most;
-uniform float blend_weight;
-
 layout(location = 0) out vec4 kept;
 layout(location = 1) out vec4 codes;
+
+uniform sampler2D before;
+uniform sampler2D flow;
+uniform float gain;
+uniform float most;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 value = texelFetch(plane, at, 0) * most * gain;
     if (blend_weight > 0.0) {
-        vec4 old = warped_at(before, at, size, flow, luma_step) * white;
-        value += blend_weight * luma_weight_at(guide, at, luma_step) * (old - value);
+        vec4 old = warped_at(before, at, flow) * white;
+        value += blend_weight * luma_weight_at(at) * (old - value);
     }
     kept = value / white;
     codes = (most > 1.0 ? floor(value / gain + 0.503) : value) / most;

@@ -18,7 +18,7 @@ LUMA_WEIGHTS: dict[str, tuple[float, float]] = {
 }
 """Weight of red and of blue in luma, by matrix (ITU-T H.273, table 4); green has the rest."""
 
-SITINGS: dict[str, tuple[float, float]] = {
+SITINGS = {
     "left": (0.0, 0.5),
     "center": (0.5, 0.5),
     "topleft": (0.0, 0.0),

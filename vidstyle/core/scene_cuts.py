@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import cv2
 import numpy as np
@@ -32,43 +31,6 @@ _BAR_LEVEL = 0.1
 
 _Block = tuple[int, int, np.ndarray, float]
 """Top, left, pixels and their standard deviation."""
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A part of a film between two cuts.
-
-    Attributes:
-        start, end: seconds; `end` is the start of the next scene, or the time of the film's last frame.
-        frames: how many.
-    """
-
-    start: float
-    end: float
-    frames: int
-
-
-def find_scenes(frames: Iterable[tuple[float, np.ndarray]]) -> Iterator[Scene]:
-    """The scenes of a film, each as soon as it is over.
-
-    Args:
-        frames: time in seconds and small luma, as for `SceneCutDetector.is_cut`, of every frame in order.
-
-    >>> still = np.tile(np.linspace(0, 1, 96, dtype=np.float32), (54, 1))
-    >>> other = np.ascontiguousarray(still[:, ::-1])
-    >>> list(find_scenes((number / 10, still if number < 3 else other) for number in range(5)))
-    [Scene(start=0.0, end=0.3, frames=3), Scene(start=0.3, end=0.4, frames=2)]
-    """
-    detector = SceneCutDetector()
-    start, time, count = 0.0, 0.0, 0
-    for time, luma in frames:
-        if detector.is_cut(luma):
-            if count:
-                yield Scene(start, time, count)
-            start, count = time, 0
-        count += 1
-    if count:
-        yield Scene(start, time, count)
 
 
 class SceneCutDetector:

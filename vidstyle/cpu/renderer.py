@@ -7,6 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import numpy as np
 
 from vidstyle.core.bands import CORES
+from vidstyle.core.closing import Closing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector
@@ -19,7 +20,7 @@ from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
 from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve, structure
 
 
-class CpuRenderer:
+class CpuRenderer(Closing):
     """Restyles one picture after another with one style.
 
     It keeps what measured blocks remember of earlier pictures, until a scene cut or another size.
@@ -41,12 +42,6 @@ class CpuRenderer:
         self._lowered: dict[object, tuple[LoweredStyle, Schedule]] = {}
         self._smoothers: dict[StepKey, ExponentialSmoother] = {}
         self._stabilizer: Stabilizer | None = None
-
-    def __enter__(self) -> CpuRenderer:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the threads."""

@@ -7,11 +7,10 @@ import os
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import av
 
+from vidstyle.core.closing import Closing
 from vidstyle.errors import InputError
 from vidstyle.media.frame import DecodedFrame, Frame
 from vidstyle.media.options import RAW, ReadOptions, VideoInfo
@@ -45,7 +44,7 @@ def open_reader(source: str | os.PathLike[str], options: ReadOptions | None = No
         raise
 
 
-class Reader:
+class Reader(Closing):
     """An open source. Iterate over it once; close it, or use it in a `with` statement.
 
     Attributes:
@@ -95,14 +94,6 @@ class Reader:
     def close(self) -> None:
         """Close the source."""
         self._source.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _trimmed(self) -> Iterator[DecodedFrame | av.Packet]:
         options, items = self._options, Deinterlacer(self._source.time_base).apply(self._source.items())

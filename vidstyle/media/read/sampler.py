@@ -6,12 +6,12 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Self
 
 import av
 import numpy as np
 from av.stream import Discard
 
+from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.picture import Picture
 from vidstyle.errors import InputError
@@ -43,7 +43,7 @@ class Extent:
     pixels: int
 
 
-class FilmSampler:
+class FilmSampler(Closing):
     """An open film, of whose frames any may be asked for; close it, or use it in a `with` statement.
 
     Of what it iterates over, only the iterator asked for last may be used.
@@ -62,12 +62,6 @@ class FilmSampler:
         self._deinterlacer = Deinterlacer(self._source.time_base)
         self._copies: SmallCopies | None = None
         self._is_fresh = True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close the file."""
