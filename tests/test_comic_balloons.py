@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vidstyle.comic.analyze.attention import attention_map, attention_of_box, mean_under, within
+from vidstyle.comic.analyze.saliency import attention_map, attention_of_box, mean_under, within
 from vidstyle.comic.layout.crop import on_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
@@ -117,7 +117,7 @@ def test_a_tail_points_to_the_speaker() -> None:
     (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300), face)], room) or []
     assert bubble.tip is not None
     mouth = 340, 225
-    assert math.dist(bubble.tip, mouth) < math.dist(bubble.middle, mouth)
+    assert math.dist(bubble.tip, mouth) < math.dist(bubble.box.center, mouth)
     assert len(bubble.outline) != len(Bubble("balloon", bubble.box, bubble.block).outline)
 
 

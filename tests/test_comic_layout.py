@@ -12,8 +12,7 @@ import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
 from vidstyle.comic.layout.cost import NARROWEST, WIDEST
-from vidstyle.comic.layout.layout import PageLayout, Panel, lay_out, pages_for
-from vidstyle.comic.layout.pages import GOOD, GOOD_AT_ALL
+from vidstyle.comic.layout.layout import GOOD, GOOD_AT_ALL, PageLayout, Panel, lay_out, pages_for
 from vidstyle.comic.layout.paper import Paper, Rectangle, paper
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.errors import UsageError

@@ -9,10 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from vidstyle.comic.analyze.attention import attention_maps
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.survey import Film
+from vidstyle.comic.analyze.film import Film, open_film
+from vidstyle.comic.analyze.saliency import attention_map, attention_of_box
 from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
 from vidstyle.comic.layout.paper import BORDER, DPI, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
@@ -77,22 +76,15 @@ class _Job:
         size = options.size or ("strip" if self._output.is_strip else "a4")
         border = 0 if options.storyboard else BORDER
         self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
-        self._styles = [load_style(each) for each in options.styles or self._default_styles]
+        default_style = PLAIN if options.storyboard else "comic"
+        self._styles = [load_style(each) for each in options.styles or (default_style,)]
         self._letters = Letters(options.font)
         self._size = letter_size(self._paper)
         self._title: Label | None = None
         self._title_height = 0
-        self._lines = self._lines_of_file()
-
-    @property
-    def _default_styles(self) -> tuple[str, ...]:
-        return (PLAIN,) if self._options.storyboard else ("comic",)
-
-    def _lines_of_file(self) -> list[Line] | None:
-        wanted = self._options.subtitles
-        if wanted is None:
-            return None
-        return [] if wanted == "none" else lines_of_file(Path(wanted))
+        self._lines: list[Line] | None = None
+        if options.subtitles is not None:
+            self._lines = [] if options.subtitles == "none" else lines_of_file(Path(options.subtitles))
 
     def run(self) -> Comic:
         """Analyse, select, lay out, letter and draw."""
@@ -105,8 +97,7 @@ class _Job:
             self._choose_font(lines)
             moments = find_moments(film, replace(self._options.key_frames, min_panels=panels_for(lines)))
             self._step("laying out", 0, 0)
-            plan = self._plan(film, moments, lines)
-            return self._draw(plan, film)
+            return self._draw(self._plan(film, moments, lines), film)
 
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
         moments, pages, folder = list(plan.moments), len(plan.layout.sizes), self._options.frames
@@ -125,21 +116,18 @@ class _Job:
 
     def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> PagePlan:
         if self._options.storyboard:
-            layout, panels = self._contact_sheet(moments)
-            labels = list(time_labels(layout, moments, self._size))
+            layout = contact_sheet(moments, self._paper, self._size, self._title_height)
+            panels = [LetteredPanel(each, each.rectangle, each.crop) for each in layout.panels]
+            labels = time_labels(layout, moments, self._size)
         else:
             layout, panels = self._comic_pages(film, moments, lines)
-            labels = list(numbers(layout, self._paper, self._size))
+            labels = numbers(layout, self._paper, self._size)
         if self._title:
             labels[0].append(self._title)
         if self._letters.lacking:
             lacking = " ".join(self._letters.lacking)
             _log.warning("the font %s lacks %s; give another with --font", self._letters.family, lacking)
         return PagePlan(moments, layout, panels, labels, self._letters, self._paper.dpi)
-
-    def _contact_sheet(self, moments: Sequence[Moment]) -> tuple[PageLayout, list[LetteredPanel]]:
-        layout = contact_sheet(moments, self._paper, self._size, self._title_height)
-        return layout, [LetteredPanel(each, each.rectangle, each.crop) for each in layout.panels]
 
     def _dialogue_lines(self) -> list[Line]:
         if self._options.storyboard:
@@ -153,7 +141,12 @@ class _Job:
     ) -> tuple[PageLayout, list[LetteredPanel]]:
         words = match(lines, moments)
         style = TextStyle(self._letters, self._size, self._paper.border, self._options.right_to_left)
-        attention = attention_maps(film, moments, list(map(bool, words.panels)))
+        shown = list(zip(moments, words.panels, strict=True))
+        colors = film.frames_at([moment.time for moment, spoken in shown if spoken], keep=True)
+        attention = (
+            attention_map(moment.picture(next(colors)), moment.faces) if spoken else attention_of_box(moment)
+            for moment, spoken in shown
+        )
         texts = list(map(PanelText, moments, words.panels, attention))
         layout, panels, lost = letter(partial(self._layout, moments), texts, style)
         if words.left_out + lost:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Box:
+class Box(NamedTuple):
     """A rectangle in pixels of the upright picture; right and bottom lie outside.
 
     >>> Box(0, 0, 4, 2).union(Box(3, 1, 5, 5))
@@ -32,22 +32,20 @@ class Box:
 
     @property
     def area(self) -> float:
-        """In square pixels."""
         return self.width * self.height
+
+    @property
+    def center(self) -> tuple[float, float]:
+        return (self.left + self.right) / 2, (self.top + self.bottom) / 2
 
     def union(self, other: Box) -> Box:
         """The smallest box that holds both."""
-        return Box(
-            min(self.left, other.left),
-            min(self.top, other.top),
-            max(self.right, other.right),
-            max(self.bottom, other.bottom),
-        )
+        return Box(*map(min, self[:2], other[:2]), *map(max, self[2:], other[2:]))
 
     def intersection(self, other: Box) -> Box:
         """The common part, of area 0 if there is none."""
-        left, top = max(self.left, other.left), max(self.top, other.top)
-        right, bottom = min(self.right, other.right), min(self.bottom, other.bottom)
+        left, top = map(max, self[:2], other[:2])
+        right, bottom = map(min, self[2:], other[2:])
         return Box(left, top, max(left, right), max(top, bottom))
 
     def contains(self, other: Box) -> bool:
@@ -56,16 +54,19 @@ class Box:
         >>> Box(0, 0, 4, 2).contains(Box(1, 0, 4, 2)), Box(0, 0, 4, 2).contains(Box(1, 0, 5, 2))
         (True, False)
         """
-        return (
-            self.left <= other.left
-            and self.top <= other.top
-            and self.right >= other.right
-            and self.bottom >= other.bottom
-        )
+        return self.union(other) == self
 
     def scaled(self, factor: float) -> Box:
         """The box in a picture scaled by a factor."""
-        return Box(self.left * factor, self.top * factor, self.right * factor, self.bottom * factor)
+        return Box(*(side * factor for side in self))
+
+    def moved(self, right: float, down: float) -> Box:
+        """The box moved by so many pixels."""
+        return Box(self.left + right, self.top + down, self.right + right, self.bottom + down)
+
+    def padded(self, aside: float, above: float, below: float) -> Box:
+        """The box enlarged by so many pixels on both sides, above and below."""
+        return Box(self.left - aside, self.top - above, self.right + aside, self.bottom + below)
 
     def mirrored(self, axis: float) -> Box:
         """The box mirrored left to right in a picture of width `axis`."""

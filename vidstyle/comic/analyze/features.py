@@ -1,4 +1,4 @@
-"""Features by which a picture is scored as a panel, measured on a small copy."""
+"""Candidate key frames and the features that they are scored by, measured on small copies."""
 
 from __future__ import annotations
 
@@ -30,6 +30,10 @@ _FORM = 1 / 32
 """The deviation of the Gaussian that leaves large forms, in longer sides."""
 _CLIPPED = 0.3
 """So much of a picture may be black or white without harm: nights and skies."""
+_BAR_LEVEL, _BAR_RANGE = 30, 12
+"""The lightest pixel of a letterbox bar, and the largest difference within a line of it, of 255."""
+_MIN_BAR, _MAX_BAR = 0.02, 0.35
+"""The share of the picture's side that a bar takes."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,23 @@ class Candidate:
     in_transition: bool = False
     forced: bool = False
     corner: tuple[int, int] = (0, 0)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The result of analysing a film.
+
+    Attributes:
+        candidates: in the order of time.
+        scene_starts: when each scene begins, in seconds.
+        seconds: the duration, as far as the film could be read.
+        is_folder: whether these are single pictures that somebody has chosen already.
+    """
+
+    candidates: list[Candidate]
+    scene_starts: list[float]
+    seconds: float
+    is_folder: bool = False
 
 
 def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
@@ -169,14 +190,6 @@ def eye_contrast(luma: np.ndarray, face: Box) -> float:
     return float(np.abs(np.diff(band, axis=0)).mean()) / 255
 
 
-_DARK = 30
-"""No pixel of a bar is lighter, of 255,"""
-_EVEN = 12
-"""nor do two differ by more."""
-_LEAST, _MOST = 0.02, 0.35
-"""The part of a side that a bar takes."""
-
-
 def content_area(color: np.ndarray) -> tuple[slice, slice]:
     """Rows and columns of a picture, H x W x 3 uint8, inside its letterbox bars; all if there are none."""
     luma = color.max(axis=2)
@@ -185,8 +198,8 @@ def content_area(color: np.ndarray) -> tuple[slice, slice]:
 
 def _between(luma: np.ndarray) -> slice:
     brightest, darkest = luma.max(axis=1), luma.min(axis=1)
-    shown = np.flatnonzero((brightest > _DARK) | (brightest - darkest > _EVEN))
+    shown = np.flatnonzero((brightest > _BAR_LEVEL) | (brightest - darkest > _BAR_RANGE))
     count = len(luma)
     bar = min(int(shown[0]), count - 1 - int(shown[-1])) if len(shown) else 0
     # A line more, into which bar and picture were mixed.
-    return slice(bar + 1, count - bar - 1) if _LEAST * count <= bar <= _MOST * count else slice(0, count)
+    return slice(bar + 1, count - bar - 1) if _MIN_BAR * count <= bar <= _MAX_BAR * count else slice(0, count)

@@ -17,14 +17,12 @@ from typing import Self
 import numpy as np
 
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import SIDE, Candidate, extract_features
+from vidstyle.comic.analyze.features import SIDE, Candidate, Survey, extract_features
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
-from vidstyle.comic.analyze.survey import Film, Survey
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
-from vidstyle.media.options import ReadOptions
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
 
 log = logging.getLogger("vidstyle")
@@ -55,35 +53,39 @@ _CONTEXT = 1.2
 """Seconds beside that in which a cut or a dissolve is noticed."""
 
 
-def open_film(
-    source: str | os.PathLike[str], faces: FaceFinder | None = None, options: ReadOptions | None = None
-) -> Film:
-    """A film, an animation, numbered pictures ("%05d.png") or a folder of pictures.
+class Film(ABC):
+    """A source of key frames; a context manager."""
 
-    Raises:
-        InputError: the folder holds no picture.
-        UsageError: it is a pipe, in which one cannot go back.
-    """
-    if str(source) == "-":
-        raise UsageError("-", "a pipe can be read only once", "save the film to a file")
-    faces = faces or FaceFinder()
-    if Path(source).is_dir():
-        return PictureFolder(Path(source), faces, options)
-    return FilmFile(source, faces, options)
-
-
-class _KeptFrames(ABC):
-    """Full-size frames, of which those that are asked for twice are held in memory as far as allowed."""
+    name: str
 
     def __init__(self) -> None:
         self._kept: dict[float, np.ndarray] = {}
 
     @abstractmethod
+    def survey(self) -> Survey:
+        """Analyse the whole film.
+
+        Raises:
+            InputError: it cannot be read, or no frame of it can be decoded.
+        """
+
+    @abstractmethod
+    def around(self, candidate: Candidate) -> list[Candidate]:
+        """The frames near a candidate in the same shot, itself included."""
+
+    @abstractmethod
+    def at(self, time: float) -> Candidate:
+        """The frame shown at a time in seconds."""
+
+    @abstractmethod
     def _image_at(self, time: float) -> np.ndarray:
-        """Decode the frame shown at a time."""
+        """Decode the frame shown at a time in full size."""
 
     def frames_at(self, times: Iterable[float], keep: bool = False) -> Iterator[np.ndarray]:
-        """See `Film`."""
+        """The frames shown at these times in full size: H x W x 3 uint8, upright, with square pixels.
+
+        `keep`: hold each in memory, up to `KEPT_BYTES`, until it is requested again.
+        """
         for time in times:
             frame = self._kept.pop(time, None)
             if frame is None:
@@ -93,7 +95,7 @@ class _KeptFrames(ABC):
             yield frame
 
     def close(self) -> None:
-        """See `Film`."""
+        """Close the file."""
         self._kept.clear()
 
     def __enter__(self) -> Self:
@@ -103,48 +105,38 @@ class _KeptFrames(ABC):
         self.close()
 
 
-class FilmFile(_KeptFrames):
-    """A film, an animation or numbered pictures; see `Film`."""
+class FilmFile(Film):
+    """A film, an animation or numbered pictures."""
 
-    def __init__(
-        self, source: str | os.PathLike[str], faces: FaceFinder, options: ReadOptions | None = None
-    ) -> None:
+    def __init__(self, source: str | os.PathLike[str], faces: FaceFinder) -> None:
         super().__init__()
         self.name = str(source)
-        self._source, self._faces, self._options = source, faces, options
+        self._source, self._faces = source, faces
         self._reach = _REACH
         self._is_open = False
 
     @cached_property
     def _sampler(self) -> FilmSampler:
         self._is_open = True
-        return FilmSampler(self._source, self._options)
+        return FilmSampler(self._source)
 
     def close(self) -> None:
-        """See `Film`."""
         super().close()
         if self._is_open:
             self._sampler.close()
 
     def survey(self) -> Survey:
-        """See `Film`.
-
-        Raises:
-            InputError: it cannot be read, or no frame of it can be decoded.
-        """
         extent = self._sampler.extent
         seconds = float(extent.seconds)
         gap = max(min(_GAP, seconds / _LEAST), seconds / MOST)
         if extent.frames * extent.pixels > WHOLE:
             found = self._survey_keys(max(gap, 0.5))
-            panels = default_panels(len(found.scene_starts), seconds)
-            if len(found.candidates) >= SPARE * panels:
+            if len(found.candidates) >= SPARE * default_panels(len(found.scene_starts), seconds):
                 self._reach = _KEY_REACH
                 return found
         return self._survey_whole(gap)
 
     def around(self, candidate: Candidate) -> list[Candidate]:
-        """See `Film`."""
         context = _CONTEXT if self._reach == _KEY_REACH else _EDGE
         shots, candidates = ShotFinder(), []
         start, end = candidate.time - self._reach - context, candidate.time + (self._reach + context)
@@ -158,11 +150,11 @@ class FilmFile(_KeptFrames):
         return [
             replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time))
             for each in candidates
-            if bisect_right(begins, each.time) == shot and _clear(each.time, begins)
+            if bisect_right(begins, each.time) == shot
+            and all(abs(each.time - begin) >= _EDGE for begin in begins[1:])
         ] or [candidate]
 
     def at(self, time: float) -> Candidate:
-        """See `Film`."""
         start = Fraction(time)
         for sample in self._sampler.frames(start, start + Fraction(1, 1000)):
             return self._features(sample)
@@ -201,14 +193,10 @@ class FilmFile(_KeptFrames):
         return extract_features(to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
 
 
-def _clear(time: float, starts: list[float]) -> bool:
-    return all(abs(time - begin) >= _EDGE for begin in starts[1:])
-
-
-class PictureFolder(_KeptFrames):
+class PictureFolder(Film):
     """A folder of pictures as a film: each is a scene of one second, in natural order of their names."""
 
-    def __init__(self, path: Path, faces: FaceFinder, options: ReadOptions | None = None) -> None:
+    def __init__(self, path: Path, faces: FaceFinder) -> None:
         """List the pictures; files of other names are left out.
 
         Raises:
@@ -216,7 +204,7 @@ class PictureFolder(_KeptFrames):
         """
         super().__init__()
         self.name = str(path)
-        self._faces, self._options = faces, options
+        self._faces = faces
         self._has_warned = False
         self._paths = sorted(
             (each for each in path.iterdir() if each.suffix.lower() in SUFFIXES and each.is_file()),
@@ -226,7 +214,6 @@ class PictureFolder(_KeptFrames):
             raise InputError(path, "a folder without pictures")
 
     def survey(self) -> Survey:
-        """See `Film`."""
         candidates = []
         for number in range(len(self._paths)):
             try:
@@ -239,19 +226,17 @@ class PictureFolder(_KeptFrames):
         return Survey(candidates, begins, float(len(self._paths)), is_folder=True)
 
     def around(self, candidate: Candidate) -> list[Candidate]:
-        """See `Film`: there is nothing else."""
         return [candidate]
 
     def at(self, time: float) -> Candidate:
-        """See `Film`."""
         return self._features(self._number(time))
 
     def _image_at(self, time: float) -> np.ndarray:
-        with FilmSampler(self._paths[self._number(time)], self._options) as sampler:
+        with FilmSampler(self._paths[self._number(time)]) as sampler:
             return sampler.image_at(0)
 
     def _features(self, number: int) -> Candidate:
-        with FilmSampler(self._paths[number], self._options) as sampler:
+        with FilmSampler(self._paths[number]) as sampler:
             sample = next(sampler.frames(), None)
             if sample is None:
                 raise InputError(self._paths[number], "no frame could be decoded")
@@ -271,3 +256,16 @@ def _natural(name: str) -> list[tuple[int, str]]:
     ['9.png', '10.png']
     """
     return [(int(part), "") if part.isdigit() else (-1, part.lower()) for part in re.split(r"([0-9]+)", name)]
+
+
+def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -> Film:
+    """A film, an animation, numbered pictures ("%05d.png") or a folder of pictures.
+
+    Raises:
+        InputError: the folder holds no picture.
+        UsageError: it is a pipe, in which one cannot go back.
+    """
+    if str(source) == "-":
+        raise UsageError("-", "a pipe can be read only once", "save the film to a file")
+    faces = faces or FaceFinder()
+    return PictureFolder(Path(source), faces) if Path(source).is_dir() else FilmFile(source, faces)

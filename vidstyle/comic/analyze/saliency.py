@@ -1,4 +1,4 @@
-"""Saliency maps without a learned model, and small objects that stand out."""
+"""Saliency without a learned model: maps, the salient box, small objects, and where balloons may stand."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.faces import is_colorful, skin_map
-from vidstyle.comic.moment import Box
+from vidstyle.comic.moment import Box, Moment
 
 BOX_SHARE = 0.85
 """The share of all saliency that the salient box of a picture contains."""
 
 HEAD_ROOM = 0.25
 """The salient box is enlarged upwards by this share: the head above a salient body."""
+
+ATTENTION_SIDE = 96
+"""Cells of a map along the longer side."""
 
 _SIDE = 64
 _SKIN = 0.6
@@ -23,6 +26,21 @@ _BLUR = 1.5 / 64
 """The deviation of the Gaussian over skin, in longer sides: single dots of its colour are none."""
 _CELLS = 24
 """A box's edges lie on a grid of so many cells along the longer side."""
+_BLOB_SIDE = 128
+_BLOB_SCALES = (1.5, 3.0, 6.0)
+"""Standard deviations of the inner Gaussians; the surrounds are twice as wide."""
+_BLOB_CONTRAST = 18.0
+"""The least difference of a blob from its surround, in Lab with 255 levels a channel."""
+_MIN_BLOB, _MAX_BLOB = 0.0015, 0.12
+"""The share of the picture that a blob covers: less may be a light or a leaf, more is background."""
+_BLOB_GAP = 0.02
+"""Blobs are joined if no more of the picture's longer side lies between them: the letters of a word."""
+_SEEN = 256
+"""Pixels of the copy that is looked at."""
+_BARE = 1.5
+"""Additional weight of skin: it may be an undetected face."""
+_HAIR = 0.18
+"""Attention extends upwards by this share of the height, as to the hair above an undetected face."""
 
 
 def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
@@ -36,9 +54,8 @@ def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
         H x W float32, 0..1.
     """
     height, width = color.shape[:2]
-    factor = _SIDE / max(height, width)
-    size = max(8, round(width * factor)), max(8, round(height * factor))
-    small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
+    small = _scaled(color, _SIDE / max(height, width), 8)
+    size = small.shape[1], small.shape[0]
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).astype(np.float32)
     detail = cv2.resize(np.abs(cv2.Laplacian(luma, -1)), size, interpolation=cv2.INTER_AREA)
     seen = _unit(_spectral_residual(small)) + 0.5 * _unit(cv2.GaussianBlur(detail, (0, 0), 2))
@@ -81,6 +98,13 @@ def salient_box(saliency: np.ndarray, share: float = BOX_SHARE) -> Box:
     )
 
 
+def _scaled(picture: np.ndarray, factor: float, least: int = 1) -> np.ndarray:
+    """The picture reduced by a factor, but to no fewer than `least` pixels a side."""
+    height, width = picture.shape[:2]
+    size = max(least, round(width * factor)), max(least, round(height * factor))
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+
+
 def _spectral_residual(small: np.ndarray) -> np.ndarray:
     """Spectral residual saliency (Hou and Zhang 2007)."""
     luma = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY).astype(np.float32)
@@ -116,19 +140,6 @@ def _unit(plane: np.ndarray) -> np.ndarray:
     return (plane - low) / max(high - low, 1e-6) if high - low > 1e-6 else np.zeros_like(plane)
 
 
-_BLOB_SIDE = 128
-_BLOB_SCALES = (1.5, 3.0, 6.0)
-"""Standard deviations of the inner Gaussians; the surrounds are twice as wide."""
-_BLOB_CONTRAST = 18.0
-"""The least difference of a blob from its surround, in Lab with 255 levels a channel."""
-_MIN_BLOB, _MAX_BLOB = 0.0015, 0.12
-"""The share of the picture that a blob covers: less may be a light or a leaf, more is background."""
-
-
-_BLOB_GAP = 0.02
-"""Blobs are joined if no more of the picture's longer side lies between them: the letters of a word."""
-
-
 def find_blobs(color: np.ndarray) -> list[Box]:
     """Boxes of the small objects that stand out in a picture, H x W x 3 uint8; they do not overlap."""
     gap, apart = _BLOB_GAP * max(color.shape), list[Box]()
@@ -149,10 +160,7 @@ def blob_map(color: np.ndarray) -> np.ndarray:
 
 def _small_lab(color: np.ndarray) -> np.ndarray:
     """A small copy, float32."""
-    height, width = color.shape[:2]
-    factor = min(1.0, _BLOB_SIDE / max(height, width))
-    size = max(1, round(width * factor)), max(1, round(height * factor))
-    small = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
+    small = _scaled(color, min(1.0, _BLOB_SIDE / max(color.shape[:2])))
     return cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
 
 
@@ -187,3 +195,47 @@ def _center_surround(lab: np.ndarray, scale: float) -> np.ndarray:
         for deviation in (scale, 2 * scale)
     )
     return np.asarray(np.linalg.norm(near - around, axis=2), np.float32)
+
+
+def attention_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
+    """The map of a picture, H x W x 3 uint8: float32, about 1 on average, 0 where nothing is to be seen."""
+    factor = _SEEN / max(color.shape[:2])
+    small = _scaled(color, factor, 8)
+    seen = saliency_map(small, [face.scaled(factor) for face in faces])
+    seen += _BARE * skin_saliency(small) + blob_map(small)
+    coarse = _scaled(seen, ATTENTION_SIDE / _SEEN)
+    above = np.ones((1 + round(_HAIR * len(coarse)), 1), np.uint8)
+    spread = cv2.dilate(coarse, above, anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
+    return (spread / max(float(spread.mean()), 1e-6)).astype(np.float32)
+
+
+def attention_of_box(moment: Moment) -> np.ndarray:
+    """A map made of the salient box alone."""
+    factor = ATTENTION_SIDE / max(moment.shape)
+    seen = np.zeros([max(1, round(side * factor)) for side in moment.shape], np.float32)
+    box = moment.saliency.scaled(factor)
+    seen[round(box.top) : round(box.bottom), round(box.left) : round(box.right)] = 1
+    return seen / max(float(seen.mean()), 1e-6)
+
+
+def within(attention: np.ndarray, moment: Moment, window: Box) -> np.ndarray:
+    """The part of a moment's map inside a window of its picture, at least one cell."""
+    rows, columns = attention.shape
+    down, across = rows / moment.shape[0], columns / moment.shape[1]
+    top, left = min(rows - 1, int(window.top * down)), min(columns - 1, int(window.left * across))
+    bottom, right = max(top + 1, round(window.bottom * down)), max(left + 1, round(window.right * across))
+    return attention[top:bottom, left:right]
+
+
+def mean_under(attention: np.ndarray, picture: Box, boxes: np.ndarray) -> np.ndarray:
+    """The mean of a map of a picture under boxes (left, top, right, bottom: count x 4) that lie in it."""
+    rows, columns = attention.shape
+    sums = np.pad(attention.cumsum(0, dtype=np.float64).cumsum(1), ((1, 0), (1, 0)))
+    x = (boxes[:, [0, 2]] - picture.left) * (columns / picture.width)
+    y = (boxes[:, [1, 3]] - picture.top) * (rows / picture.height)
+    left = np.clip(np.floor(x[:, 0]).astype(int), 0, columns - 1)
+    top = np.clip(np.floor(y[:, 0]).astype(int), 0, rows - 1)
+    right = np.clip(np.ceil(x[:, 1]).astype(int), left + 1, columns)
+    bottom = np.clip(np.ceil(y[:, 1]).astype(int), top + 1, rows)
+    total = sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left]
+    return total / ((right - left) * (bottom - top))

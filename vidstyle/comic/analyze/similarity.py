@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import product
 
 import cv2
 import numpy as np
@@ -64,20 +65,14 @@ def _found(lumas: np.ndarray) -> np.ndarray:
     wider = np.pad(lumas, ((0, 0), (_REACH, _REACH), (_REACH, _REACH)), mode="edge")
     found, weights = np.zeros((count, count), np.float32), np.full(count, 1e-3, np.float32)
     shifts = range(0, 2 * _REACH + 1, _STEP)
-    for y, x in _places():
+    for y, x in product(range(0, SIZE[1], _BLOCK), range(0, SIZE[0], _BLOCK)):
         blocks, deviations = _normal(lumas, y, x)
         best = np.full((count, count), -1, np.float32)
-        for down in shifts:
-            for across in shifts:
-                np.maximum(best, _normal(wider, y + down, x + across)[0] @ blocks.T, out=best)
+        for down, across in product(shifts, shifts):
+            np.maximum(best, _normal(wider, y + down, x + across)[0] @ blocks.T, out=best)
         weight = np.minimum(1, deviations / _FLAT)
         found, weights = found + best * weight, weights + weight
     return found / weights
-
-
-def _places() -> Iterator[tuple[int, int]]:
-    width, height = SIZE
-    return ((y, x) for y in range(0, height, _BLOCK) for x in range(0, width, _BLOCK))
 
 
 def _normal(lumas: np.ndarray, y: int, x: int) -> tuple[np.ndarray, np.ndarray]:
@@ -102,12 +97,9 @@ def _histogram(lab: np.ndarray) -> np.ndarray:
         range=((0, 256), (128 - _WIDE, 128 + _WIDE), (128 - _WIDE, 128 + _WIDE)),
     )
     for axis in range(3):
-        edges = [(1, 1) if each == axis else (0, 0) for each in range(3)]
-        low, middle, high = (
-            np.take(np.pad(counts, edges, mode="edge"), range(start, start + counts.shape[axis]), axis)
-            for start in range(3)
-        )
-        counts = (low + 2 * middle + high) / 4
+        middle = np.moveaxis(counts, axis, 0)
+        low, high = np.concatenate([middle[:1], middle[:-1]]), np.concatenate([middle[1:], middle[-1:]])
+        counts = np.moveaxis((low + 2 * middle + high) / 4, 0, axis)
     return np.asarray(counts.ravel() / max(counts.sum(), 1e-6), np.float32)
 
 

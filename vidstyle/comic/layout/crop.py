@@ -74,13 +74,7 @@ def main_face(moment: Moment) -> Box | None:
 def with_room(moment: Moment, face: Box) -> Box:
     """A face with hair, neck and air, as far as the picture goes."""
     height, width = moment.shape
-    aside = SIDE_ROOM * face.width
-    roomy = Box(
-        face.left - aside,
-        face.top - HEAD_ROOM * face.height,
-        face.right + aside,
-        face.bottom + NECK_ROOM * face.height,
-    )
+    roomy = face.padded(SIDE_ROOM * face.width, HEAD_ROOM * face.height, NECK_ROOM * face.height)
     return roomy.intersection(Box(0, 0, width, height))
 
 
@@ -117,8 +111,8 @@ def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[f
     subject = main_face(moment) or moment.saliency
     boxes = [moment.saliency, *moment.faces, with_room(moment, subject), *_largest_blobs(moment)]
     tall, wide = moment.shape
-    lefts = _places([(box.left, box.right) for box in boxes], (subject.left + subject.right) / 2, width, wide)
-    tops = _places([(box.top, box.bottom) for box in boxes], (subject.top + subject.bottom) / 2, height, tall)
+    lefts = _places([(box.left, box.right) for box in boxes], subject.center[0], width, wide)
+    tops = _places([(box.top, box.bottom) for box in boxes], subject.center[1], height, tall)
     prices = _price(moment, lefts[:, None], tops[None, :], width, height) + _NEARER * nearer
     across, down = divmod(int(prices.argmin()), len(tops))
     left, top = float(lefts[across]), float(tops[down])
@@ -147,12 +141,11 @@ def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, heig
     price = _LOST * _missing(lost(moment.saliency))
     for each in moment.faces:
         part = lost(each)
-        price = price + _CUT * ((part > _EXACT) & (part < 1 - _EXACT)) + _OUT * (part > _EXACT)
+        price = price + _CUT * _is_cut(part) + _OUT * (part > _EXACT)
     over = np.clip(top - moment.saliency.top, 0.0, None) / max(moment.saliency.height, 1.0)
     price = price + _TOP * over
     for blob in _largest_blobs(moment):
-        part = lost(blob)
-        price = price + _SLICED * ((part > _EXACT) & (part < 1 - _EXACT))
+        price = price + _SLICED * _is_cut(lost(blob))
     if face is not None:
         price = price + _MAIN * _missing(lost(face)) + _ROOM * _missing(lost(with_room(moment, face)))
     price = price + _THIRD * _composed(subject, left, top, width, height, face is not None)
@@ -167,6 +160,11 @@ def _shown(low: float, high: float, start: np.ndarray, side: float) -> np.ndarra
     return np.clip(inside / max(high - low, _EXACT), 0.0, 1.0)
 
 
+def _is_cut(lost: np.ndarray) -> np.ndarray:
+    """Where a part of something is lost, but not all."""
+    return (lost > _EXACT) & (lost < 1 - _EXACT)
+
+
 def _missing(lost: np.ndarray) -> np.ndarray:
     """The lost share, plus 1 where anything is lost."""
     return lost + (lost > _EXACT)
@@ -176,8 +174,7 @@ def _composed(
     subject: Box, left: np.ndarray, top: np.ndarray, width: float, height: float, is_face: bool
 ) -> np.ndarray:
     """How far the subject is from the thirds, in sides of the window; the middle is nearly as good."""
-    across = ((subject.left + subject.right) / 2 - left) / width
-    down = ((subject.top + subject.bottom) / 2 - top) / height
+    across, down = (subject.center[0] - left) / width, (subject.center[1] - top) / height
     return _from_third(across) + (np.abs(down - _EYES) if is_face else _from_third(down))
 
 
@@ -198,13 +195,8 @@ def within_border(rectangle: Rectangle, border: int) -> Rectangle:
 
 def on_page(box: Box, window: Box, picture: Rectangle) -> Box:
     """A box of a moment's picture as it is on the page, as far as it can be seen."""
-    seen, factor = box.intersection(window), picture.width / max(window.width, 1e-6)
-    moved = Box(
-        seen.left - window.left, seen.top - window.top, seen.right - window.left, seen.bottom - window.top
-    )
-    scaled = moved.scaled(factor)
-    left, top = picture.left, picture.top
-    return Box(scaled.left + left, scaled.top + top, scaled.right + left, scaled.bottom + top)
+    seen = box.intersection(window).moved(-window.left, -window.top)
+    return seen.scaled(picture.width / max(window.width, 1e-6)).moved(picture.left, picture.top)
 
 
 def elsewhere(window: Box, moment: Moment) -> Iterator[Box]:
@@ -217,4 +209,4 @@ def elsewhere(window: Box, moment: Moment) -> Iterator[Box]:
         across = x * (right - window.left if x > 0 else window.left - left)
         down = y * (bottom - window.top if y > 0 else window.top - top)
         if abs(across) + abs(down) >= 1 and left <= right and top <= bottom:
-            yield Box(window.left + across, window.top + down, window.right + across, window.bottom + down)
+            yield window.moved(across, down)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -57,14 +58,12 @@ class Pagination:
     ) -> None:
         self.grid, self.tables = grid, Tables(panels)
         self._count, self._most, self._units, self._high = len(panels), most, grid.columns, grid.rows
-        self._weights, self._break_costs, self._columns = weights, break_costs, columns
+        self._weights, self._break_costs = weights, break_costs
         self._row_types = RowTypes(columns, grid.columns, grid.rows)
         self._after = self._row_types.costs(weights)
-        self._rows = {count: self._best_rows(count) for count in self._counts()}
+        counts = range(1, min(columns, len(panels)) + 1)
+        self._rows = {count: self._best_rows(count) for count in counts}
         self._filled = self._fill()
-
-    def _counts(self) -> range:
-        return range(1, min(self._columns, self._count) + 1)
 
     def _best_rows(self, count: int) -> np.ndarray:
         """The least cost of a row of so many panels: first panel x type x units high."""
@@ -109,11 +108,8 @@ class Pagination:
     def pages(self, count: int) -> list[Row]:
         """The rows of the best so many pages."""
         breaks = self._breaks(count)
-        return [
-            row
-            for page, (start, end) in enumerate(zip(breaks, breaks[1:], strict=False))
-            for row in self._rows_of(page, start, end)
-        ]
+        pages = enumerate(pairwise(breaks))
+        return [row for page, (start, end) in pages for row in self._rows_of(page, start, end)]
 
     def _breaks(self, count: int) -> list[int]:
         """The panels at which pages begin, and the end of the last one."""

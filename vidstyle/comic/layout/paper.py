@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from vidstyle.errors import UsageError
@@ -129,13 +129,13 @@ def paper(
     width, height = _sides(size.strip().lower(), dpi, landscape)
     scale = min(1.0, min(width, height or width) / _pixels(_USUAL, dpi))
     aside, gap, row_gap = (round(_pixels(length, dpi) * scale) for length in (margin, gutter, row_gutter))
-    thin, beyond = round(border * dpi / _POINTS), round(_pixels(bleed, dpi))
-    made = Paper(width, height, dpi, aside, gap, row_gap, thin, beyond)
+    thin = round(border * dpi / _POINTS) or int(border > 0)
+    beyond = round(_pixels(bleed, dpi))
     if min(aside, gap, row_gap, thin, beyond) < 0:
         raise UsageError("paper", "a length below 0", "margins, gutters, borders and bleed are 0 or more")
     if 2 * aside + 4 * max(gap, row_gap) > min(width, height or width) // 2:
         raise UsageError("paper", "margins and gutters leave no room for panels", "make them smaller")
-    return replace(made, border=max(made.border, int(border > 0)))
+    return Paper(width, height, dpi, aside, gap, row_gap, thin, beyond)
 
 
 def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -54,11 +54,9 @@ def rows(count: int) -> tuple[Tree, ...]:
     No two stacks stand side by side, for there nobody knows which panel comes next; a stack may hold a
     pair side by side, and there are none in a row of more panels than `LARGEST`.
     """
-    return (
-        (PANEL,)
-        if count == 1
-        else tuple(each for each in _columns(count, count if count > LARGEST else 0) if each.beside)
-    )
+    if count == 1:
+        return (PANEL,)
+    return tuple(each for each in _columns(count, count if count > LARGEST else 0) if each.beside)
 
 
 def _columns(count: int, unstacked: int) -> Iterator[Tree]:
@@ -115,15 +113,15 @@ class Grid:
 
     def rectangle(self, place: Placement) -> Rectangle:
         """The panel at a place."""
-        left, right = (
-            self.area.left + round(unit * (self.area.width + self.gutter) / self.columns)
-            for unit in (place.column, place.column + place.wide)
-        )
-        top, bottom = (
-            self.area.top + round(unit * (self.area.height + self.row_gutter) / self.rows)
-            for unit in (place.row, place.row + place.high)
-        )
-        return Rectangle(left, top, right - self.gutter, bottom - self.row_gutter)
+
+        def x(unit: int) -> int:
+            return self.area.left + round(unit * (self.area.width + self.gutter) / self.columns)
+
+        def y(unit: int) -> int:
+            return self.area.top + round(unit * (self.area.height + self.row_gutter) / self.rows)
+
+        right, bottom = x(place.column + place.wide), y(place.row + place.high)
+        return Rectangle(x(place.column), y(place.row), right - self.gutter, bottom - self.row_gutter)
 
 
 @dataclass(frozen=True)
@@ -173,17 +171,18 @@ class Tables:
         if tree.first is None or tree.rest is None:
             yield place
             return
-        index, after = place.moment, place.moment + tree.first.count
-        first, rest = self.of(tree.first)[index], self.of(tree.rest)[after]
-        page, column, row, wide, high = place.page, place.column, place.row, place.wide, place.high
+        after, wide, high = place.moment + tree.first.count, place.wide, place.high
+        first, rest = self.of(tree.first)[place.moment], self.of(tree.rest)[after]
         if tree.beside:
             cut = cut or 1 + int((first[1:wide, high] + rest[wide - 1 : 0 : -1, high]).argmin())
-            yield from self.places(tree.first, Placement(index, page, column, row, cut, high))
-            yield from self.places(tree.rest, Placement(after, page, column + cut, row, wide - cut, high))
+            before = replace(place, wide=cut)
+            then = replace(place, moment=after, column=place.column + cut, wide=wide - cut)
         else:
             cut = 1 + int((first[wide, 1:high] + rest[wide, high - 1 : 0 : -1]).argmin())
-            yield from self.places(tree.first, Placement(index, page, column, row, wide, cut))
-            yield from self.places(tree.rest, Placement(after, page, column, row + cut, wide, high - cut))
+            before = replace(place, high=cut)
+            then = replace(place, moment=after, row=place.row + cut, high=high - cut)
+        yield from self.places(tree.first, before)
+        yield from self.places(tree.rest, then)
 
 
 def _joined(first: np.ndarray, rest: np.ndarray) -> np.ndarray:

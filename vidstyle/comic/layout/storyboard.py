@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from statistics import median
 
 from vidstyle.comic.layout.layout import PageLayout, Panel
@@ -40,15 +40,11 @@ def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int 
     if rows < 1 or width < 1:
         raise UsageError("storyboard", "the page is too small for a picture", "give a larger --size")
     each = rows * columns
-
-    def cell(row: int, column: int) -> Rectangle:
+    panels = []
+    for number, moment in enumerate(moments):
+        row, column = divmod(number % each, columns)
         left, top = paper.margin + column * (width + paper.gutter), paper.margin + head + row * step
-        return Rectangle(left, top, left + width, top + high)
-
-    panels = [
-        _panel(number, moment, number // each, cell(*divmod(number % each, columns)))
-        for number, moment in enumerate(moments)
-    ]
+        panels.append(_panel(number, moment, number // each, Rectangle(left, top, left + width, top + high)))
     height = head + 2 * paper.margin + rows * step if paper.is_strip else paper.height
     return PageLayout(tuple(panels), ((paper.width, height),) * math.ceil(len(moments) / each), 0.0)
 
@@ -62,19 +58,14 @@ def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
     return Panel(number, page, Rectangle(left, top, left + wide, top + high), Box(0, 0, width, height))
 
 
-def time_labels(layout: PageLayout, moments: Sequence[Moment], size: int) -> Iterator[list[Label]]:
+def time_labels(layout: PageLayout, moments: Sequence[Moment], size: int) -> list[list[Label]]:
     """The times under the pictures of each page."""
-    for page in range(len(layout.sizes)):
-        yield [
-            Label(
-                timecode(moments[panel.moment].time),
-                (panel.rectangle.left + panel.rectangle.right) / 2,
-                panel.rectangle.bottom + 1.15 * size,
-                size,
-            )
-            for panel in layout.panels
-            if panel.page == page
-        ]
+    pages: list[list[Label]] = [[] for _ in layout.sizes]
+    for panel in layout.panels:
+        left, _, right, bottom = panel.rectangle
+        time = timecode(moments[panel.moment].time)
+        pages[panel.page].append(Label(time, (left + right) / 2, bottom + 1.15 * size, size))
+    return pages
 
 
 def timecode(seconds: float) -> str:

@@ -37,17 +37,21 @@ def lay_out_strip(
         The strip's height, the panels' rectangles, and the cost without what the seed adds.
     """
     width = paper.width - 2 * paper.margin
-    sizes = _Sizes(width)
-    panels, after = _costs(moments, sizes, growth, LayoutWeights())
-    chosen = _costs(moments, sizes, growth, perturbed_weights(seed, 0, len(moments), ()))[0]
+    weights, heights = LayoutWeights(), np.tile(_heights(width), 2)
+    is_inset = np.arange(len(heights)) >= len(heights) // 2
+    logarithms = np.log(np.maximum(heights, 1.0))
+    apart = np.abs(logarithms[:, None] - logarithms)
+    after = weights.monotony * np.maximum(0.0, 1 - apart / _LIKE) + _AGAIN * (is_inset[:, None] & is_inset)
+    panels = _panel_costs(moments, width, growth, weights)
+    chosen = _panel_costs(moments, width, growth, perturbed_weights(seed, 0, len(moments), ()))
     random = np.random.default_rng((seed, len(moments)))
-    perturbation = _PERTURBATION * random.random((len(moments), 1)) ** 2 * sizes.is_inset if seed else 0.0
+    perturbation = _PERTURBATION * random.random((len(moments), 1)) ** 2 * is_inset if seed else 0.0
     found = _best(chosen - perturbation, after)
     cost = float(panels[np.arange(len(found)), found].sum() + after[found[:-1], found[1:]].sum())
     rectangles, top = [], paper.margin
     aside = bool(random.integers(2))
     for size, pause in zip(found, [0, *_pauses(moments, random if seed else None)], strict=True):
-        wide, high = round(sizes.widths[size]), round(sizes.heights[size])
+        wide, high = round(_INSET * width) if is_inset[size] else width, round(heights[size])
         top += pause * paper.row_gutter
         left = paper.margin + (width - wide) * aside
         rectangles.append(Rectangle(left, top, left + wide, top + high))
@@ -56,30 +60,18 @@ def lay_out_strip(
     return top + paper.margin, rectangles, cost
 
 
-class _Sizes:
-    """The sizes that a panel may have, in pixels: all heights of the full width, then of the narrower one."""
-
-    def __init__(self, width: int) -> None:
-        heights = np.arange(_STEPS * _HIGHEST + 1) * (width / _STEPS)
-        self.widths = np.repeat([width, _INSET * width], len(heights))
-        self.heights = np.tile(heights, 2)
-        self.is_inset = self.widths < width
-
-
-def _costs(
-    moments: Sequence[Moment], sizes: _Sizes, growth: Sequence[float], weights: LayoutWeights
-) -> tuple[np.ndarray, np.ndarray]:
-    """The cost of each panel in each size, and of each size after each."""
-    width = sizes.widths[0]
+def _panel_costs(
+    moments: Sequence[Moment], width: int, growth: Sequence[float], weights: LayoutWeights
+) -> np.ndarray:
+    """The cost of each panel in each size: panel x (all heights of the full width, then of the narrower)."""
     areas = wanted_areas(moments, width * width / _USUAL, len(moments), weights) * np.asarray(growth)
-    heights = np.unique(sizes.heights)
     widths = np.array([1.0, _INSET * width, width])
-    grid = panel_costs(moments, areas, widths, np.maximum(heights, 1.0), weights)
-    panels = np.concatenate([grid[:, 2], grid[:, 1] + _DRAWN_IN], axis=1)
-    logarithms = np.log(np.maximum(sizes.heights, 1.0))
-    apart = np.abs(logarithms[:, None] - logarithms)
-    after = weights.monotony * np.maximum(0.0, 1 - apart / _LIKE)
-    return panels, after + _AGAIN * (sizes.is_inset[:, None] & sizes.is_inset)
+    grid = panel_costs(moments, areas, widths, np.maximum(_heights(width), 1.0), weights)
+    return np.concatenate([grid[:, 2], grid[:, 1] + _DRAWN_IN], axis=1)
+
+
+def _heights(width: int) -> np.ndarray:
+    return np.arange(_STEPS * _HIGHEST + 1) * (width / _STEPS)
 
 
 def _best(panels: np.ndarray, after: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.comic.analyze.attention import mean_under
+from vidstyle.comic.analyze.saliency import mean_under
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, size_of, with_face_room, with_tail
 from vidstyle.comic.lettering.wrap import TextBlock
 from vidstyle.comic.moment import Box
@@ -81,8 +81,10 @@ def place(wordings: Sequence[Wording], room: FreeSpace, right_to_left: bool = Fa
     if right_to_left:
         axis = room.area.left + room.area.right
         turned = [replace(each, face=each.face and each.face.mirrored(axis)) for each in wordings]
-        placed = place(turned, _mirrored_room(room, axis))
-        return placed and [_mirrored_bubble(bubble, axis) for bubble in placed]
+        faces = tuple(face.mirrored(axis) for face in room.faces)
+        area, picture = room.area.mirrored(axis), room.picture.mirrored(axis)
+        placed = place(turned, FreeSpace(area, picture, faces, room.attention[:, ::-1]))
+        return placed and [bubble.mirrored(axis) for bubble in placed]
     places = [_places(each, room) for each in wordings]
     found = _best(places, np.empty((0, 4)), _SHARE * room.area.area)
     if found is None:
@@ -91,9 +93,9 @@ def place(wordings: Sequence[Wording], room: FreeSpace, right_to_left: bool = Fa
         Bubble(each.kind, Box(*map(float, choice.boxes[number])), choice.blocks[number])
         for each, choice, number in zip(wordings, places, found[1], strict=True)
     ]
-    faces = list(map(with_face_room, room.faces))
+    kept = list(map(with_face_room, room.faces))
     return [
-        with_tail(bubble, each.face, faces + [other.box for other in bubbles if other is not bubble])
+        with_tail(bubble, each.face, kept + [other.box for other in bubbles if other is not bubble])
         for bubble, each in zip(bubbles, wordings, strict=True)
     ]
 
@@ -104,7 +106,7 @@ def _places(wording: Wording, room: FreeSpace) -> _Places:
         width, height = size_of(wording.kind, block)
         if width > room.area.width or height > room.area.height or not _is_shapely(wording, width, height):
             continue
-        tried = _free(_tried(width, height, room), room)
+        tried = _tried(width, height, room)
         boxes.append(tried)
         prices.append(_prices(tried, wording, room))
         blocks += [block] * len(tried)
@@ -120,31 +122,22 @@ def _is_shapely(wording: Wording, width: float, height: float) -> bool:
 
 
 def _tried(width: float, height: float, room: FreeSpace) -> np.ndarray:
-    """All places on a grid, and those that touch a face."""
-    area = room.area
+    """All places on a grid, and those that touch a face; none that covers one."""
+    area, faces = room.area, list(map(with_face_room, room.faces))
     lefts = [*np.linspace(area.left, area.right - width, _GRID)]
     tops = [*np.linspace(area.top, area.bottom - height, _GRID)]
-    for face in map(with_face_room, room.faces):
+    for face in faces:
         lefts += [face.left - width, face.right]
         tops += [face.top - height, face.bottom]
     x, y = (np.unique(np.round(each)) for each in (lefts, tops))
     x = x[(x >= area.left) & (x + width <= area.right)]
     y = y[(y >= area.top) & (y + height <= area.bottom)]
     left, top = (each.ravel() for each in np.meshgrid(x, y))
-    return np.stack([left, top, left + width, top + height], axis=1)
-
-
-def _free(boxes: np.ndarray, room: FreeSpace) -> np.ndarray:
-    for face in map(with_face_room, room.faces):
-        boxes = boxes[_covered(boxes, face) <= 0]
-    return boxes
-
-
-def _covered(boxes: np.ndarray, box: Box) -> np.ndarray:
-    """The area of a box that each of the others covers."""
-    across = np.minimum(boxes[:, 2], box.right) - np.maximum(boxes[:, 0], box.left)
-    down = np.minimum(boxes[:, 3], box.bottom) - np.maximum(boxes[:, 1], box.top)
-    return np.maximum(across, 0) * np.maximum(down, 0)
+    right, bottom = left + width, top + height
+    is_free = np.ones(len(left), bool)
+    for face in faces:
+        is_free &= (right <= face.left) | (left >= face.right) | (bottom <= face.top) | (top >= face.bottom)
+    return np.stack([left, top, right, bottom], axis=1)[is_free]
 
 
 def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
@@ -160,7 +153,7 @@ def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
     face = wording.face
     if face is None:
         return price
-    across, down = (face.left + face.right) / 2, (face.top + face.bottom) / 2
+    across, down = face.center
     distance = np.hypot((boxes[:, 0] + boxes[:, 2]) / 2 - across, (boxes[:, 1] + boxes[:, 3]) / 2 - down)
     return price + _FAR * distance / math.hypot(area.width, area.height) + _BELOW * (boxes[:, 1] > down)
 
@@ -192,13 +185,3 @@ def _after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
         below = boxes[:, 1] >= earlier[3] + _APART
         free &= below | ((boxes[:, 0] >= earlier[2] + _APART) & (boxes[:, 1] >= earlier[1]))
     return free
-
-
-def _mirrored_room(room: FreeSpace, axis: float) -> FreeSpace:
-    faces = tuple(face.mirrored(axis) for face in room.faces)
-    return FreeSpace(room.area.mirrored(axis), room.picture.mirrored(axis), faces, room.attention[:, ::-1])
-
-
-def _mirrored_bubble(bubble: Bubble, axis: float) -> Bubble:
-    tip = bubble.tip and (axis - bubble.tip[0], bubble.tip[1])
-    return replace(bubble, box=bubble.box.mirrored(axis), tip=tip)

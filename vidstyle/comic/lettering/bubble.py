@@ -43,37 +43,29 @@ class Bubble:
     block: TextBlock
     tip: Point | None = None
 
+    def mirrored(self, axis: float) -> Bubble:
+        """The bubble mirrored left to right on a page of width `axis`."""
+        tip = self.tip and (axis - self.tip[0], self.tip[1])
+        return replace(self, box=self.box.mirrored(axis), tip=tip)
+
     @property
     def line_width(self) -> float:
         """Of the outline, half of which lies outside the box."""
         return max(1.0, LINE_WIDTH * self.block.size)
-
-    @property
-    def middle(self) -> Point:
-        """Of the box."""
-        return (self.box.left + self.box.right) / 2, (self.box.top + self.box.bottom) / 2
 
     @cached_property
     def outline(self) -> list[Point]:
         """The corners of the shape, a polygon; of a tail root, tip and root come first."""
         box = self.box
         if self.kind != "balloon":
-            return [
-                (box.left, box.top),
-                (box.right, box.top),
-                (box.right, box.bottom),
-                (box.left, box.bottom),
-            ]
-        return self._with_tail(
-            _superellipse(self.middle, box.width / 2, box.height / 2, 0.15 * self.block.size)
-        )
-
-    def _with_tail(self, around: np.ndarray) -> list[Point]:
+            left, top, right, bottom = box
+            return [(left, top), (right, top), (right, bottom), (left, bottom)]
+        around = _superellipse(box.center, box.width / 2, box.height / 2, 0.15 * self.block.size)
         if self.tip is None:
             return _points(around)
-        direction = np.subtract(self.tip, self.middle)
+        direction = np.subtract(self.tip, self.box.center)
         direction = direction / max(float(np.linalg.norm(direction)), 1e-6)
-        off = around - self.middle
+        off = around - self.box.center
         aside = np.abs(off[:, 0] * direction[1] - off[:, 1] * direction[0])
         root = (aside <= _TAIL * self.block.size) & (off @ direction > 0)
         first = int(np.argmax(root & ~np.roll(root, 1)))
@@ -84,7 +76,7 @@ class Bubble:
     @property
     def lines(self) -> list[tuple[str, float, float, float]]:
         """Each line, with its left end, its foot and its width."""
-        size, (middle, center) = self.block.size, self.middle
+        size, (middle, center) = self.block.size, self.box.center
         top = center - self.block.height / 2
         pad = _CAPTION_PADDING[0] * size
         return [
@@ -146,7 +138,7 @@ _LONGEST = 12.0
 def with_face_room(face: Box) -> Box:
     """A face, and what is about it that must not be covered."""
     across, down = FACE_ROOM * face.width, FACE_ROOM * face.height
-    return Box(face.left - across, face.top - down, face.right + across, face.bottom + down)
+    return face.padded(across, down, down)
 
 
 def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
@@ -157,9 +149,9 @@ def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
     """
     if bubble.kind != "balloon" or face is None:
         return bubble
-    mouth = (face.left + face.right) / 2, face.top + 0.75 * face.height
+    mouth = face.center[0], face.top + 0.75 * face.height
     tips = _tips(bubble, mouth, with_face_room(face), kept)
-    if tips and math.dist(tips[-1], bubble.middle) > _LONGEST * bubble.block.size + bubble.box.width / 2:
+    if tips and math.dist(tips[-1], bubble.box.center) > _LONGEST * bubble.block.size + bubble.box.width / 2:
         return bubble
     # One that ends on half its way points at nobody.
     tails = (replace(bubble, tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
@@ -168,7 +160,7 @@ def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
 
 def _tips(bubble: Bubble, mouth: Point, face: Box, kept: Sequence[Box]) -> list[Point]:
     """Where the tail may end: outside the balloon, on its way until the face; nowhere if it is not free."""
-    start, size = bubble.middle, bubble.block.size
+    start, size = bubble.box.center, bubble.block.size
     tips: list[Point] = []
     for part in np.linspace(0, 1, max(2, math.ceil(math.dist(start, mouth) / 2)))[:-1]:
         tip = start[0] + float(part) * (mouth[0] - start[0]), start[1] + float(part) * (mouth[1] - start[1])
@@ -191,4 +183,5 @@ def _crosses(bubble: Bubble, kept: Sequence[Box]) -> bool:
 
 
 def _is_in(point: Point, box: Box, room: float) -> bool:
-    return box.left - room <= point[0] <= box.right + room and box.top - room <= point[1] <= box.bottom + room
+    left, top, right, bottom = box.padded(room, room, room)
+    return left <= point[0] <= right and top <= point[1] <= bottom

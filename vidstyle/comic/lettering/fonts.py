@@ -98,13 +98,11 @@ class Letters:
 
     def missing(self, text: str) -> set[str]:
         """The characters of a text that the font lacks and that are substituted."""
-        return {each for each in unicodedata.normalize("NFC", text) if not self._needs_no_substitute(each)}
-
-    def _needs_no_substitute(self, letter: str) -> bool:
-        return letter.isspace() or self._has(letter) or letter in _MARKS or letter in NOTES
+        letters = set(unicodedata.normalize("NFC", text)).difference(_MARKS, NOTES)
+        return {each for each in letters if not self._has(each)}
 
     def _written(self, letter: str) -> str:
-        if letter.isspace() or self._has(letter):
+        if self._has(letter):
             return letter
         if letter in _MARKS:
             return _SUBSTITUTES[letter]
@@ -119,7 +117,8 @@ class Letters:
     def _has(self, letter: str) -> bool:
         if letter not in self._known:
             font = self.font(20)
-            self._known[letter] = bytes(font.getmask(letter)) != bytes(font.getmask("\uffff"))
+            missing = bytes(font.getmask("\uffff"))
+            self._known[letter] = letter.isspace() or bytes(font.getmask(letter)) != missing
         return self._known[letter]
 
 
@@ -185,8 +184,7 @@ def _files() -> Iterator[Path]:
     folders = (Path(os.path.expanduser(os.path.expandvars(folder))) for folder in FOLDERS)
     found = {
         file
-        for folder in folders
-        if folder.is_absolute()
+        for folder in filter(Path.is_absolute, folders)
         for file in folder.rglob("*")
         if file.suffix.lower() in _ENDINGS
     }

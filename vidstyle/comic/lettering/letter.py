@@ -7,16 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.comic.analyze.attention import mean_under, within
+from vidstyle.comic.analyze.saliency import mean_under, within
 from vidstyle.comic.layout.crop import crop, elsewhere, on_page, within_border
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
-from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.lettering.bubble import Bubble, size_of
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitles import Line
-from vidstyle.comic.lettering.title import bands, below_bands
-from vidstyle.comic.lettering.wrap import shapes
+from vidstyle.comic.lettering.wrap import TextBlock, shapes
 from vidstyle.comic.moment import Box, Moment
 
 GROWTH = 1.6
@@ -30,6 +29,8 @@ _AIR = 0.35
 """Between words and the border, in sizes of the letters."""
 _BAND, _WIDEST_BAND = 0.3, 0.55
 """The part of a panel that a caption above its picture takes at most, and in the last round."""
+_BANDS_OVERLAP = 0.3
+"""By so much bands are nearer to one another than their heights, in sizes of the letters."""
 _CALM, _BUSY = 1.0, 1.5
 """Words look no further for room where what they cover catches the eye no more than the first; where it does
 so more than the second, the panel is to be larger."""
@@ -65,6 +66,11 @@ class TextStyle:
     border: int
     right_to_left: bool = False
 
+    def shapes(self, line: Line, widest: float) -> list[TextBlock]:
+        """The shapes that the text of a line can take, none wider than `widest` pixels."""
+        text = self.letters.writable(line.text)
+        return shapes(self.letters, text, self.size, widest) if widest > 0 else []
+
 
 @dataclass(frozen=True)
 class PanelText:
@@ -77,10 +83,6 @@ class PanelText:
     moment: Moment
     lines: Sequence[Line]
     attention: np.ndarray
-
-    def first(self, count: int) -> PanelText:
-        """The same with its first lines only."""
-        return replace(self, lines=self.lines[:count])
 
 
 def letter(
@@ -142,7 +144,7 @@ def _calmest(
             if bubbles is None:
                 continue
             seen = within(text.attention, text.moment, window)
-            boxes = np.array([[*vars(bubble.box).values()] for bubble in bubbles])
+            boxes = np.array([bubble.box for bubble in bubbles])
             covered = float(mean_under(seen, Box(*map(float, inside)), boxes).max())
             if least is None or covered < least[0]:
                 least = covered, LetteredPanel(panel, inside, window, tuple(bubbles))
@@ -153,8 +155,8 @@ def _calmest(
 
 def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> tuple[LetteredPanel, int]:
     """The panel with as many of its first lines as find room, and how many these are."""
-    counts = range(len(text.lines), -1, -1)
-    tried = ((_written(panel, text.first(count), style, _WIDEST_BAND, np.inf), count) for count in counts)
+    parts = [replace(text, lines=text.lines[:count]) for count in range(len(text.lines), -1, -1)]
+    tried = ((_written(panel, part, style, _WIDEST_BAND, np.inf), len(part.lines)) for part in parts)
     return next((written, count) for written, count in tried if written is not None)
 
 
@@ -162,7 +164,7 @@ def _balloons(picture: Rectangle, window: Box, text: PanelText, style: TextStyle
     seen = [on_page(face, window, picture) for face in text.moment.faces]
     faces = tuple(face for face in seen if face.area > 0)
     air, whole = round(_AIR * style.size), Box(*map(float, picture))
-    area = Box(whole.left + air, whole.top + air, whole.right - air, whole.bottom - air)
+    area = whole.padded(-air, -air, -air)
     room = FreeSpace(area, whole, faces, within(text.attention, text.moment, window))
     wordings = list(_wordings(text.lines, faces, area, style))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)
@@ -176,21 +178,26 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: Tex
         across = [max(faces, key=lambda face: face.area)]
     of = dict(zip(speakers, across, strict=False))
     for line in lines:
-        text = style.letters.writable(line.text)
-        widest = area.width - 2 * style.size
-        blocks = shapes(style.letters, text, style.size, widest) if widest > 0 else []
-        yield Wording(
-            "caption" if line.narrated else "balloon", blocks, None if line.narrated else of.get(line.speaker)
-        )
+        blocks = style.shapes(line, area.width - 2 * style.size)
+        if line.narrated:
+            yield Wording("caption", blocks)
+        else:
+            yield Wording("balloon", blocks, of.get(line.speaker))
 
 
 def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> LetteredPanel | None:
-    """The words above the picture, which is lower by them."""
+    """The lines in bands above the picture, which is lower by them; None if they take too much of it."""
     inside = within_border(panel.rectangle, style.border)
-    found = bands(text.lines, inside, style.letters, style.size)
-    if found is None:
-        return None
-    picture = below_bands(found, inside, style.border)
+    found, top = list[Bubble](), inside.top
+    for line in text.lines:
+        blocks = style.shapes(line, inside.width - round(1.2 * style.size))
+        if not blocks:
+            return None
+        block = min(blocks, key=lambda block: len(block.lines))
+        _, height = size_of("band", block)
+        found.append(Bubble("band", Box(inside.left, top, inside.right, top + height), block))
+        top += round(height - _BANDS_OVERLAP * style.size)
+    picture = inside._replace(top=round(found[-1].box.bottom) + style.border)
     if picture.top - inside.top > most * inside.height:
         return None
     return LetteredPanel(panel, picture, crop(text.moment, picture.aspect), tuple(found))

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from vidstyle.comic.lettering.fonts import NOTES
 from vidstyle.errors import InputError
-from vidstyle.media.read.reader import ReadOptions
 from vidstyle.media.read.subtitles import SubtitleEvent, parse_subtitles, read_subtitles
 
 _TAG = re.compile(r"</?[a-zA-Z][^<>]*>|<\d[\d:.]*>|\{\\[^}]*\}")
@@ -41,13 +40,13 @@ class Line:
     speaker: str = ""
 
 
-def lines_of_film(source: str | os.PathLike[str], options: ReadOptions | None = None) -> list[Line]:
+def lines_of_film(source: str | os.PathLike[str]) -> list[Line]:
     """What the film's own subtitles say, in the order of time; nothing where it has none.
 
     Raises:
         InputError: the film cannot be read.
     """
-    return _lines(read_subtitles(source, options))
+    return _lines(read_subtitles(source))
 
 
 def lines_of_file(path: Path) -> list[Line]:
@@ -56,10 +55,8 @@ def lines_of_file(path: Path) -> list[Line]:
     Raises:
         InputError: it cannot be read, or holds no subtitles.
     """
-    if path.suffix.lower() in (".srt", ".vtt"):
-        lines = _lines(parse_subtitles(_text_of(path)))
-    else:
-        lines = _lines(read_subtitles(path))
+    is_text = path.suffix.lower() in (".srt", ".vtt")
+    lines = _lines(parse_subtitles(_text_of(path)) if is_text else read_subtitles(path))
     if not lines:
         raise InputError(path, "holds no subtitles")
     return lines

@@ -1,18 +1,15 @@
-"""Room for a title above the panels of the first page, and what is written beside panels."""
+"""The title above the panels of the first page, and page numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper, Rectangle
-from vidstyle.comic.lettering.bubble import Bubble, size_of
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.lettering.subtitles import Line
-from vidstyle.comic.lettering.wrap import TextBlock, shapes
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.moment import Moment
 from vidstyle.comic.output.sheet import Label
 
 _TITLE = 2.6
@@ -72,44 +69,12 @@ def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) ->
     return replace(panel, rectangle=rectangle, crop=crop(moments[panel.moment], rectangle.aspect))
 
 
-def numbers(layout: PageLayout, paper: Paper, size: int) -> Iterator[list[Label]]:
+def numbers(layout: PageLayout, paper: Paper, size: int) -> list[list[Label]]:
     """The number below the panels of each page, where there are several and there is room."""
-    for page, (width, height) in enumerate(layout.sizes):
-        letters = min(size, round(_NUMBER * paper.margin))
-        covered = any(each.page == page and each.rectangle.bottom >= height for each in layout.panels)
-        if len(layout.sizes) == 1 or letters < 5 or covered:
-            yield []
-        else:
+    letters = min(size, round(_NUMBER * paper.margin))
+    labels: list[list[Label]] = [[] for _ in layout.sizes]
+    for page, (width, height) in enumerate(layout.sizes if len(layout.sizes) > 1 and letters >= 5 else ()):
+        if all(each.page != page or each.rectangle.bottom < height for each in layout.panels):
             foot = height - paper.margin / 2 + 0.35 * letters
-            yield [Label(str(page + 1), width / 2, foot, letters)]
-
-
-_APART = 0.3
-"""How much nearer to one another bands are than they need be, in sizes of the letters."""
-
-
-def bands(lines: Sequence[Line], inside: Rectangle, letters: Letters, size: int) -> list[Bubble] | None:
-    """The lines one below the other at the top of a panel; None if a word is too wide for it.
-
-    Args:
-        size: of the letters, in pixels.
-    """
-    found, top = list[Bubble](), inside.top
-    for line in lines:
-        block = _flattest(letters, line.text, size, inside.width - round(1.2 * size))
-        if block is None:
-            return None
-        _, height = size_of("band", block)
-        found.append(Bubble("band", Box(inside.left, top, inside.right, top + height), block))
-        top += round(height - _APART * size)
-    return found
-
-
-def below_bands(found: Sequence[Bubble], inside: Rectangle, border: int) -> Rectangle:
-    """What they and a border leave of the panel."""
-    return inside._replace(top=round(found[-1].box.bottom) + border)
-
-
-def _flattest(letters: Letters, text: str, size: int, widest: int) -> TextBlock | None:
-    tried = shapes(letters, letters.writable(text), size, widest) if widest > 0 else []
-    return min(tried, key=lambda block: len(block.lines), default=None)
+            labels[page].append(Label(str(page + 1), width / 2, foot, letters))
+    return labels

@@ -11,7 +11,7 @@ from typing import Self
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.survey import Film
+from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.layout.layout import PageLayout
 from vidstyle.comic.layout.paper import INCH, Rectangle
 from vidstyle.comic.layout.storyboard import timecode
@@ -120,7 +120,7 @@ class PagePlan:
 def drawn(
     plan: PagePlan,
     film: Film,
-    brush: PanelRenderer,
+    renderer: PanelRenderer,
     frames: Frames | None,
     on_panel: Callable[[int, int], None],
 ) -> Iterator[Sheet]:
@@ -139,13 +139,10 @@ def drawn(
                 color, moment = next(colors), plan.moments[each.panel.moment]
                 if frames:
                     frames.save(color, moment)
+                shown = renderer.panel(moment.picture(color), each.crop, each.picture)
+                said = " / ".join(" ".join(bubble.block.lines) for bubble in each.bubbles)
+                note = ": ".join(filter(None, [timecode(moment.time), said]))
                 sheet.panels.append(
-                    _shown(each, brush.panel(moment.picture(color), each.crop, each.picture), moment)
+                    RenderedPanel(each.panel.rectangle, each.picture, shown, each.bubbles, note)
                 )
         yield sheet
-
-
-def _shown(lettered: LetteredPanel, color: np.ndarray, moment: Moment) -> RenderedPanel:
-    said = [" ".join(bubble.block.lines) for bubble in lettered.bubbles]
-    note = ": ".join([timecode(moment.time), *([" / ".join(said)] if said else [])])
-    return RenderedPanel(lettered.panel.rectangle, lettered.picture, color, lettered.bubbles, note)

@@ -1,25 +1,69 @@
-"""A page as pixels."""
+"""Pages as pixels, and their PNG, JPEG, CBZ and PDF files by Pillow."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 
 from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.bubble import Bubble
-from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
+from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-    from PIL.ImageDraw import ImageDraw
 
-PAPER = 255
-INK = 0
+JPEG_QUALITY = 92
+"""Quality of JPEG images in all formats, 1 to 100."""
+
+PAPER, INK = 255, 0
+"""Gray levels."""
 
 _LARGER = 4
-"""Outlines are drawn larger and averaged, so that they are smooth."""
+"""Supersampling factor of outlines."""
+
+
+def png(sheets: Iterable[Sheet], title: str) -> bytes:
+    """A PNG file of a single page, with its resolution."""
+    (sheet,) = sheets
+    return _encoded(page_image(sheet), "PNG", dpi=(sheet.dpi, sheet.dpi))
+
+
+def jpeg(sheets: Iterable[Sheet], title: str) -> bytes:
+    """A JPEG file of a single page, with its resolution."""
+    (sheet,) = sheets
+    dpi = round(sheet.dpi)
+    # Subsampled chroma would wash out coloured dots and strokes. Not with `optimize`: Pillow then fails where
+    # a page of dots needs more than a byte for each pixel.
+    return _encoded(page_image(sheet), "JPEG", quality=JPEG_QUALITY, subsampling=0, dpi=(dpi, dpi))
+
+
+def cbz(sheets: Iterable[Sheet], title: str) -> bytes:
+    """A ZIP archive of JPEG pages for comic readers, with constant dates, so that it is reproducible."""
+    file = BytesIO()
+    with ZipFile(file, "w", ZIP_STORED) as archive:
+        for number, sheet in enumerate(sheets, 1):
+            archive.writestr(ZipInfo(f"page-{number:03}.jpg"), jpeg([sheet], title))
+    return file.getvalue()
+
+
+def pdf(sheets: Iterable[Sheet], title: str) -> bytes:
+    """A PDF file of all pages, without dates, so that it is reproducible."""
+    (first, dpi), *rest = [(page_image(sheet), sheet.dpi) for sheet in sheets]
+    pages = {"save_all": True, "append_images": [image for image, _ in rest], "resolution": dpi}
+    quality = {"quality": JPEG_QUALITY, "subsampling": 0}
+    notes = {"title": title or None, "producer": "vidstyle", "creationDate": None, "modDate": None}
+    return _encoded(first, "PDF", **pages, **quality, **notes)
+
+
+def _encoded(image: Image, kind: str, **options: Any) -> bytes:
+    file = BytesIO()
+    image.save(file, kind, **options)
+    return file.getvalue()
 
 
 def page_image(sheet: Sheet) -> Image:
@@ -33,9 +77,13 @@ def page_image(sheet: Sheet) -> Image:
     draw = ImageDraw.Draw(image)
     for panel in sheet.panels:
         for bubble in panel.bubbles:
-            _write(draw, bubble, sheet)
+            font = sheet.letters.font(bubble.block.size)
+            for text, left, foot, _ in bubble.lines:
+                draw.text((left, foot), text, font=font, fill=(INK,) * 3, anchor="ls")
     for label in sheet.labels:
-        _write_label(draw, label, sheet)
+        place, font = (label.middle, label.foot), sheet.letters.font(label.size)
+        width = label.thickness
+        draw.text(place, label.text, font=font, fill=(INK,) * 3, anchor="ms", stroke_width=width)
     return image
 
 
@@ -43,7 +91,12 @@ def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
     _fill(canvas, panel.rectangle, INK)
     if panel.band:
         _fill(canvas, panel.band, PAPER)
-    _paste(canvas, panel.picture, panel.color)
+    # The picture of a bleeding panel extends beyond the page.
+    height, width = canvas.shape[:2]
+    at = panel.picture
+    left, top, right, bottom = max(0, at.left), max(0, at.top), min(width, at.right), min(height, at.bottom)
+    shown = panel.color[top - at.top : bottom - at.top, left - at.left : right - at.left]
+    canvas[top:bottom, left:right] = shown
     for bubble in panel.bubbles:
         if bubble.kind != "band":
             _draw_outline(canvas, bubble)
@@ -54,14 +107,6 @@ def _fill(canvas: np.ndarray, rectangle: Rectangle, level: int) -> None:
     canvas[top:bottom, left:right] = level
 
 
-def _paste(canvas: np.ndarray, at: Rectangle, color: np.ndarray) -> None:
-    """A picture that may go on where the page ends."""
-    height, width = canvas.shape[:2]
-    left, top = max(0, at.left), max(0, at.top)
-    right, bottom = min(width, at.right), min(height, at.bottom)
-    canvas[top:bottom, left:right] = color[top - at.top : bottom - at.top, left - at.left : right - at.left]
-
-
 def _draw_outline(canvas: np.ndarray, bubble: Bubble) -> None:
     """The shape in white with a black line around it, over what is there."""
     points = np.array(bubble.outline)
@@ -69,45 +114,18 @@ def _draw_outline(canvas: np.ndarray, bubble: Bubble) -> None:
     height, width = canvas.shape[:2]
     left, top = (max(0, math.floor(low) - room) for low in points.min(axis=0))
     right, bottom = (math.ceil(high) + room for high in points.max(axis=0))
-    right, bottom = min(width, right), min(height, bottom)
-    local = (points - (left, top)) * _LARGER
-    body, line = _masks(local, bottom - top, right - left, bubble.line_width * _LARGER)
-    part = canvas[top:bottom, left:right]
-    cover = np.maximum(body, line)[..., np.newaxis]
-    light = (np.minimum(body, 1 - line) * PAPER)[..., np.newaxis]
-    part[:] = np.rint(part * (1 - cover) + light)
+    part = canvas[top : min(height, bottom), left : min(width, right)]
+    body, line = _masks((points - (left, top)) * _LARGER, part.shape, bubble.line_width * _LARGER)
+    part[:] = np.rint(part * (1 - np.maximum(body, line)) + np.minimum(body, 1 - line) * PAPER)
 
 
-def _masks(points: np.ndarray, height: int, width: int, line_width: float) -> tuple[np.ndarray, np.ndarray]:
-    """How much of each pixel lies within the polygon, and how much on its line, 0..1."""
+def _masks(points: np.ndarray, shape: tuple[int, ...], line_width: float) -> list[np.ndarray]:
+    """Coverage of each pixel by the polygon, and by its line: H x W x 1, 0..1."""
     from PIL import Image, ImageDraw
 
     corners = [(float(x), float(y)) for x, y in points]
-    masks = []
-    for is_line in (False, True):
-        mask = Image.new("L", (width * _LARGER, height * _LARGER))
-        draw = ImageDraw.Draw(mask)
-        if is_line:
-            draw.line([*corners, *corners[:2]], fill=255, width=max(1, round(line_width)), joint="curve")
-        else:
-            draw.polygon(corners, fill=255)
-        masks.append(np.asarray(mask.reduce(_LARGER), np.float32) / 255)
-    return masks[0], masks[1]
-
-
-def _write(draw: ImageDraw, bubble: Bubble, sheet: Sheet) -> None:
-    font = sheet.letters.font(bubble.block.size)
-    for text, left, foot, _ in bubble.lines:
-        draw.text((left, foot), text, font=font, fill=(INK,) * 3, anchor="ls")
-
-
-def _write_label(draw: ImageDraw, label: Label, sheet: Sheet) -> None:
-    font = sheet.letters.font(label.size)
-    draw.text(
-        (label.middle, label.foot),
-        label.text,
-        font=font,
-        fill=(INK,) * 3,
-        anchor="ms",
-        stroke_width=label.thickness,
-    )
+    masks = [Image.new("L", (shape[1] * _LARGER, shape[0] * _LARGER)) for _ in range(2)]
+    body, line = map(ImageDraw.Draw, masks)
+    body.polygon(corners, fill=255)
+    line.line([*corners, *corners[:2]], fill=255, width=max(1, round(line_width)), joint="curve")
+    return [np.asarray(mask.reduce(_LARGER), np.float32)[..., np.newaxis] / 255 for mask in masks]

@@ -1,18 +1,36 @@
-"""A page as SVG: panels are pictures, balloons and captions are shapes and text that can be changed."""
+"""Pages as SVG, alone or in a web page: panels are pictures; balloons and captions are shapes and text."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Iterable, Iterator
 from html import escape
+from itertools import accumulate
+from pathlib import Path
+from string import Template
 
 import cv2
 import numpy as np
 
 from vidstyle.comic.layout.paper import INCH, Rectangle
 from vidstyle.comic.lettering.bubble import Bubble
-from vidstyle.comic.output.bitmap import JPEG_QUALITY
+from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
+
+_TEMPLATE = Path(__file__).with_name("strip.html")
+
+
+def html(sheets: Iterable[Sheet], title: str) -> bytes:
+    """A self-contained web page of all sheets, one below the other, no wider than the window."""
+    drawn = list(sheets)
+    before = accumulate((len(sheet.panels) for sheet in drawn), initial=0)
+    pages = (
+        svg_element(sheet, "", count, with_font=number == 0)
+        for number, (sheet, count) in enumerate(zip(drawn, before, strict=False))
+    )
+    width = max(sheet.width for sheet in drawn)
+    page = Template(_TEMPLATE.read_text(encoding="utf-8"))
+    return page.substitute(title=escape(title or "Comic"), width=width, pages="".join(pages)).encode()
 
 
 def svg(sheets: Iterable[Sheet], title: str) -> bytes:
@@ -28,10 +46,11 @@ def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = Tru
         before: how many panels stand before it in the document.
         with_font: whether it brings the font, which one of a document does.
     """
+    fonts = escape(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
     wide, high = (f"{length * INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
     rows = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}"'
-        f' viewBox="0 0 {sheet.width} {sheet.height}" font-family="{_families(sheet)}">',
+        f' viewBox="0 0 {sheet.width} {sheet.height}" font-family="{fonts}">',
         f"<title>{escape(title)}</title>" if title else "",
         _font_face(sheet) if with_font else "",
         '<rect width="100%" height="100%" fill="#fff"/>',
@@ -42,12 +61,8 @@ def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = Tru
     return "\n".join(row for row in rows if row) + "\n"
 
 
-def _families(sheet: Sheet) -> str:
-    return escape(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
-
-
 def _font_face(sheet: Sheet) -> str:
-    """The font itself, where it is the free one that everybody may pass on."""
+    """The font, embedded if its licence allows that."""
     font = sheet.letters.free_font
     if font is None:
         return ""

@@ -1,4 +1,4 @@
-"""Pages into files: which kind the name asks for, and how many there are."""
+"""Write pages to files, in the format that the extension names."""
 
 from __future__ import annotations
 
@@ -8,38 +8,33 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from io import StringIO
 from pathlib import Path
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from vidstyle.comic.layout.storyboard import timecode
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.output.bitmap import cbz, jpeg, pdf, png
-from vidstyle.comic.output.html import html
+from vidstyle.comic.output.raster import cbz, jpeg, pdf, png
 from vidstyle.comic.output.sheet import Sheet
-from vidstyle.comic.output.svg import svg
+from vidstyle.comic.output.svg import html, svg
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
 
+_Encoder = Callable[[Iterable[Sheet], str], bytes]
+"""Makes a file of pages and a title."""
 
-class _Format(NamedTuple):
-    """How a file is made of pages and a title, and whether it holds all pages."""
-
-    content: Callable[[Iterable[Sheet], str], bytes]
-    holds_all: bool = False
-
-
-_FORMATS = {
-    ".png": _Format(png),
-    ".jpg": _Format(jpeg),
-    ".jpeg": _Format(jpeg),
-    ".pdf": _Format(pdf, holds_all=True),
-    ".cbz": _Format(cbz, holds_all=True),
-    ".svg": _Format(svg),
-    ".html": _Format(html, holds_all=True),
+_FORMATS: dict[str, _Encoder] = {
+    ".png": png,
+    ".jpg": jpeg,
+    ".jpeg": jpeg,
+    ".pdf": pdf,
+    ".cbz": cbz,
+    ".svg": svg,
+    ".html": html,
 }
 """Output formats by the extension of the file."""
+_MULTI_PAGE = pdf, cbz, html
+"""Formats whose files hold all pages."""
 
 _PATTERN = re.compile(r"%0?\d*d")
 
@@ -48,65 +43,61 @@ class Output:
     """The file, or files, that pages are written to.
 
     Attributes:
-        is_strip: whether it is to be scrolled through, so that pages make little sense.
+        is_strip: whether the format suits one long page.
     """
 
     def __init__(self, target: Path, source: str, overwrite: bool) -> None:
-        """Check all that can be known before there are pages.
+        """Check the target before there are pages.
 
         Raises:
-            UsageError: its ending is none of ours, it exists, or it is the source.
-            OutputError: its folder is missing or cannot be written to.
+            UsageError: unknown extension, the file exists, or it is the source.
+            OutputError: its folder is missing or not writable.
         """
         if target.suffix.lower() not in _FORMATS:
             remedy = f"end its name in {', '.join(list(_FORMATS)[:-1])} or {list(_FORMATS)[-1]}"
             raise UsageError(target, "is no kind of comic", remedy)
-        self._format = _FORMATS[target.suffix.lower()]
-        self.is_strip = self._format.content is html
+        self._encode = _FORMATS[target.suffix.lower()]
+        self.is_strip = self._encode is html
         self._target, self._source, self._overwrite = target, source, overwrite
         if not _PATTERN.search(target.name):
             with atomic_file(target, source, overwrite):
                 pass
 
-    def targets(self, pages: int) -> list[Path]:
-        """The names of the files for so many pages."""
-        return [self._target] if self._format.holds_all else page_names(self._target, pages)
-
     def write(self, sheets: Iterable[Sheet], pages: int, title: str) -> list[Path]:
-        """Write all pages, each as soon as it is there where each has a file of its own.
+        """Write all pages; a page with a file of its own is written as soon as it is drawn.
 
         Raises:
             UsageError: one of the files exists.
             OutputError: one cannot be written.
         """
-        targets = self.targets(pages)
+        is_single = self._encode in _MULTI_PAGE
+        targets = [self._target] if is_single else page_names(self._target, pages)
         with ExitStack() as files:
             # All are claimed before the first page is drawn, which takes long.
             writers = [
                 files.enter_context(atomic_file(target, self._source, self._overwrite)) for target in targets
             ]
-            if self._format.holds_all:
-                writers[0](self._format.content(sheets, title))
+            if is_single:
+                writers[0](self._encode(sheets, title))
             else:
                 for write, sheet in zip(writers, sheets, strict=True):
-                    write(self._format.content([sheet], title))
+                    write(self._encode([sheet], title))
         return targets
 
 
 def page_names(target: Path, pages: int) -> list[Path]:
-    """A name for each page, where each has a file of its own.
+    """The name of each page's file.
 
     >>> [path.name for path in page_names(Path("a.png"), 2)], page_names(Path("p%02d.jpg"), 1)[0].name
     (['a-1.png', 'a-2.png'], 'p01.jpg')
     """
     if _PATTERN.search(target.name):
-        return [target.with_name(_numbered(target.name, number)) for number in range(1, pages + 1)]
-    if pages == 1:
+        pattern = target.name
+    elif pages == 1:
         return [target]
-    digits = len(str(pages))
-    return [
-        target.with_name(f"{target.stem}-{number:0{digits}}{target.suffix}") for number in range(1, pages + 1)
-    ]
+    else:
+        pattern = f"{target.stem}-%0{len(str(pages))}d{target.suffix}"
+    return [target.with_name(_numbered(pattern, number)) for number in range(1, pages + 1)]
 
 
 def _numbered(pattern: str, number: int) -> str:
@@ -117,7 +108,7 @@ TABLE = "frames.csv"
 
 
 class Frames:
-    """A folder that frames are saved in, as they come; a context manager.
+    """A folder that frames are saved to, one after another; a context manager.
 
     Raises:
         UsageError: a file exists and may not be replaced.
@@ -129,9 +120,8 @@ class Frames:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError(
-                folder, f"cannot be made ({error.strerror})", "choose another folder"
-            ) from error
+            reason = f"cannot be made ({error.strerror})"
+            raise OutputError(folder, reason, "choose another folder") from error
         digits = max(2, len(str(count)))
         self._names = [f"frame-{number:0{digits}}.png" for number in range(1, count + 1)]
         self._rows = [("panel", "file", "seconds", "time", "scene", "importance")]

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.similarity import DIFFERENT, SIMILAR, similarity
-from vidstyle.comic.analyze.survey import Survey
 from vidstyle.comic.select.scoring import scene_values, scores
 
 MIN_PANELS, MAX_PANELS = 1, 40

@@ -7,9 +7,9 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.features import Candidate, Survey
+from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT, similarity
-from vidstyle.comic.analyze.survey import Film, Survey
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.select.choose import LOOKBACK, choose
 from vidstyle.comic.select.scoring import importance

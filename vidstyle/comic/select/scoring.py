@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.survey import Survey
+from vidstyle.comic.analyze.features import Candidate, Survey
 
 _KIN = 0.65
 """Scenes that share so much of their tones are of one kind, such as two speakers shown in turn."""
