@@ -16,9 +16,8 @@ from pictures import step, style
 from vidstyle import cli
 from vidstyle.bench import Bench, Timed, _forms
 from vidstyle.bench.paper_figures import FIGURES, figure_for
-from vidstyle.bench.results import as_dict
+from vidstyle.bench.results import as_dict, markdown
 from vidstyle.bench.subjects import Subject, film_picture_at, subjects
-from vidstyle.bench.table import markdown
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.cpu.renderer import CpuRenderer

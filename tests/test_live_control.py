@@ -15,14 +15,14 @@ from vidstyle.live.control import Controls
 from vidstyle.live.keys import keys, press
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.live.process import SCALES, AdaptiveScale
-from vidstyle.style import load_style, override
+from vidstyle.style import describe, load_style, override
 
 
 def test_styles_go_round():
     controls = Controls(load_style("plain"), ["ink", "plain", "poster"])
     seen = []
     for _ in range(4):
-        seen.append(controls.style_name)
+        seen.append(controls.style.name)
         controls.next_style()
     assert seen == ["plain", "poster", "ink", "plain"]
 
@@ -40,13 +40,13 @@ def test_variants_are_chosen_by_name():
     controls.choose("poster:pink")
     assert controls.style == load_style("poster:pink") and controls.status().style == "poster:pink"
     controls.next_style()
-    assert controls.style_name == "noir"
+    assert controls.style.name == "noir"
     controls.choose("ink:green")
     assert (controls.style.ink, controls.style.steady) == (load_style("ink:green").ink, 0.9)
     for wrong, reason in (("ink:purple", "no variant"), ("paint:x", "not a style"), (":", "not a style")):
         with pytest.raises(VidstyleError, match=reason):
             controls.choose(wrong)
-    assert controls.style_name == "ink:green"
+    assert controls.style.name == "ink:green"
 
 
 def test_a_session_may_begin_with_a_variant():
@@ -64,16 +64,18 @@ def test_only_known_styles_can_be_chosen():
     assert controls.names == ["plain", "ink"]
     with pytest.raises(UsageError, match="../../secret.toml: is not a style to choose"):
         controls.choose("../../secret.toml")
-    assert controls.style_name == "plain"
+    assert controls.style.name == "plain"
 
 
 def test_values_that_cannot_be_change_nothing():
-    controls = Controls(load_style({"format": 1, "background": [{"block": "posterize"}]}))
+    before = load_style({"format": 1, "background": [{"block": "posterize"}]})
+    controls = Controls(before)
     with pytest.raises(UsageError, match="outside"):
-        controls.set(["posterize.levels=5", "posterize.levels=99"])
-    assert controls.describe()["background"][0]["parameters"]["levels"]["value"] == 10
-    controls.set(["posterize.levels=5"])
-    assert controls.describe()["background"][0]["parameters"]["levels"]["value"] == 5
+        controls.set_values({"steady": 0.5, "posterize.levels": 99})
+    assert controls.style == before
+    assert describe(controls.style)["background"][0]["parameters"]["levels"]["value"] == 10
+    controls.set_values({"posterize.levels": 5})
+    assert describe(controls.style)["background"][0]["parameters"]["levels"]["value"] == 5
 
 
 def test_steadiness_stays_in_its_range():
@@ -93,7 +95,7 @@ def test_keys():
     controls = Controls(load_style("plain"), ["plain", "poster"])
     for key in "nbprsx":
         press(controls, key)
-    assert (controls.style_name, controls.bypassed, controls.recording) == ("poster", True, True)
+    assert (controls.style.name, controls.bypassed, controls.recording) == ("poster", True, True)
     assert controls.pop_snapshot()
     steady = controls.style.steady
     press(controls, "S")
@@ -112,7 +114,7 @@ def test_keys_in_a_terminal_that_gets_its_old_ways_back():
         assert has_keys
         assert not termios.tcgetattr(theirs)[3] & termios.ICANON, "keys come without the enter key"
         os.write(ours, b"n")
-        eventually(lambda: controls.style_name == "poster")
+        eventually(lambda: controls.style.name == "poster")
     assert termios.tcgetattr(theirs) == before
     os.close(ours)
     os.close(theirs)

@@ -18,13 +18,15 @@ from live import Kept, eventually, generated, session
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError
-from vidstyle.live.audio import AudioRouter, MicrophoneCapture
-from vidstyle.live.control import LiveOptions
-from vidstyle.live.targets import TargetOptions, target_maker
+from vidstyle.live.audio import MicrophoneCapture
+from vidstyle.live.control import Controls, LiveOptions
+from vidstyle.live.session import LiveSession
+from vidstyle.live.targets import TargetGroup, TargetOptions, target_maker
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture import microphone
 from vidstyle.media.capture import microphone as alsa
 from vidstyle.media.capture.microphone import Microphone
+from vidstyle.style import load_style
 
 PIECE = 0.02
 """Seconds."""
@@ -134,12 +136,15 @@ def test_there_is_silence_all_the_while():
     assert np.abs(pieces[-1].samples).max() == 0 < np.abs(pieces[0].samples).max()
 
 
-def test_the_sound_of_the_source_gives_way():
+@pytest.mark.parametrize("microphone", [None, Microphone("test")])
+def test_the_sound_of_the_source_gives_way(microphone: Microphone | None, monkeypatch: pytest.MonkeyPatch):
     heard, piece = [], AudioChunk(np.zeros((2, 10), np.float32), 0.0)
-    AudioRouter(LiveOptions(microphone=Microphone("test")), heard.append).push_source_audio(piece)
-    assert heard == []
-    AudioRouter(LiveOptions(), heard.append).push_source_audio(piece)
-    assert heard == [piece]
+    monkeypatch.setattr(TargetGroup, "push_audio", lambda self, chunk: heard.append(chunk))
+    options = LiveOptions(device="cpu", microphone=microphone)
+    live = LiveSession(generated(), Controls(load_style("plain")), [], options)
+    live._push_source_audio(piece)
+    live._processor.close(2.0)
+    assert heard == ([] if microphone else [piece])
 
 
 def test_a_tone_is_on_our_clock():
@@ -250,6 +255,7 @@ def test_the_command_records_a_microphone(tmp_path: Path):
 HEAR = """
 import sys, threading, time
 from vidstyle.media.capture.microphone import Microphone
+from vidstyle.style import load_style
 opened = Microphone(sys.argv[1]).open(threading.Event())
 chunk = next(iter(opened))
 print(abs(time.monotonic() - chunk.time) < 2.5, chunk.samples.shape[0])

@@ -197,7 +197,7 @@ def test_a_page_sets_no_path_beyond_the_style() -> None:
     with showing("crayon") as (_, controls, visitor), visitor.look() as window:
         before = controls.style
         for path in ("../../../etc/passwd", "/etc/passwd", "x" * 150):
-            assert window.ask(do="set", assignments=[f"pattern#1.tile={path}"])
+            assert window.ask(do="set", values={"pattern#1.tile": path})
             assert window.ask(do="choose", style=path)
         assert controls.style is before
 

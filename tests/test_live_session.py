@@ -131,7 +131,7 @@ def test_values_are_set_while_it_runs():
     with session(Stepped(), kept, style=POSTER | {"background": steps}) as running:
         eventually(lambda: len(kept.numbers) > 3)
         many = gray_levels(kept)
-        running.controls.set(["luma_posterize.levels=2"])
+        running.controls.set_values({"luma_posterize.levels": 2})
         eventually(lambda: gray_levels(kept) < many / 2)
         running.end()
 
@@ -141,7 +141,7 @@ def test_a_style_is_told_when_it_changes_and_values_are_not(caplog: pytest.LogCa
     with caplog.at_level(logging.INFO, "vidstyle"), session(Stepped(), kept, style=POSTER) as running:
         for levels in range(4, 9):
             count = len(kept.numbers)
-            running.controls.set([f"luma_posterize.levels={levels}"])
+            running.controls.set_values({"luma_posterize.levels": levels})
             eventually(lambda count=count: len(kept.numbers) > count + 2)
         running.controls.choose("poster")
         eventually(lambda: running.controls.status().message == "style poster")

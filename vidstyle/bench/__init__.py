@@ -71,11 +71,9 @@ class Bench:
 
     def _time(self, subject: Subject, size: PictureSize, picture: Picture) -> Timed:
         cpu = time_on_cpu(subject.style, picture, self.seconds)
-        gpu = [
-            time_style(subject.style, picture, self.device, form, self.seconds)
-            for form in self.forms
-            if self.device is not None
-        ]
+        if (device := self.device) is None:
+            return Timed(subject, size, cpu, ())
+        gpu = (time_style(subject.style, picture, device, form, self.seconds) for form in self.forms)
         return Timed(subject, size, cpu, tuple(gpu))
 
 

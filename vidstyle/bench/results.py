@@ -1,17 +1,23 @@
-"""Measurements as JSON data."""
+"""Measurements as JSON data and as Markdown tables."""
 
 from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import vidstyle
 from vidstyle.bench import Bench, Timed
-from vidstyle.bench.paper_figures import figure_for
+from vidstyle.bench.paper_figures import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES, figure_for
 from vidstyle.gpu.compile.explain import download_bytes, explain, plan_traffic, upload_bytes
 from vidstyle.gpu.timing import GpuTimes
+
+NOTHING = "-"
+"""Shown where there is no number."""
+
+TableRow = dict[str, str]
+"""A row of a table: texts by column names."""
 
 
 def as_dict(bench: Bench, timed: Sequence[Timed], bandwidth: float | None = None) -> dict[str, Any]:
@@ -74,3 +80,113 @@ def _gpu_result(size: tuple[int, int], times: GpuTimes, bandwidth: float | None)
 def _speed(size: tuple[int, int], seconds: float) -> dict[str, float | None]:
     megapixels = size[0] * size[1] / 1e6
     return {"ms": seconds * 1e3, "mp_per_s": megapixels / seconds if seconds else None}
+
+
+def markdown(data: dict[str, Any]) -> str:
+    """The data of `results.as_dict`: for each size a table of the CPU and of each form of passes."""
+    machine, results = data["machine"], data["results"]
+    lines = [", ".join(f"{name}: {fact}" for name, fact in machine.items())]
+    for size in dict.fromkeys(tuple(result["size"]) for result in results):
+        alike = [result for result in results if tuple(result["size"]) == size]
+        name = f"{size[0]}x{size[1]}"
+        lines += ["", f"## {name}, CPU", "", *_table([_cpu_row(result) for result in alike])]
+        for number, first in enumerate(alike[0]["gpu"]):
+            title = f"## {name}, {machine['device']}: {first['form']} passes, timed by {first['clock']}"
+            rows = [_gpu_row(result, result["gpu"][number]) for result in alike]
+            lines += ["", title, "", *_table(rows)]
+    return "\n".join([*lines, "", *_legend(results)]) + "\n"
+
+
+def _cpu_row(result: dict[str, Any]) -> TableRow:
+    return _subject(result) | {
+        "ms": _number(result["cpu"]["ms"]),
+        "MP/s": _number(result["cpu"]["mp_per_s"]),
+        "paper, MP/s": _paper(result),
+    }
+
+
+def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> TableRow:
+    """Times in ms; empty where nothing runs on the GPU."""
+    runs = bool(gpu["passes"])
+    share = gpu["share_of_bandwidth"]
+    return _subject(result) | {
+        "passes": str(len(gpu["passes"])),
+        "bytes a pixel": _number(gpu["bytes"]),
+        "up, down": f"{_number(gpu['bytes_up'])}, {_number(gpu['bytes_down'])}",
+        "passes, ms": _number(gpu["all_passes"]["ms"] if runs else None),
+        "MP/s": _number(gpu["all_passes"]["mp_per_s"]),
+        "GB/s": _number(gpu["gigabytes_per_s"]),
+        "of bandwidth": NOTHING if share is None else f"{share:.0%}",
+        "upload, ms": _number(gpu["upload"]["ms"] if runs else None),
+        "download, ms": _number(gpu["download"]["ms"] if runs else None),
+        "whole, ms": _number(gpu["whole"]["ms"] if runs else None),
+        "whole, MP/s": _number(gpu["whole"]["mp_per_s"] if runs else None),
+        "paper, MP/s": _paper(result),
+    }
+
+
+def _subject(result: dict[str, Any]) -> TableRow:
+    return {"block or style": result["name"], "works on": result["on"] or NOTHING}
+
+
+def _paper(result: dict[str, Any]) -> str:
+    figure = result["paper"]
+    return f"{figure['desktop']:.0f}, {figure['mobile']:.0f}" if figure else NOTHING
+
+
+def _number(value: float | None) -> str:
+    """Three digits, and as many more as it takes.
+
+    >>> [_number(value) for value in (0.01234, 1.5, 1719.4, None)]
+    ['0.0123', '1.5', '1719', '-']
+    """
+    if value is None:
+        return NOTHING
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def _table(rows: list[TableRow]) -> Iterator[str]:
+    """An aligned Markdown table without its empty columns; the first is aligned to the left."""
+    columns = [name for name in rows[0] if any(row[name] != NOTHING for row in rows)]
+    cells = [[row[name] for name in columns] for row in rows]
+    first, *others = (max(map(len, column)) for column in zip(columns, *cells, strict=True))
+    rule = ["-" * first, *("-" * (width - 1) + ":" for width in others)]
+    aligned = [f"<{first}", *(f">{width}" for width in others)]
+    for texts in (columns, rule, *cells):
+        yield f"| {' | '.join(map(format, texts, aligned))} |"
+
+
+def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Notes below the tables."""
+    if any(result["gpu"] for result in results):
+        yield (
+            "Passes: alone, without transfers. Upload and download: alone. Whole: from picture to picture, "
+            "the next one sent before the last is back. Bytes: as the plan counts them, each picture once."
+        )
+        yield ""
+    desktop, mobile = (sorted(getattr(each, name) for each in FIGURES) for name in ("desktop", "mobile"))
+    yield (
+        f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(FIGURES)} styles run at {desktop[0]:.0f} to "
+        f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters it only draws."
+    )
+    if any(result["name"] in ("learned", "etf") for result in results):
+        cpu, gpu = BLADE_MOBILE
+        yield (
+            f"Its learned edge tangent flow runs at {BLADE_ETF_XEON} MP/s on a Xeon E5-1650v3, its learned "
+            f"5 x 5 filters at {cpu} and {gpu} on CPU and GPU of a Pixel 2018; `learned` is one pass, `etf` "
+            "is three."
+        )
+    if alike := {result["name"]: result["paper"]["style"] for result in results if result["paper"]}:
+        yield _paper_alike(alike)
+
+
+def _paper_alike(alike: dict[str, int]) -> str:
+    """The styles of the paper that ours are compared with.
+
+    >>> _paper_alike({"sketch": 3, "ink": 1})
+    'Its style 1 is beside `ink`, 3 beside `sketch`: alike in look, not in the work done.'
+    """
+    pairs = sorted((number, name) for name, number in alike.items())
+    (number, name), *others = pairs
+    texts = [f"{number} is beside `{name}`", *(f"{number} beside `{name}`" for number, name in others)]
+    return f"Its style {', '.join(texts)}: alike in look, not in the work done."

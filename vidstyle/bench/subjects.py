@@ -43,7 +43,7 @@ def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Sub
         UsageError: there is no such block.
     """
     if not styles and not blocks:
-        return [*_blocks(all_blocks()), *_styles(name for name in style_names())]
+        return [*_blocks(all_blocks()), *_styles(style_names())]
     return [*_blocks(blocks), *_styles(styles)]
 
 
@@ -75,6 +75,4 @@ def _style_of(block: Block) -> Style:
 
 
 def _works_on(block: Block) -> str:
-    if block.kind == "resize":
-        return "planes"
-    return "luma" if block.on == "luma" else "RGB"
+    return "planes" if block.kind == "resize" else "luma" if block.on == "luma" else "RGB"

@@ -55,8 +55,7 @@ def bench(
 ) -> None:
     """Measure the speed of every block and style on this machine, beside the paper's figures."""
     from vidstyle.bench import set_up
-    from vidstyle.bench.results import as_dict
-    from vidstyle.bench.table import markdown
+    from vidstyle.bench.results import as_dict, markdown
 
     if output is not None and not overwrite and os.path.lexists(output):
         raise UsageError(output, "exists already", "add -y to overwrite it, or choose another name")

@@ -13,14 +13,14 @@ import cv2
 import numpy as np
 
 WIDTH, HEIGHT = 640, 360
-RATE = 25
-SECONDS = 4
+RATE, SECONDS = 25, 4
 SAMPLE_RATE = 48000
 
 _LARGER = 2  # drawn larger and averaged down, so that edges are smooth
 _BEAT = 0.5  # seconds from one touch of the ground to the next
 _BALLS = ((0.10, 0.0, 46, 0.02), (0.62, 0.25, 34, 0.56))
 """Where each ball starts (of the width), its delay in seconds, radius in pixels, and hue."""
+Ball = tuple[float, float, float, float]
 Point = tuple[float, float]
 Rgb = tuple[float, float, float]
 """Red, green and blue, 0..1."""
@@ -37,7 +37,7 @@ def film_picture(time: float) -> np.ndarray:
         _draw_hills(canvas, time, depth)
     _draw_grass(canvas, time)
     for ball in _BALLS:
-        _draw_ball(canvas, time, *ball)
+        _draw_ball(canvas, time, ball)
     _draw_title(canvas, time)
     return cv2.resize(canvas, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
 
@@ -68,16 +68,11 @@ def _sky(time: float) -> np.ndarray:
 
 
 def _draw_sun(canvas: np.ndarray, time: float) -> None:
-    center = 460 * _LARGER, round((190 - 22 * time) * _LARGER)
+    center, reach = (460 * _LARGER, round((190 - 22 * time) * _LARGER)), 90 * _LARGER
     for number in range(12):
         angle = (number / 12 + time / 40) * 2 * math.pi
-        ray = [
-            (
-                center[0] + 90 * _LARGER * math.cos(angle + turn),
-                center[1] + 90 * _LARGER * math.sin(angle + turn),
-            )
-            for turn in (-0.07, 0.07)
-        ]
+        turns = angle - 0.07, angle + 0.07
+        ray = [(center[0] + reach * math.cos(turn), center[1] + reach * math.sin(turn)) for turn in turns]
         _fill(canvas, [center, *ray], (1.0, 0.86, 0.5))
     for radius, color in ((52, (1.0, 0.8, 0.35)), (44, (1.0, 0.9, 0.55)), (34, (1.0, 0.97, 0.8))):
         _ellipse(canvas, center, (radius * _LARGER, radius * _LARGER), color)
@@ -115,9 +110,8 @@ def _draw_grass(canvas: np.ndarray, time: float) -> None:
         cv2.line(canvas, (round(x), round(y)), tip, _levels(color), 2, cv2.LINE_AA)
 
 
-def _draw_ball(
-    canvas: np.ndarray, time: float, start: float, delay: float, radius: float, hue: float
-) -> None:
+def _draw_ball(canvas: np.ndarray, time: float, ball: Ball) -> None:
+    start, delay, radius, hue = ball
     phase = (time - delay) / _BEAT % 1
     jump = 4 * phase * (1 - phase)  # a parabola: 0 on the ground, 1 at the top
     squash = 1 - 0.16 * max(0.0, 1 - jump * 6)
@@ -174,9 +168,8 @@ def _fill(canvas: np.ndarray, points: list[Point], color: Rgb) -> None:
     cv2.fillPoly(canvas, [np.round(np.array(points)).astype(np.int32)], _levels(color), cv2.LINE_AA)
 
 
-def _levels(color: Rgb) -> Rgb:
-    red, green, blue = color
-    return 255 * red, 255 * green, 255 * blue
+def _levels(color: Rgb) -> list[float]:
+    return [255 * value for value in color]
 
 
 def _add(sound: np.ndarray, start: float, note: np.ndarray) -> None:
@@ -188,11 +181,9 @@ def _add(sound: np.ndarray, start: float, note: np.ndarray) -> None:
 def _plucked(frequency: float) -> np.ndarray:
     """A string: overtones that die away faster the higher they are."""
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
-    tone = sum(
-        np.sin(2 * np.pi * frequency * order * time) * np.exp(-(3 + order) * time) / order
-        for order in range(1, 6)
-    )
-    return np.asarray(tone * np.minimum(1, time * 400))
+    order = np.arange(1, 6)[:, None]
+    tones = np.sin(2 * np.pi * frequency * order * time) * np.exp(-(3 + order) * time) / order
+    return np.asarray(tones.sum(axis=0) * np.minimum(1, time * 400))
 
 
 def _thump(frequency: float) -> np.ndarray:

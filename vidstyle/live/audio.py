@@ -1,4 +1,4 @@
-"""The sound of a session: that of the source, or of a microphone in its place."""
+"""Sound from a microphone, in place of that of the source."""
 
 from __future__ import annotations
 
@@ -9,49 +9,9 @@ import numpy as np
 
 from vidstyle.errors import DeviceError
 from vidstyle.live.capture import ReconnectingSource
-from vidstyle.live.control import LiveOptions
 from vidstyle.live.timing import MONOTONIC, Clock
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture.microphone import AudioInput, Microphone
-
-PushAudio = Callable[[AudioChunk], None]
-
-
-class AudioRouter:
-    """Routes the sound of the source or of a microphone to the targets."""
-
-    def __init__(self, options: LiveOptions, push_audio: PushAudio, clock: Clock = MONOTONIC) -> None:
-        """`push_audio`: receives the sound, in the thread that captures it."""
-        microphone = options.microphone if options.sound else None
-        self._enabled, self._push_audio = options.sound, push_audio
-        self._microphone = MicrophoneCapture(microphone, push_audio, clock) if microphone else None
-
-    def push_source_audio(self, chunk: AudioChunk) -> None:
-        """Accept sound of the source."""
-        if self._microphone is None:
-            self._push_audio(chunk)
-
-    def start(self) -> None:
-        """Start to capture."""
-        if self._microphone is not None:
-            self._microphone.start()
-
-    def wait(self, source_has_sound: bool) -> bool:
-        """Wait until it is known whether there will be sound; returns whether.
-
-        Raises:
-            DeviceError: the microphone is missing or busy, or delivers nothing.
-        """
-        if self._microphone is None:
-            return source_has_sound and self._enabled
-        self._microphone.wait()
-        return True
-
-    def close(self, timeout: float) -> None:
-        """Stop; a thread that hangs in a driver is abandoned after `timeout` seconds."""
-        if self._microphone is not None:
-            self._microphone.close(timeout)
-
 
 FIRST_CHUNK_SECONDS = 5.0
 """Time that a microphone may take from opening to its first sound."""
@@ -64,7 +24,9 @@ class MicrophoneCapture(ReconnectingSource[AudioInput]):
 
     substitute = "there is silence"
 
-    def __init__(self, microphone: Microphone, push_audio: PushAudio, clock: Clock = MONOTONIC) -> None:
+    def __init__(
+        self, microphone: Microphone, push_audio: Callable[[AudioChunk], None], clock: Clock = MONOTONIC
+    ) -> None:
         """`push_audio`: receives the sound, in a thread of its own."""
         super().__init__(microphone, "microphone", clock)
         self._push_audio = push_audio

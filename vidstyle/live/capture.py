@@ -6,6 +6,7 @@ import logging
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import closing
 from fractions import Fraction
 from typing import Generic
 
@@ -93,12 +94,9 @@ class ReconnectingSource(ABC, Generic[T]):
             self._wait(delay)
 
     def _open_and_read(self) -> None:
-        opened = self._source.open(self._stopping)
-        try:
+        with closing(self._source.open(self._stopping)) as opened:
             self._opened = self._clock.now()
             self._read(opened)
-        finally:
-            opened.close()
 
     def _received(self, time: float) -> None:
         """Record that something was captured at this time."""

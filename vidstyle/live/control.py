@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from vidstyle.errors import UsageError
 from vidstyle.media.capture.microphone import Microphone
-from vidstyle.style import Style, describe, load_style, override, set_values, style_names
+from vidstyle.style import Style, load_style, set_values, style_names
 from vidstyle.style.change import apply_variant
 from vidstyle.style.values import suggest
 
@@ -82,11 +81,15 @@ class Controls:
 
     Attributes:
         names: the styles that can be chosen, each with its variants.
+        style: the style last requested.
+        bypassed: whether frames are to be passed through unchanged.
+        recording: whether a recording is to be written beside the other targets.
         quitting: set when the session shall end.
+        status: returns the present status; the session replaces this function by its own.
 
     >>> controls = Controls(load_style("plain"), ["plain", "ink"])
     >>> controls.next_style()
-    >>> controls.style_name
+    >>> controls.style.name
     'ink'
     """
 
@@ -94,21 +97,11 @@ class Controls:
         """`style`: the initial one, with its overrides; `names`: None for it and all that are shipped."""
         names = list(style_names() if names is None else names)
         self.names = names if style.name in names else [style.name, *names]
+        self.bypassed = self.recording = self._snapshot = False
         self.quitting = threading.Event()
-        self._initial = self._style = style
-        self._bypass = self._recording = self._snapshot = False
+        self.style = self._initial = style
+        self.status: Callable[[], Status] = lambda: Status(self.style.name, self.bypassed)
         self._lock = threading.RLock()
-        self._report: Callable[[], Status] | None = None
-
-    @property
-    def style(self) -> Style:
-        """The style last requested."""
-        return self._style
-
-    @property
-    def style_name(self) -> str:
-        """The name of the style last requested."""
-        return self._style.name
 
     def choose(self, name: str) -> None:
         """Request another style; the overrides of the initial style apply to that style only.
@@ -123,16 +116,15 @@ class Controls:
         listed = self._listed(name)
         if listed not in self.names:
             raise UsageError(name, "is not a style to choose", suggest(name, self.names))
-        style = self._initial if listed == self._initial.name else load_style(listed)
-        if listed != name:
-            style = apply_variant(style, name.removeprefix(f"{listed}:"))
+        style = self._load(listed)
+        style = style if listed == name else apply_variant(style, name.removeprefix(f"{listed}:"))
         with self._lock:
-            self._style = style
+            self.style = style
 
     def next_style(self) -> None:
         """Request the next style; the first follows the last."""
         with self._lock:
-            place = self.names.index(self._listed(self.style_name))
+            place = self.names.index(self._listed(self.style.name))
             self.choose(self.names[(place + 1) % len(self.names)])
 
     def without_variant(self, name: str) -> Style:
@@ -141,33 +133,29 @@ class Controls:
         Raises:
             StyleError: its file is not what it was.
         """
-        listed = name.rpartition(":")[0]
-        listed = listed if listed in self.names else name
-        return self._initial if listed == self._initial.name else load_style(listed)
+        base = name.rpartition(":")[0]
+        return self._load(base if base in self.names else name)
 
-    def set(self, assignments: list[str]) -> None:
-        """Change values of the style, as `--set` does: "posterize.levels=5".
+    def set_values(self, values: Mapping[str, object]) -> None:
+        """Change values of the style: {"posterize.levels": 5}.
 
         Raises:
             UsageError: names all mistakes; nothing is changed then.
         """
         with self._lock:
-            self._style = override(self._style, assignments)
+            self.style = set_values(self.style, values)
 
     def steady(self, value: float) -> None:
         """Hold what flickers: 0 lets it boil, 1 keeps it still; values beyond are brought there."""
-        with self._lock:
-            self._style = set_values(self._style, {"steady": round(min(max(value, 0.0), 1.0), 2)})
+        self.set_values({"steady": round(min(max(value, 0.0), 1.0), 2)})
 
     def bypass(self, on: bool | None = None) -> None:
         """Pass frames through unchanged; None toggles."""
-        with self._lock:
-            self._bypass = not self._bypass if on is None else on
+        self.bypassed = not self.bypassed if on is None else on
 
-    @property
-    def bypassed(self) -> bool:
-        """Whether frames are to be passed through unchanged."""
-        return self._bypass
+    def record(self, on: bool | None = None) -> None:
+        """Start or stop a recording beside the other targets; None toggles."""
+        self.recording = not self.recording if on is None else on
 
     def snapshot(self) -> None:
         """Request the next frame as a file; the status shows its name."""
@@ -175,36 +163,16 @@ class Controls:
 
     def pop_snapshot(self) -> bool:
         """Whether a snapshot was requested since the last call; for the session."""
-        with self._lock:
-            requested, self._snapshot = self._snapshot, False
+        requested, self._snapshot = self._snapshot, False
         return requested
-
-    def record(self, on: bool | None = None) -> None:
-        """Start or stop a recording beside the other targets; None toggles."""
-        with self._lock:
-            self._recording = not self._recording if on is None else on
-
-    @property
-    def recording(self) -> bool:
-        """Whether a recording is to be written."""
-        return self._recording
 
     def quit(self) -> None:
         """End the session."""
         self.quitting.set()
 
-    def describe(self) -> dict[str, Any]:
-        """The style last requested, with its parameters and their ranges, as `styles NAME --json`."""
-        return describe(self._style)
-
-    def status(self) -> Status:
-        """The present status of the session."""
-        return self._report() if self._report else Status(self.style_name, self._bypass)
-
     def _listed(self, name: str) -> str:
         """The name under which a style or a variant of it stands among `names`."""
         return name if name in self.names else name.rpartition(":")[0] or name
 
-    def attach(self, report: Callable[[], Status]) -> None:
-        """Set the function that reports the status; for the session."""
-        self._report = report
+    def _load(self, name: str) -> Style:
+        return self._initial if name == self._initial.name else load_style(name)

@@ -29,12 +29,7 @@ def keys(controls: Controls, descriptor: int | None = None) -> Iterator[bool]:
         descriptor: of the terminal; None: standard input.
     """
     descriptor = _standard_input() if descriptor is None else descriptor
-    if (
-        descriptor is None
-        or os.name != "posix"
-        or not os.isatty(descriptor)
-        or not _is_foreground(descriptor)
-    ):
+    if descriptor is None or not _is_foreground_terminal(descriptor):
         yield False
         return
     import termios
@@ -97,8 +92,10 @@ def _standard_input() -> int | None:
         return None
 
 
-def _is_foreground(descriptor: int) -> bool:
-    """Whether the process may touch the terminal; the system stops a background process that does."""
+def _is_foreground_terminal(descriptor: int) -> bool:
+    """Whether it is a terminal that we may change; the system stops a background process that does."""
+    if os.name != "posix" or not os.isatty(descriptor):
+        return False
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError:

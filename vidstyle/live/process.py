@@ -143,17 +143,16 @@ class AdaptiveScale:
         scale: the share of the width and of the height to work at, of SCALES.
     """
 
-    def __init__(self, seconds: float, scales: tuple[float, ...] = SCALES) -> None:
+    def __init__(self, seconds: float) -> None:
         """`seconds`: between two frames."""
-        self._seconds, self._scales = seconds, scales
-        self._level = 0
+        self._seconds, self._level = seconds, 0
         self._raise_after = RAISE_SECONDS
         self._since_change = self._since_rise = 0.0
         self._times: deque[float] = deque(maxlen=MAX_FRAMES)
 
     @property
     def scale(self) -> float:
-        return self._scales[self._level]
+        return SCALES[self._level]
 
     def update(self, seconds: float) -> bool:
         """Record the time of a frame at the present size; returns whether the size changes for the next."""
@@ -164,14 +163,13 @@ class AdaptiveScale:
         if self._since_change < MEASURE_SECONDS or len(self._times) < MIN_FRAMES:
             return False
         typical = median(self._times)
-        if typical > OVERLOAD * self._seconds and self._level + 1 < len(self._scales):
+        if typical > OVERLOAD * self._seconds and self._level + 1 < len(SCALES):
             # A rise that did not last is attempted again later and later.
             failed = self._since_rise < 2 * MEASURE_SECONDS
             self._raise_after = min(2 * self._raise_after, MAX_RAISE_SECONDS) if failed else RAISE_SECONDS
             return self._set_level(self._fitting_level(typical))
         if self._level and self._since_change >= self._raise_after:
-            larger = self._scales[self._level - 1]
-            if typical * (larger / self.scale) ** 2 < HEADROOM * self._seconds:
+            if self._fits(typical, self._level - 1, HEADROOM):
                 self._since_rise = 0.0
                 return self._set_level(self._level - 1)
         return False
@@ -183,10 +181,14 @@ class AdaptiveScale:
 
     def _fitting_level(self, typical: float) -> int:
         """The largest size below the present one that should do, or the smallest there is."""
-        for level in range(self._level + 1, len(self._scales)):
-            if typical * (self._scales[level] / self.scale) ** 2 < OVERLOAD * self._seconds:
-                return level
-        return len(self._scales) - 1
+        level = self._level + 1
+        while level + 1 < len(SCALES) and not self._fits(typical, level, OVERLOAD):
+            level += 1
+        return level
+
+    def _fits(self, typical: float, level: int, share: float) -> bool:
+        """Whether a frame should take less than a share of the time between two at another size."""
+        return typical * (SCALES[level] / self.scale) ** 2 < share * self._seconds
 
     def _set_level(self, level: int) -> bool:
         self._level = level

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from vidstyle.live.audio import AudioRouter
-from vidstyle.live.capture import Capture
+from vidstyle.live.audio import MicrophoneCapture
+from vidstyle.live.capture import Capture, ReconnectingSource
 from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.process import FrameProcessor
 from vidstyle.live.recorder import Recorder
@@ -51,8 +51,11 @@ class LiveSession:
         self._message = ""
         self._targets = TargetGroup(makers)
         self._processor = FrameProcessor(controls, self._options, self._notify)
-        self._audio = AudioRouter(self._options, self._push_audio, clock)
-        self._capture = Capture(source, self._audio.push_source_audio, clock)
+        microphone = self._options.microphone if self._options.sound else None
+        self._microphone = MicrophoneCapture(microphone, self._push_audio, clock) if microphone else None
+        self._capture = Capture(source, self._push_source_audio, clock)
+        self._inputs: list[ReconnectingSource[Any]] = [self._capture]
+        self._inputs += [self._microphone] if self._microphone else []
         self._delivered, self._restyled = LatencyMeter(clock), LatencyMeter(clock)
         self._frame_rate = RateMeter(clock)
         self._recorder = Recorder(self._notify)
@@ -61,7 +64,7 @@ class LiveSession:
         self._frames = self._dropped_at_start = 0
         self._ended = threading.Event()
         self._error: BaseException | None = None
-        controls.attach(self.status)
+        controls.status = self.status
 
     def run(self, stop: threading.Event, poll: Callable[[], None] | None = None) -> LiveSummary:
         """Run until the source ends, the user quits, or `stop` is set; then close all targets.
@@ -73,8 +76,8 @@ class LiveSession:
             VidstyleError: the source never delivered a frame, there is no such device, or all targets failed.
         """
         worker = threading.Thread(target=self._run_worker, name="vidstyle style", daemon=True)
-        self._capture.start()
-        self._audio.start()
+        for each in self._inputs:
+            each.start()
         worker.start()
         try:
             while (
@@ -159,13 +162,19 @@ class LiveSession:
         Frames that arrive in the meantime are not counted as dropped.
         """
         rate = self._options.rate or self._capture.rate or DEFAULT_RATE
-        sound = self._audio.wait(self._capture.has_sound)
+        sound = self._options.sound and (self._capture.has_sound or self._microphone is not None)
+        if self._microphone is not None:
+            self._microphone.wait()
         context = TargetContext(frame, rate, self._delivered, self._controls, sound, self._clock)
         self._processor.set_rate(rate)
         self._targets.open(context)
         self._capture.frames.get(0)
         self._dropped_at_start = self._capture.frames.dropped
         return context
+
+    def _push_source_audio(self, chunk: AudioChunk) -> None:
+        if self._microphone is None:
+            self._push_audio(chunk)
 
     def _push_audio(self, chunk: AudioChunk) -> None:
         """Pass sound on; called from the thread that captures it."""
@@ -179,8 +188,8 @@ class LiveSession:
 
     def _close(self, idle: bool) -> None:
         """Release everything; the processor only when it is `idle`."""
-        self._capture.close(END_SECONDS)
-        self._audio.close(END_SECONDS)
+        for each in self._inputs:
+            each.close(END_SECONDS)
         error = self._targets.close()
         self._recorder.close()
         if idle:

@@ -8,7 +8,7 @@ from typing import Any
 
 from vidstyle.live.control import Controls
 
-MAX_ASSIGNMENTS, MAX_TEXT = 200, 200
+MAX_VALUES, MAX_TEXT = 200, 200
 
 Check = Callable[[object], bool]
 
@@ -21,10 +21,6 @@ def _is_text(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= MAX_TEXT
 
 
-def _is_text_list(value: object) -> bool:
-    return isinstance(value, list) and 0 < len(value) <= MAX_ASSIGNMENTS and all(map(_is_text, value))
-
-
 def _is_bool(value: object) -> bool:
     return isinstance(value, bool)
 
@@ -33,9 +29,18 @@ def _is_index(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
+def _are_values(value: object) -> bool:
+    """Whether it is an object of texts, numbers and truth values; whether they fit is checked later."""
+    return (
+        isinstance(value, dict)
+        and 0 < len(value) <= MAX_VALUES
+        and all(_is_text(path) and isinstance(each, str | int | float) for path, each in value.items())
+    )
+
+
 FIELDS: dict[str, dict[str, Check]] = {
     "shown": {"number": _is_index},
-    "set": {"assignments": _is_text_list},
+    "set": {"values": _are_values},
     "choose": {"style": _is_text},
     "next": {},
     "bypass": {"on": _is_bool},
@@ -43,6 +48,15 @@ FIELDS: dict[str, dict[str, Check]] = {
     "quit": {},
 }
 """The fields of each kind of message; all of them are required, and no others are allowed."""
+ACTIONS: dict[str, Callable[..., None]] = {
+    "set": Controls.set_values,
+    "choose": Controls.choose,
+    "next": Controls.next_style,
+    "bypass": Controls.bypass,
+    "record": Controls.record,
+    "quit": Controls.quit,
+}
+"""What each kind of message but "shown" does; its arguments are the fields."""
 
 
 def read_message(text: str | bytes) -> dict[str, Any]:
@@ -80,16 +94,5 @@ def dispatch(message: dict[str, Any], controls: Controls) -> None:
     Raises:
         VidstyleError: unknown style, variant or parameter, or an invalid value.
     """
-    match message["do"]:
-        case "set":
-            controls.set(message["assignments"])
-        case "choose":
-            controls.choose(message["style"])
-        case "next":
-            controls.next_style()
-        case "bypass":
-            controls.bypass(message["on"])
-        case "record":
-            controls.record(message["on"])
-        case "quit":
-            controls.quit()
+    fields = FIELDS[message["do"]]
+    ACTIONS[message["do"]](controls, *(message[name] for name in fields))

@@ -1,18 +1,24 @@
-"""The page as a target of a live session."""
+"""The page as a target of a live session: the newest frame, encoded once for all browsers."""
 
 from __future__ import annotations
 
+import asyncio
 import logging
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
+import cv2
+import numpy as np
 from aiohttp import web
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
-from vidstyle.live.page.hub import FrameHub
+from vidstyle.live.page.panel import panel
 from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.timing import LatencyMeter
+from vidstyle.style import Style
 from vidstyle.web import WebServer
 
 MAX_VIEWERS = 4
@@ -24,8 +30,15 @@ log = logging.getLogger("vidstyle")
 class PageTarget:
     """A target (see `Target`): a web page for browsers on this machine.
 
+    All coroutines run in the server's event loop.
+
     Attributes:
         url: address of the page, including the token that admits a browser.
+        controls: of the session.
+        changed: notified whenever a message was dispatched.
+        delivered, dropped: number of frames that a browser has shown, and that none was sent.
+        viewers: the browsers that are connected.
+        bypasser: the one of them that bypasses the style; the bypass ends when it disconnects.
     """
 
     name = "page"
@@ -42,12 +55,21 @@ class PageTarget:
         Raises:
             OutputError: the port is taken, or needs privileges.
         """
-        self._hub = FrameHub(controls, meter or LatencyMeter())
+        self.controls, self._meter = controls, meter or LatencyMeter()
+        self.changed, self._arrived = asyncio.Condition(), asyncio.Condition()
+        self.delivered = self.dropped = 0
+        self.viewers: set[Viewer] = set()
+        self.bypasser: Viewer | None = None
+        self._latest: LiveFrame | None = None
+        self._sent: LiveFrame | None = None
+        self._counted = -1
+        self._jpegs: dict[int, asyncio.Future[bytes]] = {}
+        self._initial_styles: dict[str, Style] = {}
+        self._encoder = ThreadPoolExecutor(1, "vidstyle page pictures")
         handlers = {"/picture.png": self._send_picture, "/socket": self._serve_socket}
         try:
             self._server = WebServer("vidstyle page", handlers, STATIC, "page.html", port)
         except OSError as error:
-            self._hub.close()
             reason = error.strerror or str(error)
             raise OutputError("page", f"port {port}: {reason}", "give another with --port") from error
         self.url = self._server.url
@@ -56,7 +78,7 @@ class PageTarget:
     @property
     def state(self) -> str:
         """The number of browsers that show the page, in words."""
-        viewers = len(self._hub.viewers)
+        viewers = len(self.viewers)
         return f"{viewers} browser{'s' * (viewers != 1)}" if viewers else "no browser"
 
     @property
@@ -64,41 +86,99 @@ class PageTarget:
         """The exception that ended the page, a fault of this program, or None."""
         return self._server.error
 
-    @property
-    def delivered(self) -> int:
-        """Number of frames that a browser has shown."""
-        return self._hub.delivered
-
-    @property
-    def dropped(self) -> int:
-        """Number of frames that no browser was sent because a newer one was there."""
-        return self._hub.dropped
-
     def offer(self, frame: LiveFrame) -> None:
         """See Target."""
-        self._server.submit(self._hub.show, frame)
+        self._server.submit(self._show, frame)
 
     def close(self) -> None:
         """See Target."""
         self._server.close()
-        self._hub.close()
+        self._encoder.shutdown(wait=False)
+
+    async def _show(self, frame: LiveFrame) -> None:
+        """Make this the newest frame."""
+        async with self._arrived:
+            self.dropped += bool(self.viewers) and self._latest is not self._sent
+            self._latest = frame
+            self._jpegs.clear()
+            self._arrived.notify_all()
+
+    def count(self, frame: LiveFrame) -> None:
+        """Count a frame that a browser has shown, once for all browsers."""
+        if frame.number > self._counted:
+            self._counted = frame.number
+            self.delivered += 1
+            self._meter.record(frame.captured)
+
+    async def newer(self, frame: LiveFrame | None) -> LiveFrame:
+        """Wait until the newest frame is another than this, and return it."""
+        async with self._arrived:
+            await self._arrived.wait_for(lambda: self._latest is not frame)
+        assert self._latest is not None
+        self._sent = self._latest
+        return self._latest
+
+    async def jpeg(self, frame: LiveFrame, quality: int) -> bytes:
+        """The frame as JPEG, encoded once for each quality."""
+        if frame is not self._latest:
+            return await self._encode(jpeg, frame, quality)
+        if quality not in self._jpegs:
+            self._jpegs[quality] = asyncio.ensure_future(self._encode(jpeg, frame, quality))
+        return await asyncio.shield(self._jpegs[quality])
+
+    async def panel(self, style: Style) -> dict[str, Any]:
+        """All parameters of the style, see `panel`."""
+        if style.name not in self._initial_styles:
+            self._initial_styles[style.name] = self.controls.without_variant(style.name)
+        return await asyncio.to_thread(panel, style, self._initial_styles[style.name])
 
     async def _send_picture(self, request: web.Request) -> web.StreamResponse:
-        picture = await self._hub.png()
-        if picture is None:
+        frame = self._latest
+        if frame is None:
             raise web.HTTPNotFound
-        name, data = picture
+        name = f"vidstyle-{self.controls.style.name.replace(':', '-')}-{frame.number}.png"
+        data = await self._encode(png, frame)
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return web.Response(body=data, content_type="image/png", headers=headers)
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
-        if len(self._hub.viewers) >= MAX_VIEWERS:
+        if len(self.viewers) >= MAX_VIEWERS:
             raise web.HTTPTooManyRequests(text=f"429: {MAX_VIEWERS} browsers show the page already\n")
-        viewer = Viewer(self._hub)
-        self._hub.viewers.add(viewer)
+        viewer = Viewer(self)
+        self.viewers.add(viewer)
         try:
             socket = await self._server.accept(request)
             await viewer.serve(socket)
         finally:
-            self._hub.leave(viewer)
+            self.viewers.discard(viewer)
+            if self.bypasser is viewer:
+                self.controls.bypass(False)
+                self.bypasser = None
         return socket
+
+    async def _encode(self, function: Any, *values: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._encoder, function, *values)
+
+
+MAX_SIZE = (1920, 1080)
+"""Width and height that JPEG pictures are reduced to fit."""
+
+
+def jpeg(frame: LiveFrame, quality: int) -> bytes:
+    """Encode the frame as JPEG, reduced to fit MAX_SIZE; `quality`: 0 to 100."""
+    picture = frame.video
+    scale = min(1.0, MAX_SIZE[0] / picture.width, MAX_SIZE[1] / picture.height)
+    width, height = (max(1, round(side * scale)) for side in (picture.width, picture.height))
+    pixels = picture.reformat(width=width, height=height, format="bgr24").to_ndarray()
+    return _encoded(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
+
+
+def png(frame: LiveFrame) -> bytes:
+    """Encode the frame as PNG, at its full size."""
+    return _encoded(".png", frame.video.to_ndarray(format="bgr24"), [])
+
+
+def _encoded(extension: str, pixels: np.ndarray, options: list[int]) -> bytes:
+    encoded, data = cv2.imencode(extension, pixels, options)
+    assert encoded
+    return data.tobytes()

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import json
 import logging
 import time
 from collections import deque
 from statistics import median_high
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.page.hub import FrameHub
 from vidstyle.live.page.messages import MessageError, dispatch, read_message
+
+if TYPE_CHECKING:
+    from vidstyle.live.page.target import PageTarget
 
 MAX_MESSAGES = 250
 """Messages a second; the page sends one for each frame, and one for each answer to a slider."""
@@ -29,8 +32,8 @@ log = logging.getLogger("vidstyle")
 class Viewer:
     """Serves one WebSocket until it closes."""
 
-    def __init__(self, hub: FrameHub) -> None:
-        self._hub = hub
+    def __init__(self, page: PageTarget) -> None:
+        self._page = page
         self._quality = JpegQuality()
         self._shown = asyncio.Event()
         self._sent = -1
@@ -44,7 +47,7 @@ class Viewer:
         invalid = None
         try:
             async with asyncio.TaskGroup() as tasks:
-                await self._send({"names": self._hub.controls.names})
+                await self._send({"names": self._page.controls.names})
                 sending = [tasks.create_task(work) for work in (self._send_frames(), self._send_status())]
                 invalid = await self._receive()
                 for task in sending:
@@ -69,8 +72,8 @@ class Viewer:
     async def _send_frames(self) -> None:
         frame = None
         while True:
-            frame = await self._hub.newer(frame)
-            data = await self._hub.jpeg(frame, self._quality.value)
+            frame = await self._page.newer(frame)
+            data = await self._page.jpeg(frame, self._quality.value)
             self._shown.clear()
             self._sent, begin = frame.number, time.monotonic()
             await self._socket.send_bytes(frame.number.to_bytes(8, "big") + data)
@@ -78,19 +81,21 @@ class Viewer:
             now = time.monotonic()
             self._quality.shown(now - begin)
             self._latencies.append(now - frame.captured)
-            self._hub.count(frame)
+            self._page.count(frame)
 
     async def _send_status(self) -> None:
         style = None
         while True:
-            if style is not self._hub.controls.style:
-                style = self._hub.controls.style
-                await self._send({"panel": await self._hub.panel(style)})
+            if style is not self._page.controls.style:
+                style = self._page.controls.style
+                await self._send({"panel": await self._page.panel(style)})
             shown_ms = 1000 * median_high(self._latencies)
-            await self._send({"status": self._hub.status() | {"shown_ms": shown_ms}})
+            await self._send(
+                {"status": dataclasses.asdict(self._page.controls.status()) | {"shown_ms": shown_ms}}
+            )
             try:
-                async with asyncio.timeout(STATUS_SECONDS), self._hub.changed:
-                    await self._hub.changed.wait()
+                async with asyncio.timeout(STATUS_SECONDS), self._page.changed:
+                    await self._page.changed.wait()
             except TimeoutError:
                 pass
 
@@ -103,14 +108,14 @@ class Viewer:
             self._shown.set()
             return
         if message["do"] == "bypass":
-            self._hub.bypasser = self if message["on"] else None
+            self._page.bypasser = self if message["on"] else None
         try:
-            await asyncio.to_thread(dispatch, message, self._hub.controls)
+            await asyncio.to_thread(dispatch, message, self._page.controls)
             answer = {"done": message["do"]}
         except VidstyleError as error:
             answer = {"done": message["do"], "error": str(error)}
-        async with self._hub.changed:
-            self._hub.changed.notify_all()
+        async with self._page.changed:
+            self._page.changed.notify_all()
         await self._send(answer)
 
     def _limit_rate(self) -> None:

@@ -236,7 +236,7 @@ export class Panel {
     if (this.#inFlight || !this.#queued.size) return;
     this.#inFlight = this.#queued;
     this.#queued = new Map();
-    this.#send({do: "set", assignments: [...this.#inFlight].map(([path, value]) => `${path}=${value}`)});
+    this.#send({do: "set", values: Object.fromEntries(this.#inFlight)});
   }
 
   async #copy() {
