@@ -186,8 +186,8 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
         for _ in moments
     ]
 
-    def pages(growth: list[float]) -> PageLayout:
-        laid = lay_out(moments, sheet, seed=seed, growth=growth, right_to_left=right_to_left)
+    def pages(area_scales: list[float]) -> PageLayout:
+        laid = lay_out(moments, sheet, seed=seed, area_scales=area_scales, right_to_left=right_to_left)
         return lowered(laid, moments, sheet, 30)
 
     hand = TextStyle(LETTERS, letter_size(sheet), sheet.border, right_to_left)
@@ -211,9 +211,9 @@ def growing_pages() -> tuple[list[Moment], list[list[float]], Callable[[list[flo
     moments = random_moments(np.random.default_rng(3), 6)
     asked: list[list[float]] = []
 
-    def pages(growth: list[float]) -> PageLayout:
-        asked.append(list(growth))
-        return lay_out(moments, paper("500x700", 90), growth=growth)
+    def pages(area_scales: list[float]) -> PageLayout:
+        asked.append(list(area_scales))
+        return lay_out(moments, paper("500x700", 90), area_scales=area_scales)
 
     return moments, asked, pages
 

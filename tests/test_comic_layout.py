@@ -257,8 +257,8 @@ def test_a_panel_can_be_made_to_grow() -> None:
     grown = []
     for seed in range(10):
         film = random_film(seed, 9)
-        growth = [2.0 if number == 4 else 1.0 for number in range(9)]
-        before, after = lay_out(film, PAPERS[0]), lay_out(film, PAPERS[0], growth=growth)
+        area_scales = [2.0 if number == 4 else 1.0 for number in range(9)]
+        before, after = lay_out(film, PAPERS[0]), lay_out(film, PAPERS[0], area_scales=area_scales)
         areas = [each.panels[4].rectangle.width * each.panels[4].rectangle.height for each in (after, before)]
         grown.append(areas[0] / areas[1])
     assert np.mean(grown) > 1.25

@@ -98,7 +98,7 @@ def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have
     found = pagination.pages(1)
     assert [row.tree for row in found] == [pair, pair]
     first, second = (next(pagination.places(row)).wide for row in found)
-    assert (first, second) == (found[0].cut, found[1].cut)
+    assert (first, second) == (found[0].split, found[1].split)
     assert first != second
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from stories import PLACES, RATE, Place, dissolved, flashed, shot, small_luma, view, whipped
 
-from vidstyle.comic.analyze.features import tones
+from vidstyle.comic.analyze.features import color_histogram
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 
 SLACK, MIXED_SLACK = 0.06, 0.25
@@ -105,7 +105,7 @@ def test_key_frames_of_one_place_are_one_scene() -> None:
     for number in range(6):
         place = PLACES[0] if number < 3 else PLACES[6]
         frame = view(place, 30 * number)
-        keys.push(5.0 * number, small_luma(frame), tones(frame))
+        keys.push(5.0 * number, small_luma(frame), color_histogram(frame))
     assert keys.scene_starts == [0, 15]
 
 

@@ -154,7 +154,7 @@ class _Job:
             _log.info("%d of %d subtitles stand in no panel; with more --panels more do", *counts)
         return layout, panels
 
-    def _layout(self, moments: Sequence[Moment], growth: Sequence[float]) -> PageLayout:
+    def _layout(self, moments: Sequence[Moment], area_scales: Sequence[float]) -> PageLayout:
         options = self._options
         pages = options.pages or pages_for(len(moments))
         layout = lay_out(
@@ -163,7 +163,7 @@ class _Job:
             seed=options.seed,
             right_to_left=options.right_to_left,
             bleeding=options.bleeding,
-            growth=growth,
+            area_scales=area_scales,
         )
         return lowered(layout, moments, self._paper, self._title_height) if self._title_height else layout
 

@@ -85,7 +85,7 @@ class Moment:
         faces: boxes of the faces, the largest first.
         scene: number of its scene, from 0.
         blobs: boxes of small objects that stand out, which no panel edge should cut.
-        corner: left and top of the picture in its frame, above 0 where there are letterbox bars.
+        offset: left and top of the picture in its frame, above 0 where there are letterbox bars.
     """
 
     time: float
@@ -95,9 +95,9 @@ class Moment:
     faces: tuple[Box, ...]
     scene: int
     blobs: tuple[Box, ...] = ()
-    corner: tuple[int, int] = (0, 0)
+    offset: tuple[int, int] = (0, 0)
 
     def picture(self, frame: np.ndarray) -> np.ndarray:
         """The picture in its frame, H x W x 3."""
-        left, top = self.corner
+        left, top = self.offset
         return frame[top : top + self.shape[0], left : left + self.shape[1]]

@@ -47,14 +47,14 @@ class Candidate:
         clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
         blank: whether the picture is black, white or one tone.
         thumbnail: what is compared with other pictures, see `similarity`.
-        tones: shares of 64 colours, float32, of sum 1.
+        histogram: shares of 64 colours, float32, of sum 1.
         saliency, faces, blobs: boxes in pixels of that picture.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
         scene: number of its scene.
         in_transition: whether it shows two shots, or one that is fading.
         forced: whether it was requested by its time.
-        corner: left and top of that picture in the frame, above 0 where there are letterbox bars.
+        offset: left and top of that picture in the frame, above 0 where there are letterbox bars.
     """
 
     time: float
@@ -63,7 +63,7 @@ class Candidate:
     clarity: float
     blank: bool
     thumbnail: np.ndarray
-    tones: np.ndarray
+    histogram: np.ndarray
     saliency: Box
     faces: tuple[Box, ...] = ()
     blobs: tuple[Box, ...] = ()
@@ -72,7 +72,7 @@ class Candidate:
     scene: int = 0
     in_transition: bool = False
     forced: bool = False
-    corner: tuple[int, int] = (0, 0)
+    offset: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -116,12 +116,12 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], fac
         exposure(luma) * forms(color),
         is_blank(luma),
         make_thumbnail(color),
-        tones(color),
+        color_histogram(color),
         saliency.scaled(factor),
         tuple(face.scaled(factor) for face in found),
         tuple(blob.scaled(factor) for blob in found_blobs),
         eye_contrast(luma, found[0]) if found else 0.0,
-        corner=(left, top),
+        offset=(left, top),
     )
 
 
@@ -173,7 +173,7 @@ def is_blank(luma: np.ndarray) -> bool:
     return bool(brightest - darkest < 255 * _BLANK)
 
 
-def tones(color: np.ndarray) -> np.ndarray:
+def color_histogram(color: np.ndarray) -> np.ndarray:
     """The shares of 64 colours in a picture, H x W x 3 uint8: float32 of sum 1."""
     small = cv2.resize(color, (48, 48), interpolation=cv2.INTER_AREA)
     counts = cv2.calcHist([small], [0, 1, 2], None, [4, 4, 4], [0, 256] * 3).ravel()

@@ -180,7 +180,7 @@ class FilmFile(Film):
         for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
             candidates.append(self._features(sample))
-            shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), candidates[-1].tones)
+            shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), candidates[-1].histogram)
         return Survey(self._in_scenes(candidates, shots.scene_starts), shots.scene_starts, time)
 
     def _in_scenes(self, candidates: list[Candidate], starts: list[float]) -> list[Candidate]:

@@ -32,7 +32,7 @@ _PEAK = 1.0
 """A cut changes the picture by more than this multiple of the motion beside it."""
 _PAUSE = 0.5
 """Seconds between the middle of a dissolve and a cut within which they are one."""
-_TONES = 0.55
+_SAME_SCENE = 0.55
 """Key frames of one scene have more of their colour histogram in common, whatever has moved."""
 
 
@@ -157,14 +157,14 @@ class KeyShots:
 
     def __init__(self) -> None:
         self._cuts = SceneCutDetector()
-        self._tones: np.ndarray | None = None
+        self._histogram: np.ndarray | None = None
         self.scene_starts: list[float] = []
 
-    def push(self, time: float, luma: np.ndarray, tones: np.ndarray) -> None:
+    def push(self, time: float, luma: np.ndarray, histogram: np.ndarray) -> None:
         """The next key frame: its small luma, as for `ShotFinder`, and its colour histogram."""
         moved = self._cuts.is_cut(luma)
-        before, self._tones = self._tones, tones
-        if before is None or (moved and float(np.minimum(before, tones).sum()) < _TONES):
+        before, self._histogram = self._histogram, histogram
+        if before is None or (moved and float(np.minimum(before, histogram).sum()) < _SAME_SCENE):
             self.scene_starts.append(time)
 
 

@@ -25,7 +25,7 @@ _NOISE = 0.02
 """Deviations below it are none."""
 _FOUND, _SHARED = (0.45, 0.75), (0.6, 0.9)
 """How well blocks and colours of different pictures of a film are found again, and those of one view."""
-_TONES, _CHROMA = 8, 10
+_LIGHTNESS, _CHROMA = 8, 10
 """Bins of the histogram along lightness and along each chroma,"""
 _WIDE = 50
 """which end at so much chroma to either side, of 128."""
@@ -93,7 +93,7 @@ def _histogram(lab: np.ndarray) -> np.ndarray:
     """A colour histogram of sum 1, blurred so that a little more light hardly changes it."""
     counts, _ = np.histogramdd(
         lab.reshape(-1, 3).clip(0, 255),
-        bins=(_TONES, _CHROMA, _CHROMA),
+        bins=(_LIGHTNESS, _CHROMA, _CHROMA),
         range=((0, 256), (128 - _WIDE, 128 + _WIDE), (128 - _WIDE, 128 + _WIDE)),
     )
     for axis in range(3):

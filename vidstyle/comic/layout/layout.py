@@ -70,7 +70,7 @@ def lay_out(
     seed: int = 0,
     right_to_left: bool = False,
     bleeding: bool = False,
-    growth: Sequence[float] | None = None,
+    area_scales: Sequence[float] | None = None,
 ) -> PageLayout:
     """Lay out moments as comic pages, or as one strip.
 
@@ -83,7 +83,7 @@ def lay_out(
         seed: 0 gives the best layout, other seeds give different good ones; the same seed the same.
         right_to_left: right-to-left reading order.
         bleeding: whether full-width panels extend to the page edge.
-        growth: factor on the area of each panel, for its text.
+        area_scales: factor on the area of each panel, for its text.
 
     Raises:
         UsageError: there are no moments, or fewer than pages.
@@ -92,18 +92,18 @@ def lay_out(
         raise UsageError("comic", "there is no moment to show", "give a film with at least one picture")
     if pages is not None and not 1 <= pages <= len(moments):
         raise UsageError("pages", f"{pages} for {len(moments)} panels", "each page holds at least one")
-    growth = [1.0] * len(moments) if growth is None else growth
+    area_scales = [1.0] * len(moments) if area_scales is None else area_scales
     if paper.is_strip:
-        height, places, cost = lay_out_strip(moments, paper, seed, growth)
+        height, places, cost = lay_out_strip(moments, paper, seed, area_scales)
         sizes, placed = [(paper.width, height)], [(0, rectangle) for rectangle in places]
     else:
         number = pages or pages_for(len(moments))
         sizes = [(paper.width, paper.height)] * number
-        placed, cost = _lay_out_pages(moments, paper, number, seed, growth)
+        placed, cost = _lay_out_pages(moments, paper, number, seed, area_scales)
     if bleeding:
         placed = [(page, _bled(rectangle, paper, sizes[page][1])) for page, rectangle in placed]
     if right_to_left:
-        placed = [(page, _mirrored(rectangle, paper.width)) for page, rectangle in placed]
+        placed = [(page, rectangle.mirrored(paper.width)) for page, rectangle in placed]
     panels = tuple(
         Panel(number, page, rectangle, crop(moments[number], rectangle.aspect))
         for number, (page, rectangle) in enumerate(placed)
@@ -126,17 +126,9 @@ def _bled(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:
     inside, beyond = paper.inside, paper.bleed
     if (rectangle.left, rectangle.right) != (inside.left, inside.right):
         return rectangle
-    top, bottom = rectangle.top, rectangle.bottom
-    return Rectangle(
-        -beyond,
-        -beyond if top == inside.top else top,
-        paper.width + beyond,
-        height + beyond if bottom == height - paper.margin else bottom,
-    )
-
-
-def _mirrored(rectangle: Rectangle, width: int) -> Rectangle:
-    return rectangle._replace(left=width - rectangle.right, right=width - rectangle.left)
+    top = -beyond if rectangle.top == inside.top else rectangle.top
+    bottom = height + beyond if rectangle.bottom == height - paper.margin else rectangle.bottom
+    return Rectangle(-beyond, top, paper.width + beyond, bottom)
 
 
 @dataclass(frozen=True)
@@ -154,14 +146,14 @@ class _Pages:
 
 
 def _lay_out_pages(
-    moments: Sequence[Moment], paper: Paper, pages: int, seed: int, growth: Sequence[float]
+    moments: Sequence[Moment], paper: Paper, pages: int, seed: int, area_scales: Sequence[float]
 ) -> tuple[list[tuple[int, Rectangle]], float]:
-    """Page and rectangle of each panel, and the cost of it all by the formula.
+    """Page and rectangle of each panel, and the cost of the layout without perturbation.
 
-    A seed has a few tastes; its layout is the first that is good and has other rows than the best layout, or
-    is at least another one.
+    A seed perturbs the weights a few times; its layout is the first good one whose rows differ from those of
+    the best layout, or at least one with other panels.
     """
-    sheet = _Sheet(moments, paper, pages, growth)
+    sheet = _Sheet(moments, paper, pages, area_scales)
     best = chosen = sheet.pages(LayoutWeights())
     for attempt in range(_ATTEMPTS if seed else 0):
         tried = sheet.pages(perturbed_weights(seed, attempt, len(moments), sheet.trees))
@@ -176,17 +168,19 @@ def _lay_out_pages(
 class _Sheet:
     """Finds the best pages by given weights, and their cost by the unperturbed ones."""
 
-    def __init__(self, moments: Sequence[Moment], paper: Paper, pages: int, growth: Sequence[float]) -> None:
+    def __init__(
+        self, moments: Sequence[Moment], paper: Paper, pages: int, area_scales: Sequence[float]
+    ) -> None:
         self.grid, self._columns = _grid(paper)
         self.trees = [tree for count in range(1, self._columns + 1) for tree in rows(count)]
-        self._moments, self._pages, self._growth = moments, pages, np.asarray(growth)
+        self._moments, self._pages, self._area_scales = moments, pages, np.asarray(area_scales)
         self._formula = self._pagination(LayoutWeights())
 
     def _pagination(self, weights: LayoutWeights) -> Pagination:
         moments, grid = self._moments, self.grid
         most = min(len(moments), 2 * math.ceil(len(moments) / self._pages))
-        areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, weights) * self._growth
-        panels = panel_costs(moments, areas, grid.widths(), grid.heights(), weights)
+        areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, weights)
+        panels = panel_costs(moments, areas * self._area_scales, grid.widths(), grid.heights(), weights)
         return Pagination(panels, grid, weights, _break_costs(moments, weights), most, self._columns)
 
     def pages(self, weights: LayoutWeights) -> _Pages:

@@ -18,15 +18,15 @@ class Row:
 
     Attributes:
         moment: that of its first panel.
-        tree: how it is cut.
-        cut: where its first column ends, in units; 0 if it is the only one.
+        tree: how it is split.
+        split: where its first column ends, in units; 0 if it is the only one.
         high: units.
         page, row: where it stands; in units.
     """
 
     moment: int
     tree: Tree
-    cut: int
+    split: int
     high: int
     page: int = 0
     row: int = 0
@@ -153,32 +153,32 @@ class Pagination:
             choices.append((float(cost[top]), count, top, int(before[top].argmin())))
         _, count, top, last = min(choices)
         moment = end - count
-        tree, cut = self._tree(moment, count, row_type, high - top)
-        return Row(moment, tree, cut, high - top, page, top), last
+        tree, split = self._tree(moment, count, row_type, high - top)
+        return Row(moment, tree, split, high - top, page, top), last
 
     def _tree(self, moment: int, count: int, row_type: int, high: int) -> tuple[Tree, int]:
         """The best tree of a row of a type, and its split."""
-        columns, cut = self._row_types.split_of(row_type)
+        columns, split = self._row_types.split_of(row_type)
         if columns == 1:
             return PANEL, 0
         trees = [tree for tree in rows(count) if tree.columns == columns]
         costs = [
-            self.tables.by_split(tree)[moment, cut - 1, high] + self._weights.template(tree, moment + 1)[-1]
+            self.tables.by_split(tree)[moment, split - 1, high] + self._weights.template(tree, moment + 1)[-1]
             for tree in trees
         ]
-        return trees[int(np.argmin(costs))], cut
+        return trees[int(np.argmin(costs))], split
 
     def places(self, row: Row) -> Iterator[Placement]:
         """Where the panels of a row are."""
         whole = Placement(row.moment, row.page, 0, row.row, self._units, row.high)
-        return self.tables.places(row.tree, whole, row.cut or None)
+        return self.tables.places(row.tree, whole, row.split or None)
 
     def cost(self, found: list[Row], places: list[Placement]) -> float:
         """What pages cost by these weights."""
         panels = self.tables.of(PANEL)
         cost = sum(float(panels[place.moment, place.wide, place.high]) for place in places)
         cost += sum(float(self._weights.template(row.tree, row.moment + 1)[-1]) for row in found)
-        row_types = [self._row_types.of(row.tree.columns, row.cut, row.high) for row in found]
+        row_types = [self._row_types.of(row.tree.columns, row.split, row.high) for row in found]
         for row, other, row_type, next_type in zip(found, found[1:], row_types, row_types[1:], strict=False):
             turned = other.page > row.page
             cost += self._break_costs[other.moment] if turned else float(self._after[row_type, next_type])
@@ -205,31 +205,31 @@ class RowTypes:
     def __len__(self) -> int:
         return self.of(self.columns, self.wide - 1, 0) + 1
 
-    def of(self, columns: int, cut: int, high: int) -> int:
+    def of(self, columns: int, split: int, high: int) -> int:
         """The number of the type of a row.
 
         Args:
             columns: how many it has.
-            cut: where the first one ends; whatever if it is the only one.
+            split: where the first one ends; whatever if it is the only one.
             high: units; whatever if there are more columns.
         """
         if columns == 1:
             return min(_HEIGHTS - 1, high * 2 * _HEIGHTS // (self.high + 1))
-        return _HEIGHTS + (columns - 2) * (self.wide - 1) + cut - 1
+        return _HEIGHTS + (columns - 2) * (self.wide - 1) + split - 1
 
     def split_of(self, row_type: int) -> tuple[int, int]:
         """The columns and the first split of a type; 1 and 0 for a row of one panel."""
         if row_type < _HEIGHTS:
             return 1, 0
-        columns, cut = divmod(row_type - _HEIGHTS, self.wide - 1)
-        return columns + 2, cut + 1
+        columns, split = divmod(row_type - _HEIGHTS, self.wide - 1)
+        return columns + 2, split + 1
 
     def costs(self, weights: LayoutWeights) -> np.ndarray:
         """What a row costs because of the one before it: type of that x its own type."""
         row_types = np.arange(len(self))
-        columns, cut = np.array([self.split_of(row_type) for row_type in range(len(self))]).T
+        columns, split = np.array([self.split_of(row_type) for row_type in range(len(self))]).T
         full, several = (columns[:, None] == 1) & (columns == 1), (columns[:, None] > 1) & (columns > 1)
-        apart = np.abs(cut[:, None] - cut)
+        apart = np.abs(split[:, None] - split)
         near = 1 - np.minimum(1, apart * 3 / self.wide)
         alike = (1 + near) / 2 * (columns[:, None] == columns) * several
         heights = 1 - np.minimum(1, np.abs(row_types[:, None] - row_types) * 4 / _HEIGHTS)

@@ -60,6 +60,10 @@ class Rectangle(NamedTuple):
         """Width by height."""
         return self.width / self.height
 
+    def mirrored(self, axis: int) -> Rectangle:
+        """The rectangle mirrored left to right on a page of width `axis`."""
+        return self._replace(left=axis - self.right, right=axis - self.left)
+
 
 @dataclass(frozen=True)
 class Paper:

@@ -1,4 +1,4 @@
-"""Rows of panels as slicing trees, and the best way to cut each: on a grid, all cuts are tried at once."""
+"""Rows of panels as slicing trees, and the best way to split each: on a grid, all splits are tried."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from vidstyle.comic.layout.paper import Rectangle
 
 @dataclass(frozen=True)
 class Tree:
-    """A rectangle that is one panel, or is cut into two: side by side, or one over the other.
+    """A rectangle that is one panel, or is split in two: side by side, or one over the other.
 
     Attributes:
         count: how many panels it holds; they are numbered in reading order.
-        first, rest: what it is cut into; None for a panel.
+        first, rest: its parts; None for a panel.
         beside: whether they are side by side.
     """
 
@@ -87,7 +87,7 @@ def _stacks(count: int) -> Iterator[Tree]:
 
 @dataclass(frozen=True)
 class Grid:
-    """Where panels may begin and end: cuts lie on lines at even distances, a gutter is around each.
+    """Where panels may begin and end: splits lie on evenly spaced lines, each with a gutter.
 
     Attributes:
         area: that of all panels, in pixels.
@@ -157,36 +157,36 @@ class Tables:
         return self._tables[tree]
 
     def by_split(self, tree: Tree) -> np.ndarray:
-        """The table of a row over the whole width for each place of its first cut: 1 to its columns - 1.
+        """The table of a row over the whole width for each place of its first split: 1 to its columns - 1.
 
         Returns:
-            First panel x cut x units high.
+            First panel x split x units high.
         """
         assert tree.first and tree.rest and tree.beside
         rest = self.of(tree.rest)[tree.first.count :]
         return self.of(tree.first)[: len(rest), 1:-1] + rest[:, -2:0:-1]
 
-    def places(self, tree: Tree, place: Placement, cut: int | None = None) -> Iterator[Placement]:
-        """Where the panels of a tree are if it fills a place; `cut` is where its first one is, if known."""
+    def places(self, tree: Tree, place: Placement, split: int | None = None) -> Iterator[Placement]:
+        """Where the panels of a tree are if it fills a place; `split` is where its first one is, if known."""
         if tree.first is None or tree.rest is None:
             yield place
             return
         after, wide, high = place.moment + tree.first.count, place.wide, place.high
         first, rest = self.of(tree.first)[place.moment], self.of(tree.rest)[after]
         if tree.beside:
-            cut = cut or 1 + int((first[1:wide, high] + rest[wide - 1 : 0 : -1, high]).argmin())
-            before = replace(place, wide=cut)
-            then = replace(place, moment=after, column=place.column + cut, wide=wide - cut)
+            split = split or 1 + int((first[1:wide, high] + rest[wide - 1 : 0 : -1, high]).argmin())
+            before = replace(place, wide=split)
+            then = replace(place, moment=after, column=place.column + split, wide=wide - split)
         else:
-            cut = 1 + int((first[wide, 1:high] + rest[wide, high - 1 : 0 : -1]).argmin())
-            before = replace(place, high=cut)
-            then = replace(place, moment=after, row=place.row + cut, high=high - cut)
+            split = 1 + int((first[wide, 1:high] + rest[wide, high - 1 : 0 : -1]).argmin())
+            before = replace(place, high=split)
+            then = replace(place, moment=after, row=place.row + split, high=high - split)
         yield from self.places(tree.first, before)
         yield from self.places(tree.rest, then)
 
 
 def _joined(first: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """The least sum for each size along the middle axis, over all places of the cut."""
+    """The least sum for each size along the middle axis, over all places of the split."""
     joined = np.full(first.shape, np.inf)
     sizes = first.shape[1]
     for size in range(1, sizes - 1):

@@ -27,7 +27,7 @@ _DRAWN_IN, _AGAIN, _PERTURBATION = 1.0, 0.6, 3.0
 
 
 def lay_out_strip(
-    moments: Sequence[Moment], paper: Paper, seed: int, growth: Sequence[float]
+    moments: Sequence[Moment], paper: Paper, seed: int, area_scales: Sequence[float]
 ) -> tuple[int, list[Rectangle], float]:
     """The panels of a strip, by the costs of a page: rows are single panels, and alike if their heights are.
 
@@ -42,8 +42,8 @@ def lay_out_strip(
     logarithms = np.log(np.maximum(heights, 1.0))
     apart = np.abs(logarithms[:, None] - logarithms)
     after = weights.monotony * np.maximum(0.0, 1 - apart / _LIKE) + _AGAIN * (is_inset[:, None] & is_inset)
-    panels = _panel_costs(moments, width, growth, weights)
-    chosen = _panel_costs(moments, width, growth, perturbed_weights(seed, 0, len(moments), ()))
+    panels = _panel_costs(moments, width, area_scales, weights)
+    chosen = _panel_costs(moments, width, area_scales, perturbed_weights(seed, 0, len(moments), ()))
     random = np.random.default_rng((seed, len(moments)))
     perturbation = _PERTURBATION * random.random((len(moments), 1)) ** 2 * is_inset if seed else 0.0
     found = _best(chosen - perturbation, after)
@@ -61,10 +61,10 @@ def lay_out_strip(
 
 
 def _panel_costs(
-    moments: Sequence[Moment], width: int, growth: Sequence[float], weights: LayoutWeights
+    moments: Sequence[Moment], width: int, area_scales: Sequence[float], weights: LayoutWeights
 ) -> np.ndarray:
     """The cost of each panel in each size: panel x (all heights of the full width, then of the narrower)."""
-    areas = wanted_areas(moments, width * width / _USUAL, len(moments), weights) * np.asarray(growth)
+    areas = wanted_areas(moments, width * width / _USUAL, len(moments), weights) * np.asarray(area_scales)
     widths = np.array([1.0, _INSET * width, width])
     grid = panel_costs(moments, areas, widths, np.maximum(_heights(width), 1.0), weights)
     return np.concatenate([grid[:, 2], grid[:, 1] + _DRAWN_IN], axis=1)

@@ -101,14 +101,16 @@ def letter(
     Returns:
         The layout, its panels, and how many lines were left out.
     """
-    growth = [1.0] * len(texts)
+    area_scales = [1.0] * len(texts)
     for _ in range(ROUNDS - 1):
-        layout = lay_out(growth)
+        layout = lay_out(area_scales)
         written = [_written(panel, texts[panel.moment], style) for panel in layout.panels]
         if None not in written:
             return layout, [each for each in written if each], 0
-        growth = [size * (1.0 if found else GROWTH) for size, found in zip(growth, written, strict=True)]
-    layout = lay_out(growth)
+        area_scales = [
+            scale * (1.0 if found else GROWTH) for scale, found in zip(area_scales, written, strict=True)
+        ]
+    layout = lay_out(area_scales)
     ends = [_written_at_last(panel, texts[panel.moment], style) for panel in layout.panels]
     lines = sum(len(text.lines) for text in texts)
     return layout, [lettered for lettered, _ in ends], lines - sum(count for _, count in ends)

@@ -75,7 +75,7 @@ def find_moments(film: Film, options: KeyFrameOptions | None = None) -> list[Mom
         raise UsageError("skip", "leaves nothing of the film")
     better = _better(film, chosen, options)
     return [
-        Moment(each.time, each.shape, weight, each.saliency, each.faces, each.scene, each.blobs, each.corner)
+        Moment(each.time, each.shape, weight, each.saliency, each.faces, each.scene, each.blobs, each.offset)
         for each, weight in zip(better, importance(better, survey), strict=True)
     ]
 

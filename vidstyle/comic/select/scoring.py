@@ -9,7 +9,7 @@ import numpy as np
 from vidstyle.comic.analyze.features import Candidate, Survey
 
 _KIN = 0.65
-"""Scenes that share so much of their tones are of one kind, such as two speakers shown in turn."""
+"""Scenes whose colour histograms intersect by more are of one kind, such as two speakers shown in turn."""
 _MIXED, _BLURRED, _SOFT, _SOFTEST = 1.0, 0.5, 0.8, 0.4
 """What a picture loses in which two shots are mixed, and at most one that is less sharp than so much of what
 is usual: a near face has few edges. A shot may be softer, down to the last, if all of it is."""
@@ -38,13 +38,13 @@ def scene_values(survey: Survey) -> np.ndarray:
 
 def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
     """The number of the first scene that looks like each scene."""
-    tones = np.zeros((count, len(candidates[0].tones)) if candidates else (count, 1), np.float32)
+    histograms = np.zeros((count, len(candidates[0].histogram)) if candidates else (count, 1), np.float32)
     for each in candidates:
-        tones[each.scene] += each.tones
-    tones /= np.maximum(tones.sum(axis=1, keepdims=True), 1e-6)
+        histograms[each.scene] += each.histogram
+    histograms /= np.maximum(histograms.sum(axis=1, keepdims=True), 1e-6)
     kinds = np.arange(count)
     for scene in range(1, count):
-        shared = np.minimum(tones[:scene], tones[scene]).sum(axis=1)
+        shared = np.minimum(histograms[:scene], histograms[scene]).sum(axis=1)
         if shared.max() > _KIN:
             kinds[scene] = kinds[int(shared.argmax())]
     return kinds
