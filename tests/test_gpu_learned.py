@@ -45,7 +45,7 @@ def numbers_in(session: GpuSession) -> np.ndarray:
 
     def read() -> np.ndarray:
         assert session._runner is not None
-        texture = session._runner._slots.texture_of_node(node)
+        texture = session._runner._slots.nodes[node]
         codes = np.frombuffer(texture.read(alignment=1), np.uint16)
         codes = codes.reshape(texture.height, texture.width, -1)[: node.shape[0], : node.shape[1]]
         coding = working_format(node)

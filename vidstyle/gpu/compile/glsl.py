@@ -137,6 +137,11 @@ class Assembly:
         """Append generated lines."""
         self.lines += lines
 
+    def add_once(self, line: str) -> None:
+        """Append a generated line unless it is there already."""
+        if line not in self.lines:
+            self.lines.append(line)
+
     def include(self, file: str, channels: int = 1) -> None:
         """Append a file, with what it includes itself, unless it is there already.
 

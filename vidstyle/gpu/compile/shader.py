@@ -82,9 +82,6 @@ class Shader:
         return name
 
 
-SWIZZLES = {1: "r", 2: "rg", 3: "rgb", 4: "rgba"}
-
-
 def declare_image(shader: Shader, node: ShaderNode, name: str, encoding: Encoding) -> None:
     """Declare a picture and NAME_at, which reads it at a pixel of the page.
 
@@ -96,7 +93,7 @@ def declare_image(shader: Shader, node: ShaderNode, name: str, encoding: Encodin
     words = {
         "IMAGE": name,
         "VALUE": TYPES[CHANNELS[node.kind]],
-        "CHANNELS": SWIZZLES[CHANNELS[node.kind]],
+        "CHANNELS": "rgba"[: CHANNELS[node.kind]],
     }
     if node.is_plane:
         _declare_plane(shader, node, name, encoding, words)

@@ -59,10 +59,7 @@ class _Writer:
         body = [line for node in each.nodes for line in self._compute(node)]
         self._write_prepare()
         self._write_evaluate(loads, body)
-        self._text.include(self._main())
-
-    def _main(self) -> str:
-        return "frame/main_planes.glsl" if self._shrinks else "frame/main.glsl"
+        self._text.include("frame/main_planes.glsl" if self._shrinks else "frame/main.glsl")
 
     def _declare_targets(self) -> None:
         self._text.add("uniform ivec2 origin, size, corner, stride, page;")
@@ -96,13 +93,13 @@ class _Writer:
 
     def _declare_sharing(self) -> None:
         used = BYTES[2] * self._area[0] * self._area[1] if self._shrinks else 0
-        rooms = self._sharing.rooms(self._area, used) if self._sharing else None
-        if self._sharing is None or rooms is None:
+        capacities = self._sharing.capacities(self._area, used) if self._sharing else None
+        if self._sharing is None or capacities is None:
             self._sharing = None
             return
-        self._text.add(f"#define AROUND_ROOM {rooms[0]}")
+        self._text.add(f"#define AROUND_ROOM {capacities[0]}")
         if self._sharing.prepares:
-            self._text.add(f"#define PREPARED_ROOM {rooms[1]}")
+            self._text.add(f"#define PREPARED_ROOM {capacities[1]}")
         self._text.add("uniform ivec2 around_radius;")
         self.shader.uniforms["around_radius"] = self._sharing.radius
         image = self._sharing.image
@@ -128,15 +125,14 @@ class _Writer:
             if node.around is not None:
                 self._add_around(node)
             self._text.include(node.function.file, node.function.channels)
-        arguments = ", ".join(self._argument(node, number, each) for each in _parameters(node))
+        parameters = node.function.signature.parameters
+        arguments = ", ".join(self._argument(node, number, each) for each in parameters)
         name = self._names[node] = f"value_{number}"
         return [f"{TYPES[CHANNELS[node.kind]]} {name} = {function}({arguments});"]
 
     def _declare_options(self, owner: str, parameter: str, words: tuple[str, ...]) -> None:
         for number, word in enumerate(words):
-            line = f"const int {owner}_{parameter}_{word} = {number};"
-            if line not in self._text.lines:
-                self._text.add(line)
+            self._text.add_once(f"const int {owner}_{parameter}_{word} = {number};")
 
     def _add_enlarging(self, node: ShaderNode) -> str:
         assert node.around is not None and node.function is not None
@@ -159,9 +155,7 @@ class _Writer:
             self._add_template_once("blade/quad.glsl", "quad_at", {"IMAGE": image})
             return
         reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
-        line = f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}"
-        if line not in self._text.lines:
-            self._text.add(line)
+        self._text.add_once(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")
 
     def _argument(self, node: ShaderNode, number: int, parameter: ShaderParameter) -> str:
         name = parameter.name.rstrip("_")  # added where the name is a word of GLSL
@@ -234,8 +228,3 @@ class _Writer:
         if target.name == "blue" and self._shrinks or target.name == "red":
             return []
         return store_planes(self._text, self._plan.target, target.node.kind, name, number)
-
-
-def _parameters(node: ShaderNode) -> tuple[ShaderParameter, ...]:
-    assert node.function is not None
-    return node.function.signature.parameters

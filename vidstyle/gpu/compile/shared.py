@@ -37,21 +37,22 @@ class Sharing:
     line: Pair | None
     prepares: ShaderNode | None
 
-    def rooms(self, area: Pair, used: int) -> tuple[int, int] | None:
-        """How many pixels, and how many values that a filter prepares, a group has room for.
+    def capacities(self, area: Pair, used: int) -> tuple[int, int] | None:
+        """How many pixels, and how many values that a filter prepares, a group keeps.
 
         Args:
             area: how many pixels it computes, across and down.
             used: bytes of shared memory that it needs for other things.
 
         Returns:
-            None where there is no room for all that it reads.
+            None where shared memory is too small for all that it reads.
         """
         size = BYTES[CHANNELS[self.image.kind]]
         needed = size * prod(side + 2 * radius for side, radius in zip(area, self.radius, strict=True))
         prepared = -(-BYTES[3] * self._lines(area) // STEP_BYTES) * STEP_BYTES
-        room = min(_room(needed), MAX_BYTES - used - prepared)
-        return (room // size, prepared // BYTES[3]) if needed <= room else None
+        grown = max(MIN_BYTES, 1 << (needed - 1).bit_length())
+        available = min(grown, MAX_BYTES - used - prepared)
+        return (available // size, prepared // BYTES[3]) if needed <= available else None
 
     def _lines(self, area: Pair) -> int:
         """How many values are prepared: for each column one between each two rows of pixels that are read."""
@@ -61,7 +62,7 @@ class Sharing:
 def sharing_of(each: Pass) -> Sharing | None:
     """What a compute pass reads through shared memory; None if it reads no neighbours, or few of many.
 
-    The filters and kinds of values decide; the values of sliders only decide how much room it takes.
+    The filters and kinds of values decide; the values of sliders only decide how much memory it takes.
     """
     filters = [node for node in each.nodes if _reads_neighbours(node)]
     lines = {node.function.signature.line for node in filters if node.function}
@@ -84,7 +85,3 @@ def _reads_neighbours(node: ShaderNode) -> bool:
     """
     resamples = node.function is not None and node.function.name in ("resampled", "shrunk_chroma")
     return node.is_heavy and not resamples and node.around is not None and node.around.shape == node.shape
-
-
-def _room(needed: int) -> int:
-    return max(MIN_BYTES, 1 << (needed - 1).bit_length())

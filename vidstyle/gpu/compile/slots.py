@@ -8,17 +8,22 @@ from vidstyle.gpu.compile.formats import Format, working_format
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import Shader
-from vidstyle.gpu.compile.shader_nodes import ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import ShaderNode
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.textures import TexturePool, fits
-from vidstyle.style.nodes import Shape
+from vidstyle.style.nodes import Shape, T
 
 if TYPE_CHECKING:
     import moderngl
 
 
 class Slots:
-    """The textures that a plan writes. Whoever calls it owns the context."""
+    """The textures that a plan writes. Whoever calls it owns the context.
+
+    Attributes:
+        nodes: the texture in which each stored value is kept.
+        samples: the texture of what is sampled for each measure.
+    """
 
     def __init__(self, pool: TexturePool, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
         self._pool = pool
@@ -26,8 +31,8 @@ class Slots:
         self._exact = plan.form == "fragment"
         self._shaders = shaders
         self._taken: list[tuple[moderngl.Texture, Format]] = []
-        self._nodes = self._place(plan, jobs)
-        self._samples = {
+        self.nodes = self._place(plan, jobs)
+        self.samples = {
             each.sampled: self._take(target.shape, target.format)
             for each, shader in shaders.items()
             for target in shader.targets
@@ -42,19 +47,11 @@ class Slots:
         """The texture of a pass's target."""
         target = self._shaders[each].targets[number]
         if target.name == "working":
-            return self._nodes[target.node]
+            return self.nodes[target.node]
         if target.name == "samples":
             assert each.sampled is not None
-            return self.samples(each.sampled)
+            return self.samples[each.sampled]
         return self._results[target.name]
-
-    def texture_of_node(self, node: ShaderNode) -> moderngl.Texture:
-        """The texture in which a value is kept."""
-        return self._nodes[node]
-
-    def samples(self, measure: ShaderMeasure) -> moderngl.Texture:
-        """The texture of what is measured."""
-        return self._samples[measure]
 
     def release(self) -> None:
         """Give all textures back to the pool."""
@@ -93,10 +90,8 @@ def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[ShaderNode, Shape]:
     shapes: dict[ShaderNode, Shape] = {}
     for job in jobs:
         for each in job.passes:
-            height, width = job.windows[each].shape
             for node in each.stored:
-                old = shapes.get(node, (1, 1))
-                shapes[node] = max(old[0], height), max(old[1], width)
+                _grow(shapes, node, job.windows[each].shape)
     return shapes
 
 
@@ -105,11 +100,14 @@ def shapes_of_results(jobs: list[Job], shaders: dict[Pass, Shader]) -> dict[tupl
     shapes: dict[tuple[str, Format], Shape] = {}
     for job in jobs:
         for target in (target for each in job.passes for target in shaders[each].targets if target.is_plane):
-            key = target.name, target.format
-            height, width = job.result_window(target.name).shape
-            old = shapes.get(key, (1, 1))
-            shapes[key] = max(old[0], height), max(old[1], width)
+            _grow(shapes, (target.name, target.format), job.result_window(target.name).shape)
     return shapes
+
+
+def _grow(shapes: dict[T, Shape], key: T, shape: Shape) -> None:
+    """Make room for a window of this height and width."""
+    old = shapes.get(key, (1, 1))
+    shapes[key] = max(old[0], shape[0]), max(old[1], shape[1])
 
 
 def ending(plan: Plan, number: int) -> list[ShaderNode]:

@@ -198,12 +198,13 @@ class Job:
 
     def result_window(self, name: str) -> Window:
         """Where a plane of the result lies, in its own samples."""
-        each = next(each for each in self.passes if each.result and _makes(each, name))
-        assert each.result is not None
-        window = self.windows[each]
-        if name in ("blue", "red") and each.result.role == "planes":
-            return window.on_grid(self.plan.target)
-        return window
+        kind = "chroma" if name in ("blue", "red") else name
+        window, role = next(
+            (self.windows[each], each.result.role)
+            for each in self.passes
+            if each.result and any(node.kind == kind for node in each.result.nodes)
+        )
+        return window.on_grid(self.plan.target) if kind == "chroma" and role == "planes" else window
 
     @cached_property
     def _homes(self) -> dict[ShaderNode, Pass]:
@@ -245,26 +246,13 @@ def _over_tiles(plan: Plan, each: Pass, side: int) -> list[Job]:
 
 def _result_tiles(plan: Plan, side: int) -> list[Job]:
     passes = [each for each in plan.passes if each.sampled is None]
-    return [
-        Job(
-            plan,
-            windows_for(
-                passes, {each: _share(plan, each, window) for each in passes if each.result}, plan.target
-            ),
-        )
-        for window in tiles(plan.source.shape, side)
-    ]
-
-
-def _share(plan: Plan, each: Pass, window: Window) -> Window:
-    assert each.result is not None
-    return window.on_grid(plan.target) if each.result.role == "chroma" else window
-
-
-def _makes(each: Pass, name: str) -> bool:
-    assert each.result is not None
-    kind = "chroma" if name in ("blue", "red") else name
-    return any(node.kind == kind for node in each.result.nodes)
+    roles = {each: each.result.role for each in passes if each.result}
+    jobs = []
+    for window in tiles(plan.source.shape, side):
+        of_chroma = window.on_grid(plan.target)
+        wanted = {each: of_chroma if role == "chroma" else window for each, role in roles.items()}
+        jobs.append(Job(plan, windows_for(passes, wanted, plan.target)))
+    return jobs
 
 
 def _fits(job: Job, max_side: int) -> bool:

@@ -195,7 +195,7 @@ class Runner:
             return self._resources.assets.get(what)
         if what.node.is_plane:
             return uploaded[_plane_names(what.node)[what.part]]
-        return self._slots.texture_of_node(what.node)
+        return self._slots.nodes[what.node]
 
     def _bind_targets(self, each: Pass, shader: Shader) -> None:
         textures = [self._slots.texture(each, number) for number in range(len(shader.targets))]
@@ -207,7 +207,7 @@ class Runner:
 
     def _measure(self, measure: ShaderMeasure, weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape
-        samples = self._slots.samples(measure)
+        samples = self._slots.samples[measure]
         self._measured[measure] = self._resources.percentiles_of(measure).measure(
             samples, (width, height), measure.percentages, weights[measure.step]
         )
