@@ -41,7 +41,7 @@ def drawn(look: Style, form: Form, shape: tuple[int, int]) -> GpuSession:
 def numbers_in(session: GpuSession) -> np.ndarray:
     """The numbers of the filters that the GPU has chosen, H x W."""
     assert session._runner is not None
-    (node,) = [node for node in session._runner._slots._nodes if name_of(node).startswith("chosen_filter")]
+    (node,) = [node for node in session._runner._slots.nodes if name_of(node).startswith("chosen_filter")]
 
     def read() -> np.ndarray:
         assert session._runner is not None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from vidstyle.blocks import all_blocks
-from vidstyle.style import LAYERS, SOURCE, Step, Style
+from vidstyle.style import SOURCE, Step, Style
 
 
 @dataclass
@@ -44,9 +44,9 @@ def blocks_of(style: Style) -> list[GraphBlock]:
     """The source, the steps and the result; steps without a block only name pictures."""
     found = _BlockList()
     ends: dict[str, int] = {}
-    for layer in LAYERS:
+    for layer, steps in style.layers.items():
         current = ends.get("base", 0)
-        for step in getattr(style, layer):
+        for step in steps:
             current = found.add_step(layer, step, current)
         ends[layer] = current
     found.add_result(style, ends)

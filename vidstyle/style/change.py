@@ -11,7 +11,7 @@ from vidstyle.block import Asset, Block, Choice, Color, Control, On, SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
-from vidstyle.style.model import LAYERS, Step, Style, table_from_style
+from vidstyle.style.model import Step, Style, table_from_style
 from vidstyle.style.paths import find_value
 from vidstyle.style.variants import table_of_variant
 
@@ -59,8 +59,8 @@ def apply_variant(style: Style, variant: str) -> Style:
 def expand(style: Style) -> Style:
     """The style with every recipe replaced by its steps."""
     layers: dict[str, Any] = {
-        layer: tuple(part for step in getattr(style, layer) for part in _expand_step(step))
-        for layer in LAYERS
+        layer: tuple(part for step in steps for part in _expand_step(step))
+        for layer, steps in style.layers.items()
     }
     return replace(style, **layers)
 

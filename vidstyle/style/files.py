@@ -209,7 +209,8 @@ def _place_steps(
     place = min(kept.values(), default=len(sections)) - 0.5
     for number, step in enumerate(steps):
         place = kept.get(number, place)
-        yield place, sections[kept[number]].edited(step) if number in kept else _new_section(layer, step)
+        new = _Section(layer, "\n" + tomlkit.dumps({layer: [step]}), "\n")
+        yield place, sections[kept[number]].edited(step) if number in kept else new
 
 
 def _place_variants(
@@ -223,10 +224,6 @@ def _place_variants(
         else:
             text = tomlkit.dumps({"variants": {name: values}})
             yield len(sections), _Section("variants", f"\n{text}", "\n", name)
-
-
-def _new_section(layer: str, step: dict[str, Any]) -> _Section:
-    return _Section(layer, "\n" + tomlkit.dumps({layer: [step]}), "\n")
 
 
 def _matches(old: list[MutableMapping[str, Any]], new: list[dict[str, Any]]) -> dict[int, int]:

@@ -67,6 +67,11 @@ class Style:
         return not self.steps and self.paper == Style.paper and self.steady == 0
 
     @property
+    def layers(self) -> dict[str, tuple[Step, ...]]:
+        """The steps of each layer, in the order in which they run."""
+        return {layer: getattr(self, layer) for layer in LAYERS}
+
+    @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of all layers, in the order in which they run."""
         return self.base + self.background + self.lines
@@ -89,12 +94,9 @@ def table_from_style(style: Style) -> dict[str, Any]:
     {'format': 1, 'name': 'flat', 'background': [{'block': 'posterize', 'levels': 5}]}
     """
     table: dict[str, Any] = {"format": 1, "name": style.name}
-    for name in ("note", *FIELDS):
-        if getattr(style, name) != getattr(Style, name):
-            table[name] = getattr(style, name)
-    for layer in LAYERS:
-        if steps := getattr(style, layer):
-            table[layer] = [_table_from_step(step) for step in steps]
+    values = {name: getattr(style, name) for name in ("note", *FIELDS)}
+    table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
+    table |= {layer: list(map(_table_from_step, steps)) for layer, steps in style.layers.items() if steps}
     if style.variants:
         table["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return table

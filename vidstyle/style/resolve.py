@@ -9,7 +9,7 @@ from typing import Any
 from vidstyle.block import Asset, Block, On, PageRegion, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.style import LAYERS, Step, Style, asset_path, expand
+from vidstyle.style import Step, Style, asset_path, expand
 
 
 @dataclass(frozen=True)
@@ -61,10 +61,9 @@ def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedSt
         StyleError: an asset cannot be read.
     """
     growth = 1.0 if style.height is None else min(height, width) / style.height
-    expanded = expand(style)
     return {
-        layer: tuple(_prepare_step(style, step, growth) for step in getattr(expanded, layer))
-        for layer in LAYERS
+        layer: tuple(_prepare_step(style, step, growth) for step in steps)
+        for layer, steps in expand(style).layers.items()
     }
 
 

@@ -41,9 +41,9 @@ def style_schema() -> dict[str, Any]:
 
 def describe(style: Style) -> dict[str, Any]:
     """The style as plain data, with every value, its range and its help."""
-    fields = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
+    fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
     fields["variants"] = {name: dict(values) for name, values in style.variants.items()}
-    return fields | {layer: [_describe_step(step) for step in getattr(style, layer)] for layer in LAYERS}
+    return fields | {layer: list(map(_describe_step, steps)) for layer, steps in style.layers.items()}
 
 
 def _describe_step(step: Step) -> dict[str, Any]:
