@@ -22,7 +22,7 @@ WARM_UP = 500
 """Frames after which every buffer has been made once."""
 MAX_MEGABYTES = 1.0
 """How much memory may grow in 10,000 frames."""
-RATE = Fraction(25)
+RATE = Fraction(75)
 SAMPLE_RATE = 48000
 
 

@@ -20,7 +20,7 @@ from vidstyle.media.color_tags import default_tags
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo
 from vidstyle.media.read.open import is_url, public_name
-from vidstyle.media.write import stream, virtual_camera
+from vidstyle.media.write import stream
 from vidstyle.media.write.atomic import is_regular_file
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.images import is_pattern
@@ -64,8 +64,8 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
         stream.check_pipe(options)
         return _stream_maker("standard output", options, stream.open_pipe, reconnects=False)
     if text.startswith("/dev/video"):
-        virtual_camera.check_virtual_camera(text)
-        return _stream_maker(text, options, partial(virtual_camera.open_virtual_camera, text))
+        stream.check_virtual_camera(text)
+        return _stream_maker(text, options, partial(stream.open_virtual_camera, text))
     if is_url(text) or text.endswith(".m3u8"):
         stream.check_url(text)
         name = public_name(text) if is_url(text) else text

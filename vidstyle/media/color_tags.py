@@ -72,12 +72,8 @@ class ColorTags:
         ColorTags(primaries=5, transfer=6, matrix=5, range=1)
         """
         usual = default_tags(encoding, height)
-        return ColorTags(
-            usual.primaries if self.primaries in (0, UNSPECIFIED) else self.primaries,
-            usual.transfer if self.transfer in (0, UNSPECIFIED) else self.transfer,
-            usual.matrix if self.matrix in (0, UNSPECIFIED) else self.matrix,
-            FULL if encoding.full_range else LIMITED,
-        )
+        said = {name: code for name, code in vars(self).items() if code not in (0, UNSPECIFIED)}
+        return replace(usual, **said | {"range": usual.range})
 
 
 def default_tags(encoding: Encoding, height: int = 0) -> ColorTags:
@@ -89,7 +85,7 @@ def default_tags(encoding: Encoding, height: int = 0) -> ColorTags:
         system = 5 if height in (288, 576) else 6
         return ColorTags(system, 6, system, seen_range)
     code = {"bt709": 1, "fcc": 4, "smpte240m": 7}[encoding.matrix]
-    return replace(ColorTags(code, code, code), range=seen_range)
+    return ColorTags(code, code, code, seen_range)
 
 
 def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, width: int) -> str:

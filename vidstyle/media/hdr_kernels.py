@@ -17,16 +17,21 @@ def look_up(table, position):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def map_pixel(red, green, blue, light, gain, ootf, gamut, display):  # type: ignore[no-untyped-def]
+def map_pixel(red, green, blue, tables):  # type: ignore[no-untyped-def]
     """The SDR signal of one pixel of HDR signal.
 
     Args:
-        light: from signal to light.
-        gain: what to multiply with, by the largest signal (PQ) or the fourth root of the largest light (HLG).
-        ootf: what HLG's scene light is multiplied with, by the fourth root of its luminance; empty for PQ.
-        gamut: 3 x 3, linear light to BT.709 primaries.
-        display: from the square root of light to signal.
+        red, green, blue: 0..1.
+        tables:
+            light: from signal to light.
+            gain: what to multiply with, by the largest signal (PQ) or the fourth root of the largest light
+                (HLG).
+            ootf: what HLG's scene light is multiplied with, by the fourth root of its luminance; empty for
+                PQ.
+            gamut: 3 x 3, linear light to BT.709 primaries.
+            display: from the square root of light to signal.
     """
+    light, gain, ootf, gamut, display = tables
     linear_red, linear_green, linear_blue = look_up(light, red), look_up(light, green), look_up(light, blue)
     if ootf.size:
         luminance = np.float32(0.2627) * linear_red + np.float32(0.6780) * linear_green
@@ -78,13 +83,12 @@ def tone_map_planes(planes, out, first, end, levels, matrices, place, tables):  
         levels: of planes and of out: luma black, luma span, chroma neutral, chroma span; in codes.
         matrices: 3 x 3 from the source's luma and chroma to RGB, and from RGB to the result's.
         place: chroma step across and down, siting across and down.
-        tables: what `map_pixel` takes after its three signals.
+        tables: see `map_pixel`.
     """
     luma, blue, red = planes
     out_luma, out_blue, out_red = out
     in_levels, out_levels = levels
     to_rgb, from_rgb = matrices
-    light, gain, ootf, gamut, display = tables
     step_x, step_y = int(place[0]), int(place[1])
     width = luma.shape[1]
     blue_row = np.empty(blue.shape[1], np.float32)
@@ -108,11 +112,7 @@ def tone_map_planes(planes, out, first, end, levels, matrices, place, tables):  
                     bright + to_rgb[0, 2] * cr,
                     bright + to_rgb[1, 1] * cb + to_rgb[1, 2] * cr,
                     bright + to_rgb[2, 1] * cb,
-                    light,
-                    gain,
-                    ootf,
-                    gamut,
-                    display,
+                    tables,
                 )
                 bright = from_rgb[0, 0] * r + from_rgb[0, 1] * g + from_rgb[0, 2] * b
                 out_luma[row, column] = int(out_levels[0] + out_levels[1] * bright + np.float32(0.5))
@@ -139,7 +139,6 @@ def store_chroma(row, out, step, neutral, scale):  # type: ignore[no-untyped-def
 @compiled(fastmath=True)
 def tone_map_colors(color, out, first, end, top, tables):  # type: ignore[no-untyped-def]
     """Tone-map rows of an RGB picture of integers up to `top`."""
-    light, gain, ootf, gamut, display = tables
     scale = np.float32(1) / np.float32(top)
     for row in range(first, end):
         for column in range(color.shape[1]):
@@ -147,11 +146,7 @@ def tone_map_colors(color, out, first, end, top, tables):  # type: ignore[no-unt
                 color[row, column, 0] * scale,
                 color[row, column, 1] * scale,
                 color[row, column, 2] * scale,
-                light,
-                gain,
-                ootf,
-                gamut,
-                display,
+                tables,
             )
             out[row, column, 0] = int(r * np.float32(top) + np.float32(0.5))
             out[row, column, 1] = int(g * np.float32(top) + np.float32(0.5))

@@ -13,6 +13,9 @@ from av.sidedata.sidedata import Type as SideDataType
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.frame import side_data_of
 
+EXIF_ORIENTATIONS = "000 010 011 001 100 110 111 101".split()
+"""Whether the EXIF orientations 1 to 8 transpose, mirror in x and mirror in y."""
+
 
 @dataclass(frozen=True)
 class Orientation:
@@ -34,9 +37,7 @@ class Orientation:
         >>> Orientation.from_exif(6) == Orientation.from_rotation(90)
         True
         """
-        mirrors = {1: (0, 0, 0), 2: (0, 1, 0), 3: (0, 1, 1), 4: (0, 0, 1), 5: (1, 0, 0), 6: (1, 1, 0)}
-        transpose, mirror_x, mirror_y = (mirrors | {7: (1, 1, 1), 8: (1, 0, 1)})[number]
-        return cls(bool(transpose), bool(mirror_x), bool(mirror_y))
+        return cls(*(bit == "1" for bit in EXIF_ORIENTATIONS[number - 1]))
 
     @property
     def is_upright(self) -> bool:
@@ -55,13 +56,7 @@ class Orientation:
         """
         if degrees % 90:
             raise ValueError(f"pictures are turned by multiples of 90 degrees, not by {degrees}")
-        turned = {
-            0: cls(),
-            90: cls(True, True, False),
-            180: cls(False, True, True),
-            270: cls(True, False, True),
-        }
-        return turned[degrees % 360]
+        return cls.from_exif((1, 6, 3, 8)[degrees // 90 % 4])
 
     @classmethod
     def from_matrix(cls, matrix: bytes) -> Orientation:

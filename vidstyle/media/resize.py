@@ -72,10 +72,12 @@ def letterboxed(picture: Picture, width: int, height: int) -> Picture:
 
     def frame(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind == "chroma":
-            shape, corner = encoding.chroma_shape(height, width), (top // down, left // across)
+            shape, (y, x) = encoding.chroma_shape(height, width), (top // down, left // across)
         else:
-            shape, corner = (height, width), (top, left)
-        return _framed(plane, shape, corner, fills[kind])
+            shape, (y, x) = (height, width), (top, left)
+        framed = np.full(shape + plane.shape[2:], fills[kind], plane.dtype)
+        framed[y : y + plane.shape[0], x : x + plane.shape[1]] = plane
+        return framed
 
     return inner.map_planes(frame)
 
@@ -109,10 +111,3 @@ def _chroma(
     where = np.array([[1 / scales[0], 0, x], [0, 1 / scales[1], y]])
     flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
     return cv2.warpAffine(plane, where, shape[::-1], flags=flags, borderMode=cv2.BORDER_REPLICATE)
-
-
-def _framed(plane: np.ndarray, shape: tuple[int, int], corner: tuple[int, int], fill: int) -> np.ndarray:
-    frame = np.full(shape + plane.shape[2:], fill, plane.dtype)
-    top, left = corner
-    frame[top : top + plane.shape[0], left : left + plane.shape[1]] = plane
-    return frame

@@ -119,18 +119,14 @@ def _capability(handle: int) -> tuple[str, int]:
 
 
 def _modes(handle: int) -> Iterator[Mode]:
-    for code in _pixel_formats(handle):
+    # VIDIOC_ENUM_FMT
+    for filled in _each(handle, 2, "=III32sII12s", CAPTURE_BUFFERS, 0, b"", 0, 0, b""):
+        code = int(filled[4])
         letters = code.to_bytes(4, "little").decode("latin-1")
         if letters not in FORMATS:
             continue
         for width, height in _sizes(handle, code):
             yield Mode(FORMATS[letters], width, height, tuple(_rates(handle, code, width, height)))
-
-
-def _pixel_formats(handle: int) -> Iterator[int]:
-    """VIDIOC_ENUM_FMT."""
-    for filled in _each(handle, 2, "=III32sII12s", CAPTURE_BUFFERS, 0, b"", 0, 0, b""):
-        yield int(filled[4])
 
 
 def _sizes(handle: int, code: int) -> Iterator[tuple[int, int]]:

@@ -42,16 +42,21 @@ class FrameConverter:
         self._codec, self._name = codec, name
         self._orientation = orientation or orientation_of(first)
         self._stored = (first.width, first.height)
-        upright = self._orientation.size(*self._stored)
-        self._upright = upright
-        self.width, self.height = output_size(size, *upright) if size else upright
+        self._upright = self._orientation.size(*self._stored)
+        self.width, self.height = output_size(size, *self._upright) if size else self._upright
         self.sample_aspect = self._aspect(sample_aspect)
-        self._tone_map = self._make_tone_map(first)
+        tags = ColorTags.of(first)
+        self._tone_map = ToneMap.of(first, tags) if tags.is_hdr else None
         self._warned: set[str] = set()
         self._format = self._choose_format(first)
         self._latest: tuple[av.VideoFrame, tuple[Picture, av.VideoFrame | None]] | None = None
         picture, _ = self.convert(first)
-        self.color_tags = self._tags(first, picture)
+        if picture.color is not None:
+            self.color_tags = default_tags(picture.encoding)
+        elif self._tone_map is not None:
+            self.color_tags = SDR_TAGS
+        else:
+            self.color_tags = tags.completed(picture.encoding, first.height)
 
     def warn_if_hdr(self) -> bool:
         """Log a warning if the source is HDR, which becomes SDR; returns whether it is."""
@@ -97,17 +102,6 @@ class FrameConverter:
             if alpha is not None and alpha.min() == 255:
                 return "rgb24"
         return str(frame.format.name)
-
-    def _make_tone_map(self, first: av.VideoFrame) -> ToneMap | None:
-        tags = ColorTags.of(first)
-        return ToneMap.of(first, tags) if tags.is_hdr else None
-
-    def _tags(self, first: av.VideoFrame, picture: Picture) -> ColorTags:
-        if self._tone_map is not None and picture.color is None:
-            return SDR_TAGS
-        if picture.color is not None:
-            return default_tags(picture.encoding)
-        return ColorTags.of(first).completed(picture.encoding, first.height)
 
     def _aspect(self, stored: Fraction | None) -> Fraction | None:
         """Turned with the picture, and stretched where the new size has another shape."""

@@ -68,10 +68,7 @@ class Deinterlacer:
             width=frame.width, height=frame.height, format=frame.format, time_base=self._time_base
         )
         deinterlacer = graph.add("bwdif", mode="send_frame", parity="auto", deint="interlaced")
-        sink = graph.add("buffersink")
-        source.link_to(deinterlacer)
-        deinterlacer.link_to(sink)
-        graph.configure()
+        graph.link_nodes(source, deinterlacer, graph.add("buffersink")).configure()
         return graph
 
     def _pull(self) -> Iterator[DecodedFrame]:

@@ -68,7 +68,7 @@ def open_media(
     """
     if isinstance(source, str | os.PathLike) and str(source) != "-" and not is_url(source):
         head = _checked_head(Path(source))
-        _check_size(source, picture_size(head), max_pixels)
+        check_size(source, picture_size(head), max_pixels)
         # FFmpeg would go by a picture's name, and take it for a sequence.
         format = format or ("jpeg_pipe" if _is_still_jpeg(Path(source), head) else None)
     if format is not None and format not in av.formats_available:
@@ -84,7 +84,7 @@ def open_media(
     try:
         for stream in container.streams.video:
             if stream.codec_context is not None:
-                _check_size(source, (stream.width, stream.height), max_pixels)
+                check_size(source, (stream.width, stream.height), max_pixels)
     except InputError:
         container.close()
         raise
@@ -189,7 +189,8 @@ def _open(
     return av.open(target, "r", format, options, timeout=timeout, **LENIENT)
 
 
-def _check_size(source: Any, size: tuple[int, int] | None, max_pixels: int) -> None:
+def check_size(source: Any, size: tuple[int, int] | None, max_pixels: int) -> None:
+    """Raise InputError if a picture of this width and height is larger than allowed; None: not known."""
     if size is not None and size[0] * size[1] > max_pixels:
         limit = f"the limit of {max_pixels / 2**20:g} MP"
         raise InputError(source, f"{size[0]}x{size[1]} is larger than {limit}")

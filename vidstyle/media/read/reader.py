@@ -15,7 +15,7 @@ from vidstyle.errors import InputError
 from vidstyle.media.frame import DecodedFrame, Frame
 from vidstyle.media.options import RAW, ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.read.constant_rate import ConstantRate
+from vidstyle.media.read.clock import ConstantRate
 from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film import DEFAULT_RATE, FilmSource
@@ -100,8 +100,7 @@ class Reader(Closing):
         if options.start is None and options.end is None:
             return items
         sounds = [stream.index for stream in self.copied_streams if stream.type == "audio"]
-        trim = Trim(self._source.time_base, options.start, options.end, sounds)
-        return trim.apply(items)
+        return Trim(self._source.time_base, options.start, options.end, sounds).apply(items)
 
     def _first_frame(self) -> DecodedFrame:
         for item in self._items:

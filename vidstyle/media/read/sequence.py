@@ -20,7 +20,7 @@ from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import FrameClock, fine_time_base
 from vidstyle.media.read.decoder import Decoder, DecodeReport
 from vidstyle.media.read.headers import picture_size
-from vidstyle.media.read.open import open_media
+from vidstyle.media.read.open import check_size, open_media
 from vidstyle.media.read.source import choose_stream
 
 log = logging.getLogger("vidstyle")
@@ -187,9 +187,7 @@ def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av
 def _check_webp(path: Path, content: bytes, max_pixels: int) -> None:
     """Refuse before decoding."""
     width, height = picture_size(content) or (0, 0)
+    check_size(path, (width, height), max_pixels)
     frames = content.count(b"ANMF")
-    limit = max_pixels / 2**20
-    if width * height > max_pixels:
-        raise InputError(path, f"{width}x{height} is larger than the limit of {limit:g} MP")
     if width * height * frames > MAX_ANIMATION * max_pixels:
         raise InputError(path, f"{frames} frames of {width}x{height} are more than fit in memory")

@@ -22,7 +22,7 @@ from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.interleaver import Interleaver
 from vidstyle.media.write.plan import plan_video
-from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, copy_tags
+from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, portable_tags
 
 FLUSH_SECONDS = 1.0
 """How long flushing an abandoned encoder may take."""
@@ -83,7 +83,7 @@ class FilmWriter(Writer):
         self._copied = CopiedStreams(self._container, self._kind, streams, options.audio, self.name)
         self._audio = self._new_audio(options)
         if inputs is not None:
-            copy_tags(inputs, self._container)
+            self._container.metadata.update(portable_tags(inputs.metadata))
             copy_chapters(inputs, self._container, self._kind)
         # Where a subtitle ends, the MP4 muxer may end a fragment amid a packet of sound, and misplace it.
         self._interleaver = Interleaver(self._container, text_last=self._kind.muxer in INDEXED)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -41,8 +41,8 @@ def write_gif(source: Path, target: Path) -> bool:
         for frame, begin, length in _timed(source):
             if stream is None:
                 stream = _add_stream(container, frame)
-                painter = _PaletteMapper(frame, colors)
-            painted = painter.painted(frame)
+                mapped = _palette_mapper(frame, colors)
+            painted = mapped(frame)
             painted.pts, painted.time_base = begin, TICK
             for packet in stream.encode(painted):
                 packet.duration = length
@@ -50,26 +50,22 @@ def write_gif(source: Path, target: Path) -> bool:
     return True
 
 
-class _PaletteMapper:
-    """Maps frames to a palette with error diffusion (FFmpeg's paletteuse)."""
+def _palette_mapper(like: av.VideoFrame, colors: av.VideoFrame) -> Callable[[av.VideoFrame], av.VideoFrame]:
+    """What maps frames to a palette with error diffusion (FFmpeg's paletteuse)."""
+    graph = Graph()
+    frames, palette = _buffer(graph, like), _buffer(graph, colors)
+    use = graph.add("paletteuse", "diff_mode=rectangle")
+    frames.link_to(use, 0, 0)
+    palette.link_to(use, 0, 1)
+    graph.link_nodes(use, graph.add("buffersink")).configure()
+    palette.push(colors)
+    palette.push(None)
 
-    def __init__(self, like: av.VideoFrame, colors: av.VideoFrame) -> None:
-        self._graph = Graph()
-        self._frames = _buffer(self._graph, like)
-        palette = _buffer(self._graph, colors)
-        use = self._graph.add("paletteuse", "diff_mode=rectangle")
-        self._sink = self._graph.add("buffersink")
-        self._frames.link_to(use, 0, 0)
-        palette.link_to(use, 0, 1)
-        use.link_to(self._sink)
-        self._graph.configure()
-        palette.push(colors)
-        palette.push(None)
+    def mapped(frame: av.VideoFrame) -> av.VideoFrame:
+        frames.push(frame)
+        return graph.vpull()
 
-    def painted(self, frame: av.VideoFrame) -> av.VideoFrame:
-        """The frame with a palette."""
-        self._frames.push(frame)
-        return self._graph.vpull()
+    return mapped
 
 
 def _palette(source: Path) -> av.VideoFrame:
@@ -78,8 +74,8 @@ def _palette(source: Path) -> av.VideoFrame:
     for frame, _, _ in _timed(source):
         if graph is None:
             graph = Graph()
-            graph.link_nodes(_buffer(graph, frame), graph.add("palettegen"), graph.add("buffersink"))
-            graph.configure()
+            nodes = _buffer(graph, frame), graph.add("palettegen"), graph.add("buffersink")
+            graph.link_nodes(*nodes).configure()
         graph.vpush(frame)
     assert graph is not None
     graph.vpush(None)

@@ -25,7 +25,6 @@ class Interleaver:
     what it holds is lost when the program is killed. So copied packets wait here for the pictures.
 
     Attributes:
-        written: how many packets of pictures are with the muxer.
         moved: how many copied packets came too early for their stream and were put right.
         dropped: how many were left out, being repeated or without a time.
         cut: how many came after the end of the pictures, where that was to be cut.
@@ -40,7 +39,7 @@ class Interleaver:
         self._held = 0
         self._last: dict[int, int] = {}
         self._sounds: dict[int, av.Packet] = {}
-        self.written = self.moved = self.dropped = self.cut = 0
+        self.moved = self.dropped = self.cut = 0
 
     def push_video(self, packet: av.Packet) -> None:
         """Write a video packet, after all packets that are due before it."""
@@ -48,7 +47,6 @@ class Interleaver:
         if due is not None:
             self._release(due * packet.time_base)
         self._container.mux(packet)
-        self.written += 1
 
     def push(self, packet: av.Packet) -> None:
         """Queue a packet of another stream."""

@@ -15,22 +15,14 @@ from vidstyle.errors import UsageError
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.transcode import TEXT_CODECS, AudioTranscoder, CopiedStream, SubtitleTranscoder
 
-FILE_TAGS = (
-    "encoder",
-    "major_brand",
-    "minor_version",
-    "compatible_brands",
-    "rotate",
-    "duration",
-    "vendor_id",
-)
+FILE_TAGS = "encoder major_brand minor_version compatible_brands rotate duration vendor_id".split()
 """Tags that are true of the source's file only."""
 FILE_TAG_STARTS = ("_statistics", "bps", "number_of_", "duration-")
-BIBLIOGRAPHIC_CODES = {
-    **{"deu": "ger", "fra": "fre", "nld": "dut", "zho": "chi", "ces": "cze", "ell": "gre", "fas": "per"},
-    **{"ron": "rum", "slk": "slo", "sqi": "alb", "hye": "arm", "mya": "bur", "kat": "geo", "isl": "ice"},
-    **{"mkd": "mac", "msa": "may", "bod": "tib"},
-}
+_CODES = (
+    "deu ger fra fre nld dut zho chi ces cze ell gre fas per ron rum slk slo sqi alb "
+    "hye arm mya bur kat geo isl ice mkd mac msa may bod tib"
+).split()
+BIBLIOGRAPHIC_CODES = dict(zip(_CODES[::2], _CODES[1::2], strict=True))
 """Languages with two names (ISO 639-2), the terminological one first."""
 COVER_CODECS = ("mjpeg", "png", "bmp")
 
@@ -177,11 +169,6 @@ class CopiedStreams:
             *(self._target, template.index, template.type, name or "unknown", self._kind.endings[0]),
         )
         return None
-
-
-def copy_tags(source: av.container.InputContainer, container: av.container.OutputContainer) -> None:
-    """Carry over the title and the other tags of the film."""
-    container.metadata.update(portable_tags(source.metadata))
 
 
 def copy_chapters(
