@@ -45,7 +45,7 @@ def convert(picture: Picture, target: Encoding, rgb: bool = False) -> Picture:
     if target == picture.encoding and rgb == (picture.color is not None):
         return picture
     assembler = PictureAssembler(picture, target, rgb)
-    put = _rows_to_rgb(picture, assembler) if rgb else _rows_to_planes(picture, assembler)
+    put = _row_converter(picture, assembler, rgb)
     height, width = picture.shape
     if height * width < ONE_THREAD_PIXELS:
         put(0, height)
@@ -84,7 +84,6 @@ class PictureAssembler:
         shape = target.chroma_shape(*source.shape)
         self._chroma = np.empty(shape, target.dtype), np.empty(shape, target.dtype)
         self._has_chroma = False
-        self._reused: tuple[Chroma, Encoding] | None = None
 
     def put_color(self, top: int, color: np.ndarray) -> None:
         """Store RGB rows, N x W x 3, 0..1, from row `top` on."""
@@ -123,27 +122,23 @@ class PictureAssembler:
 
     def reuse_chroma(self, chroma: Chroma, encoding: Encoding) -> None:
         """Take chroma planes that lie on the target's grid, not resampled, and with its codes not copied."""
-        self._reused = chroma, encoding
+        self._has_chroma = True
+        self._chroma = _recoded_chroma(chroma, encoding, self.target)
 
     def picture(self) -> Picture:
         """The finished picture; one without chroma gets neutral chroma planes."""
         alpha = alpha_in_depth(self._source, self.target.depth)
         if self._color is not None:
             return Picture(self.target, color=self._color, alpha=alpha)
-        chroma = self._chroma
-        if self._reused is not None:
-            chroma = _recoded_chroma(*self._reused, self.target)
-        elif not self._has_chroma:
-            for plane in chroma:
+        if not self._has_chroma:
+            for plane in self._chroma:
                 plane.fill(self.target.chroma_levels[0])
-        return Picture(self.target, luma=self._luma, chroma=chroma, alpha=alpha)
+        return Picture(self.target, luma=self._luma, chroma=self._chroma, alpha=alpha)
 
 
-def _rows_to_rgb(picture: Picture, assembler: PictureAssembler) -> Callable[[int, int], None]:
-    return lambda top, bottom: assembler.put_color(top, color_rows(picture, top, bottom))
-
-
-def _rows_to_planes(picture: Picture, assembler: PictureAssembler) -> Callable[[int, int], None]:
+def _row_converter(picture: Picture, assembler: PictureAssembler, rgb: bool) -> Callable[[int, int], None]:
+    if rgb:
+        return lambda top, bottom: assembler.put_color(top, color_rows(picture, top, bottom))
     target = assembler.target
     is_gray = picture.color is None and picture.chroma is None
     through_rgb = not is_gray and (picture.color is not None or picture.encoding.matrix != target.matrix)
@@ -172,9 +167,9 @@ def _recoded_chroma(chroma: Chroma, old: Encoding, new: Encoding) -> Chroma:
         return chroma
     (neutral, span), (wanted, wanted_span) = old.chroma_levels, new.chroma_levels
     gain = wanted_span / span
-    planes = (np.multiply(plane, np.float32(gain), dtype=np.float32) for plane in chroma)
     out = np.empty(chroma[0].shape, new.dtype), np.empty(chroma[0].shape, new.dtype)
-    for values, plane in zip(planes, out, strict=True):
+    for plane, recoded in zip(chroma, out, strict=True):
+        values = np.multiply(plane, np.float32(gain), dtype=np.float32)
         values += np.float32(wanted - gain * neutral)
-        store(values, 0, 1, new.depth, plane)
+        store(values, 0, 1, new.depth, recoded)
     return out

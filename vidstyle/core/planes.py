@@ -22,11 +22,7 @@ def luma_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
     if picture.color is not None:
         return yuv_from_rgb(color_rows(picture, top, bottom), picture.encoding)[0]
     assert picture.luma is not None
-    rows = picture.luma[top:bottom]
-    if picture.encoding.depth == 0:
-        return rows
-    black, white = picture.encoding.luma_levels
-    return _scaled(rows, 1 / (white - black), -black / (white - black))
+    return _from_codes(picture.luma[top:bottom], picture.encoding)
 
 
 def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
@@ -60,11 +56,7 @@ def color_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
         if picture.chroma is None:
             return np.repeat(luma[..., None], 3, axis=2)
         return rgb_from_yuv(luma, chroma_rows(picture, top, bottom), picture.encoding)
-    rows = picture.color[top:bottom]
-    if picture.encoding.depth == 0:
-        return rows
-    black, white = picture.encoding.luma_levels
-    return _scaled(rows, 1 / (white - black), -black / (white - black))
+    return _from_codes(picture.color[top:bottom], picture.encoding)
 
 
 def rgb_from_yuv(luma: np.ndarray, chroma: Chroma, encoding: Encoding) -> np.ndarray:
@@ -142,10 +134,14 @@ def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) 
     return out
 
 
-def _scaled(rows: np.ndarray, gain: float, offset: float) -> np.ndarray:
-    out = np.multiply(rows, np.float32(gain), dtype=np.float32)
-    if offset:
-        out += np.float32(offset)
+def _from_codes(rows: np.ndarray, encoding: Encoding) -> np.ndarray:
+    """Samples of luma or RGB with black at 0 and white at 1, float32; themselves where they are so."""
+    if encoding.depth == 0:
+        return rows
+    black, white = encoding.luma_levels
+    out = np.multiply(rows, np.float32(1 / (white - black)), dtype=np.float32)
+    if black:
+        out -= np.float32(black / (white - black))
     return out
 
 
