@@ -14,15 +14,8 @@ from vidstyle.errors import UsageError
 from vidstyle.media.pixel_formats import PlaneLayout, layout_of
 
 SOFTWARE = {
-    "h264": "libx264",
-    "hevc": "libx265",
-    "av1": "libsvtav1",
-    "vp9": "libvpx-vp9",
-    "vp8": "libvpx",
-    "mpeg2": "mpeg2video",
-    "mpeg4": "mpeg4",
-    "mjpeg": "mjpeg",
-    "prores": "prores_ks",
+    **{"h264": "libx264", "hevc": "libx265", "av1": "libsvtav1", "vp9": "libvpx-vp9", "vp8": "libvpx"},
+    **{"mpeg2": "mpeg2video", "mpeg4": "mpeg4", "mjpeg": "mjpeg", "prores": "prores_ks"},
 }
 """The software encoder that stands in for a hardware one of the same codec."""
 HARDWARE = ("nvenc", "qsv", "amf", "vaapi", "v4l2m2m", "videotoolbox", "mf", "vulkan", "rkmpp", "omx")

@@ -19,14 +19,8 @@ BT2020_PRIMARIES = 9
 MATRICES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
 """The matrices that we can do, by H.273 code."""
 UNSUPPORTED_MATRICES = {
-    8: "YCgCo",
-    10: "BT.2020 constant luminance",
-    11: "YDzDx",
-    12: "chromaticity-derived",
-    13: "chromaticity-derived constant luminance",
-    14: "ICtCp",
-    15: "IPT-C2",
-    16: "YCgCo-Re",
+    **{8: "YCgCo", 10: "BT.2020 constant luminance", 11: "YDzDx", 12: "chromaticity-derived"},
+    **{13: "chromaticity-derived constant luminance", 14: "ICtCp", 15: "IPT-C2", 16: "YCgCo-Re"},
     17: "YCgCo-Ro",
 }
 HD_LINES, HD_COLUMNS = 720, 1280

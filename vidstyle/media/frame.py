@@ -163,17 +163,20 @@ def _encoding(
     return Encoding(matrix, full_range, layout.depth, layout.step, siting)
 
 
-def _view(plane: Any, layout: PlaneLayout) -> np.ndarray:
-    """The plane's samples as H x W, or H x W x channels for packed formats; rows may lie apart."""
-    dtype = np.dtype(np.uint8 if layout.depth <= 8 else ">u2" if layout.big_endian else "<u2")
-    channels = (layout.planes if layout.kind != "luma" or layout.planes == 1 else 1) + layout.alpha
-    if layout.kind == "planar" or (layout.kind == "luma" and layout.planes == 3):
-        channels = 1
-    shape: tuple[int, ...] = (plane.height, plane.width) + ((channels,) if channels > 1 else ())
+def _samples(plane: Any, dtype: np.dtype[Any], channels: int) -> np.ndarray:
+    """A view on the memory of a plane: H x W, or H x W x channels for several; rows may lie apart."""
     pixel = channels * dtype.itemsize
-    strides = (plane.line_size, pixel) + ((dtype.itemsize,) if channels > 1 else ())
+    shape, strides = (plane.height, plane.width, channels), (plane.line_size, pixel, dtype.itemsize)
+    dimensions = 3 if channels > 1 else 2
     first = max(0, -plane.line_size) * (plane.height - 1)
-    view: np.ndarray = np.ndarray(shape, dtype, buffer=plane, offset=first, strides=strides)
+    return np.ndarray(shape[:dimensions], dtype, buffer=plane, offset=first, strides=strides[:dimensions])
+
+
+def _view(plane: Any, layout: PlaneLayout) -> np.ndarray:
+    """The plane's samples as H x W, or H x W x channels for packed formats."""
+    dtype = np.dtype(np.uint8 if layout.depth <= 8 else ">u2" if layout.big_endian else "<u2")
+    several = layout.kind == "packed" or (layout.kind == "luma" and layout.planes == 1)
+    view = _samples(plane, dtype, layout.planes + layout.alpha if several else 1)
     # Rows from the bottom up and foreign byte orders are beyond OpenCV: those are copied.
     upside_down, swapped = plane.line_size < 0, layout.big_endian and layout.depth > 8
     return view.astype(np.uint8 if layout.depth <= 8 else np.uint16) if upside_down or swapped else view
@@ -200,11 +203,7 @@ def _planes(picture: Picture, name: str) -> list[np.ndarray]:
 def _write(target: Any, plane: np.ndarray) -> None:
     height, width = target.height, target.width
     plane = plane[:height, :width]
-    channels = plane.shape[2:]
-    strides = (target.line_size, plane.itemsize * int(np.prod(channels, dtype=int))) + (
-        plane.itemsize,
-    ) * len(channels)
-    rows: np.ndarray = np.ndarray((height, width, *channels), plane.dtype, buffer=target, strides=strides)
+    rows = _samples(target, plane.dtype, 1 if plane.ndim == 2 else plane.shape[2])
     filled_height, filled_width = plane.shape[:2]
     rows[:filled_height, :filled_width] = plane
     rows[:filled_height, filled_width:] = plane[:, -1:]

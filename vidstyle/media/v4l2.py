@@ -17,16 +17,8 @@ CAPTURE, OUTPUT, DEVICE_CAPS = 0x1, 0x2, 0x80000000
 CAPTURE_BUFFERS = 1
 DISCRETE = 1
 FORMATS = {
-    "YUYV": "yuyv422",
-    "UYVY": "uyvy422",
-    "NV12": "nv12",
-    "YU12": "yuv420p",
-    "422P": "yuv422p",
-    "RGB3": "rgb24",
-    "BGR3": "bgr24",
-    "GREY": "gray",
-    "MJPG": "mjpeg",
-    "H264": "h264",
+    **{"YUYV": "yuyv422", "UYVY": "uyvy422", "NV12": "nv12", "YU12": "yuv420p", "422P": "yuv422p"},
+    **{"RGB3": "rgb24", "BGR3": "bgr24", "GREY": "gray", "MJPG": "mjpeg", "H264": "h264"},
 }
 """What we can take, by Video4Linux's four letters and FFmpeg's name for `input_format`; easy ones first."""
 DEFAULT_SIZES = ((320, 240), (640, 360), (640, 480), (1280, 720), (1920, 1080))

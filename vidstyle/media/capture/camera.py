@@ -56,19 +56,13 @@ class Camera:
         if mode is None:
             known = ", ".join(sorted({mode.format for mode in device.modes})) or "none that we read"
             raise DeviceError(device.path, f"has no mode {self.input_format or 'to take'}", f"it has {known}")
-        options = {
-            "input_format": mode.format,
-            "video_size": f"{mode.width}x{mode.height}",
-            "framerate": str(mode_rate(mode, rate)),
-        }
-        return _opened(device.path, "v4l2", options, stopping)
+        options = _capture_options((mode.width, mode.height), mode_rate(mode, rate))
+        return _opened(device.path, "v4l2", options | {"input_format": mode.format}, stopping)
 
     def _open_other(self, system_format: str, stopping: threading.Event) -> LiveInput:
         names = [name for name, _ in camera_list()]
         name = self.name or (names[0] if names else "0")
-        options = {"framerate": str(self.rate or DEFAULT_RATE)}
-        if self.size is not None:
-            options["video_size"] = "{}x{}".format(*self.size)
+        options = _capture_options(self.size, self.rate)
         if self.input_format is not None:
             options["pixel_format"] = self.input_format
         target = f"video={name}" if system_format == "dshow" else name
@@ -96,9 +90,7 @@ class Screen:
         Raises:
             DeviceError: there is no such screen.
         """
-        options = {"framerate": str(self.rate or DEFAULT_RATE)}
-        if self.size is not None:
-            options["video_size"] = "{}x{}".format(*self.size)
+        options = _capture_options(self.size, self.rate)
         if sys.platform == "win32":
             return _opened("desktop", "gdigrab", options, stopping)
         if sys.platform == "darwin":
@@ -110,6 +102,11 @@ class Screen:
             return _opened(display, "x11grab", options, stopping)
         except DeviceError as error:
             raise DeviceError(f"screen:{display}", "there is no such screen", "give screen::0") from error
+
+
+def _capture_options(size: tuple[int, int] | None, rate: Fraction | None) -> dict[str, str]:
+    options = {"framerate": str(rate or DEFAULT_RATE)}
+    return options | ({"video_size": "{}x{}".format(*size)} if size else {})
 
 
 def find_camera(name: str) -> VideoDevice:
@@ -210,12 +207,7 @@ def _distance(mode: Mode, size: tuple[int, int] | None, rate: Fraction) -> tuple
     too_large = max(0, mode.width - wanted[0]) + max(0, mode.height - wanted[1])
     if size is None:
         # Any size up to the usual one will do, the largest of them best.
-        return (
-            missing,
-            float(too_large > 0),
-            float(-pixels if not too_large else pixels),
-            COST[mode.format],
-        )
+        return (missing, float(too_large > 0), float(pixels if too_large else -pixels), COST[mode.format])
     return (missing, float(too_small > 0), float(too_small + too_large), COST[mode.format])
 
 

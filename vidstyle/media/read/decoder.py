@@ -22,7 +22,12 @@ ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
 
 class Decoder:
-    """Decodes one video stream packet by packet and keeps the books on what fails."""
+    """Decodes one video stream packet by packet.
+
+    Attributes:
+        damage: counts of what failed.
+        codec: FFmpeg's name of the decoder.
+    """
 
     def __init__(
         self,
@@ -34,15 +39,11 @@ class Decoder:
         self.damage = damage
         self._clock = clock
         self._context: Any = _context(stream, max_pixels)
+        self.codec = str(self._context.name)
         self._awaited: list[int] = []
         self._failures = 0
         self._in_a_row = 0
         self._last: av.VideoFrame | None = None
-
-    @property
-    def codec(self) -> str:
-        """What it decodes with, as FFmpeg calls it."""
-        return str(self._context.name)
 
     def decode(self, packet: av.Packet | None) -> Iterator[DecodedFrame]:
         """The frames that come out when a packet goes in, after those repeated for failed packets.
@@ -162,19 +163,16 @@ class DecodeReport:
         'the input is damaged: 78 frames missing of 150'
         """
         total = self.decoded + self.repeated + self.lost + self.missing_frames
+        missing, said = float(self.missing_seconds), float(self.header_seconds)
         found = [
             (self.missing_frames, f"{_frames(self.missing_frames)} missing of {total}"),
             (self.repeated, f"{_frames(self.repeated)} damaged, the last good one held"),
             (self.lost, f"{_frames(self.lost)} damaged and left out"),
             (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
-            (self.missing_seconds, self._seconds_text()),
+            (self.missing_seconds, f"it ends {missing:.1f} s before the {said:.1f} s that its header says"),
         ]
         words = [text for count, text in found if count]
         return "the input is damaged: " + ", ".join(words) if words else ""
-
-    def _seconds_text(self) -> str:
-        missing, announced = float(self.missing_seconds), float(self.header_seconds)
-        return f"it ends {missing:.1f} s before the {announced:.1f} s that its header says"
 
 
 def _frames(count: int) -> str:

@@ -119,7 +119,9 @@ class FilmSource:
         """Frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
             self._packet_clock.restamp(packet)
-            self._note_end(packet)
+            if packet.pts is not None and packet.time_base is not None:
+                end = (packet.pts + (packet.duration or 0)) * packet.time_base
+                self._seen_end = max(self._seen_end, end)
             if packet.stream_index != self.stream.index:
                 yield packet
                 continue
@@ -165,10 +167,6 @@ class FilmSource:
             if last is None or time is None or not 0 <= time - last < gap:
                 last = time
                 yield packet
-
-    def _note_end(self, packet: av.Packet) -> None:
-        if packet.pts is not None and packet.time_base is not None:
-            self._seen_end = max(self._seen_end, (packet.pts + (packet.duration or 0)) * packet.time_base)
 
     def _compare_with_header(self) -> None:
         """A file that was cut off ends without an error; only its header knows."""

@@ -41,8 +41,9 @@ class Trim:
                 yield item
             if self._over and not self._waiting_for:
                 return
-        if self._before is not None and not self._begun and self._shows(self._before):
-            yield replace(self._before, pts=0)
+        last = self._before
+        if last is not None and not self._begun and last.pts + (last.duration or 0) > self._offset:
+            yield replace(last, pts=0)
 
     def _frame(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
         time = frame.pts * self._time_base
@@ -62,9 +63,6 @@ class Trim:
         wait = frame.pts - self._offset
         if self._before is not None and wait * self._time_base > START_TOLERANCE:
             yield replace(self._before, pts=0, duration=wait)
-
-    def _shows(self, frame: DecodedFrame) -> bool:
-        return frame.duration is not None and frame.pts + frame.duration > self._offset
 
     def _packet_remains(self, packet: av.Packet) -> bool:
         """Whether the packet lies inside; its stamps are shifted then."""

@@ -48,7 +48,8 @@ class FilmWriter(Writer):
         source: Reader | None,
         source_path: str | Path | None,
     ) -> None:
-        self.target, self.name = Path(target), _shown(target)
+        self.target = Path(target)
+        self.name = "standard output" if str(target) == "-" else str(target)
         self._kind, self._source = kind, source
         self._plan = plan_video(self.name, kind, info, options)
         self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
@@ -81,7 +82,9 @@ class FilmWriter(Writer):
         inputs = self._source.container if self._source else None
         streams = self._source.copied_streams if self._source and inputs else []
         self._copied = CopiedStreams(self._container, self._kind, streams, options.audio, self.name)
-        self._audio = self._new_audio(options)
+        encoder = self._kind.new_audio if options.audio in ("copy", "none") else options.audio
+        wanted = options.new_sound and options.audio != "none" and encoder
+        self._audio = AudioEncoder(self._container, encoder) if wanted else None
         if inputs is not None:
             self._container.metadata.update(portable_tags(inputs.metadata))
             copy_chapters(inputs, self._container, self._kind)
@@ -91,11 +94,6 @@ class FilmWriter(Writer):
             self._container.start_encoding()
         except (av.FFmpegError, OSError) as error:
             raise OutputError(self.name, f"{self._kind.muxer} cannot be set up so: {error}") from error
-
-    def _new_audio(self, options: WriteOptions) -> AudioEncoder | None:
-        encoder = self._kind.new_audio if options.audio in ("copy", "none") else options.audio
-        wanted = options.new_sound and options.audio != "none" and encoder
-        return AudioEncoder(self._container, encoder) if wanted else None
 
     def write(self, item: Frame | av.Packet) -> None:
         """See Writer."""
@@ -164,14 +162,12 @@ class FilmWriter(Writer):
         self._closed = True
         self._container.close()
 
-    def _close_quietly(self) -> bool:
+    def _close_quietly(self) -> None:
         """Close a container that may be broken already; what it has on disk plays by its fragments."""
         try:
             self._close()
         except (av.FFmpegError, OSError) as error:
             _log.debug("%s: %s", self.name, error)
-            return False
-        return True
 
     def _put_in_place(self, file: PartialFile) -> None:
         """Give the finished file its name, with its index first where there is room for a copy."""
@@ -233,7 +229,3 @@ def frames_in(path: Path, whole: bool = True) -> int:
         _log.debug("%s: %s", path, error)
     complete = max((decoded for _, decoded in times), default=0)
     return len(times) if whole else sum(shown <= complete for shown, _ in times)
-
-
-def _shown(target: str | Path) -> str:
-    return "standard output" if str(target) == "-" else str(target)

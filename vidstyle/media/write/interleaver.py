@@ -44,8 +44,8 @@ class Interleaver:
     def push_video(self, packet: av.Packet) -> None:
         """Write a video packet, after all packets that are due before it."""
         due = packet.dts if packet.dts is not None else packet.pts
-        if due is not None:
-            self._release(due * packet.time_base)
+        while due is not None and self._waiting and self._waiting[0][0] <= due * packet.time_base:
+            self._write(heapq.heappop(self._waiting)[2])
         self._container.mux(packet)
 
     def push(self, packet: av.Packet) -> None:
@@ -97,10 +97,6 @@ class Interleaver:
             self.cut += 1
         else:
             self._write(packet)
-
-    def _release(self, due: Fraction) -> None:
-        while self._waiting and self._waiting[0][0] <= due:
-            self._write(heapq.heappop(self._waiting)[2])
 
     def _write(self, packet: av.Packet) -> None:
         self._held -= packet.size
