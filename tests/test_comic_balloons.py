@@ -14,12 +14,11 @@ from vidstyle.comic.layout.crop import on_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
-from vidstyle.comic.lettering.bubble import Bubble, size_of, with_face_room, with_tail
+from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of, with_face_room, with_tail
 from vidstyle.comic.lettering.fonts import Letters, letter_size
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
 from vidstyle.comic.lettering.subtitles import Line
 from vidstyle.comic.lettering.title import lowered
-from vidstyle.comic.lettering.wrap import shapes
 from vidstyle.comic.moment import Box, Moment
 
 LETTERS = Letters()

@@ -22,9 +22,8 @@ from stories import PLACES, shot, story, view, write_film
 from vidstyle.cli import main
 from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering import fonts
-from vidstyle.comic.lettering.bubble import Bubble, size_of
+from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.lettering.wrap import shapes
 from vidstyle.comic.moment import Box
 from vidstyle.comic.output.panel import on_paper
 from vidstyle.comic.output.raster import page_image

@@ -1,18 +1,16 @@
-"""Films and folders of pictures as sources of key frames: small copies, measured in bounded memory."""
+"""Films and folders of pictures as sources of key frames, analysed in bounded memory."""
 
 from __future__ import annotations
 
 import logging
 import os
 import re
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from functools import cached_property
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 
@@ -20,6 +18,7 @@ from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import SIDE, Candidate, Survey, extract_features
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.select.choose import default_panels
+from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError
@@ -30,9 +29,9 @@ log = logging.getLogger("vidstyle")
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""
 SPARE = 2.5
-"""Key frames for each panel: with fewer of them a long film has to be decoded whole nevertheless."""
+"""Minimum of key frames per panel: with fewer, a long film is decoded whole nevertheless."""
 MOST = 3600
-"""Candidates that are kept of a film, however long."""
+"""Maximum of candidates, however long the film."""
 
 KEPT_BYTES = 2**28
 """Full-size frames that are needed twice are held in memory up to this size."""
@@ -53,7 +52,7 @@ _CONTEXT = 1.2
 """Seconds beside that in which a cut or a dissolve is noticed."""
 
 
-class Film(ABC):
+class Film(Closing):
     """A source of key frames; a context manager."""
 
     name: str
@@ -98,12 +97,6 @@ class Film(ABC):
         """Close the file."""
         self._kept.clear()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
 
 class FilmFile(Film):
     """A film, an animation or numbered pictures."""
@@ -111,19 +104,12 @@ class FilmFile(Film):
     def __init__(self, source: str | os.PathLike[str], faces: FaceFinder) -> None:
         super().__init__()
         self.name = str(source)
-        self._source, self._faces = source, faces
+        self._sampler, self._faces = FilmSampler(source), faces
         self._reach = _REACH
-        self._is_open = False
-
-    @cached_property
-    def _sampler(self) -> FilmSampler:
-        self._is_open = True
-        return FilmSampler(self._source)
 
     def close(self) -> None:
         super().close()
-        if self._is_open:
-            self._sampler.close()
+        self._sampler.close()
 
     def survey(self) -> Survey:
         extent = self._sampler.extent
@@ -156,7 +142,7 @@ class FilmFile(Film):
 
     def at(self, time: float) -> Candidate:
         start = Fraction(time)
-        for sample in self._sampler.frames(start, start + Fraction(1, 1000)):
+        if sample := next(self._sampler.frames(start, start + Fraction(1, 1000)), None):
             return self._features(sample)
         raise InputError(self.name, f"has no picture at {time:g} s")
 
@@ -262,8 +248,8 @@ def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -
     """A film, an animation, numbered pictures ("%05d.png") or a folder of pictures.
 
     Raises:
-        InputError: the folder holds no picture.
-        UsageError: it is a pipe, in which one cannot go back.
+        InputError: it cannot be read, or the folder holds no picture.
+        UsageError: it is a pipe, which cannot be rewound.
     """
     if str(source) == "-":
         raise UsageError("-", "a pipe can be read only once", "save the film to a file")

@@ -1,4 +1,4 @@
-"""Where balloons and captions stand in a panel: off faces, and in the order of reading."""
+"""Placement of balloons and captions in a panel: clear of faces, in reading order."""
 
 from __future__ import annotations
 
@@ -9,38 +9,37 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.analyze.saliency import mean_under
-from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, size_of, with_face_room, with_tail
-from vidstyle.comic.lettering.wrap import TextBlock
+from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, size_of, with_face_room, with_tail
 from vidstyle.comic.moment import Box
 
 _GRID = 11
-"""Places that are tried along each side."""
+"""Candidate positions along each side."""
 _TRIED = 28
-"""Places of each balloon for which one for the next is looked for."""
+"""Candidate positions of a balloon that are combined with those of the next."""
 _APART = 2.0
-"""Pixels between one balloon and the next."""
+"""Minimum distance between balloons, in pixels."""
 _TALLEST, _WIDEST = 1.0, 4.5
-"""Width by height of balloons."""
+"""Range of the aspect (width by height) of balloons."""
 _WIDEST_CAPTION = 12.0
 _SHARE = 0.36
-"""The part of a panel that all its balloons may cover together."""
+"""Maximum share of a panel that its balloons cover together."""
 _FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
-"""The shapes that are best."""
+"""The best aspects."""
 _SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.8, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6
-"""Prices: covering what catches the eye, being low, touching neither the upper nor the lower edge, a caption
-away from the side where reading begins, distance to the speaker, another shape than the best, standing below
-the speaker's mouth, size."""
+"""Costs: attention covered, distance from the top, touching neither the upper nor the lower edge, distance of
+a caption from the side where reading begins, distance to the speaker, deviation from the best aspect, being
+below the speaker's mouth, size."""
 
 
 @dataclass(frozen=True)
 class FreeSpace:
-    """A panel as far as it can be written into, in pixels of the page.
+    """Where text can be placed in a panel, in pixels of the page.
 
     Attributes:
-        area: where words may be.
-        picture: all of it.
-        faces: what is seen of them.
-        attention: how much each part of the picture catches the eye, rows x columns; 1 is usual.
+        area: where balloons may stand.
+        picture: the whole picture.
+        faces: their visible parts.
+        attention: the picture's attention map, rows x columns, about 1 on average.
     """
 
     area: Box
@@ -54,8 +53,8 @@ class Wording:
     """A text to be placed.
 
     Attributes:
-        blocks: the shapes that it can take.
-        face: of the speaker, or None.
+        blocks: the line breaks it can take.
+        face: face of the speaker, or None.
     """
 
     kind: BubbleKind
@@ -65,7 +64,7 @@ class Wording:
 
 @dataclass(frozen=True)
 class _Places:
-    """The places that one text could take: left, top, right and bottom of each, cheapest first."""
+    """Candidate boxes of one text (left, top, right, bottom: count x 4) and their costs, cheapest first."""
 
     boxes: np.ndarray
     prices: np.ndarray
@@ -73,10 +72,10 @@ class _Places:
 
 
 def place(wordings: Sequence[Wording], room: FreeSpace, right_to_left: bool = False) -> list[Bubble] | None:
-    """Balloons and captions for all texts, in their order; None if there is no room for all.
+    """Place balloons and captions for all texts, in reading order; None if there is no room for all.
 
-    None lies on a face. A later one lies wholly below an earlier one, or beside it on the side towards which
-    is read, and no higher; so it is read later.
+    They cover no face. Each stands wholly below an earlier one, or after it in reading direction and no
+    higher.
     """
     if right_to_left:
         axis = room.area.left + room.area.right
@@ -122,7 +121,7 @@ def _is_shapely(wording: Wording, width: float, height: float) -> bool:
 
 
 def _tried(width: float, height: float, room: FreeSpace) -> np.ndarray:
-    """All places on a grid, and those that touch a face; none that covers one."""
+    """Boxes on a grid, and boxes that touch a face; none covers one: count x 4."""
     area, faces = room.area, list(map(with_face_room, room.faces))
     lefts = [*np.linspace(area.left, area.right - width, _GRID)]
     tops = [*np.linspace(area.top, area.bottom - height, _GRID)]
@@ -159,14 +158,14 @@ def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
 
 
 def _best(places: Sequence[_Places], taken: np.ndarray, left: float) -> tuple[float, list[int]] | None:
-    """The cheapest places for all texts behind those that are taken, and their price."""
+    """The cheapest combination of boxes for all texts, read after those taken, and its cost."""
     if not places:
         return 0.0, []
     first, free = places[0], _after(places[0].boxes, taken)
     sizes = (first.boxes[:, 2] - first.boxes[:, 0]) * (first.boxes[:, 3] - first.boxes[:, 1])
     numbers = np.flatnonzero(free & (sizes <= left))
     if len(places) > 1 and len(numbers) > _TRIED:
-        # The cheapest ones, and others, for those may leave no room for the next.
+        # The cheapest ones may leave no room for the next: others are tried, too.
         spread = np.linspace(0, len(numbers) - 1, _TRIED // 2).astype(int)
         numbers = np.unique(np.concatenate([numbers[: _TRIED // 2], numbers[spread]]))
     best: tuple[float, list[int]] | None = None
@@ -179,7 +178,7 @@ def _best(places: Sequence[_Places], taken: np.ndarray, left: float) -> tuple[fl
 
 
 def _after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
-    """Which of the boxes are read after all that are taken: below, or beside them and no higher."""
+    """Which boxes are read after all that are taken: below, or beside them and no higher."""
     free = np.ones(len(boxes), bool)
     for earlier in taken:
         below = boxes[:, 1] >= earlier[3] + _APART

@@ -1,41 +1,74 @@
-"""Balloons and captions as shapes: what surrounds a text, and the tail that says who speaks."""
+"""Text broken into lines, and the shape around it: a balloon with a tail to the speaker, or a caption."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from vidstyle.comic.lettering.wrap import LINE, TextBlock
+from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.moment import Box
 
 Point = tuple[float, float]
 BubbleKind = Literal["balloon", "caption", "band"]
 
 LINE_WIDTH = 0.09
-"""Of the line around it, in sizes of the letters."""
+"""Width of the outline, in font sizes."""
+LINE = 1.2
+"""Line height, in font sizes."""
+FACE_ROOM = 0.06
+"""Margin around faces that stays free of text, relative to the face."""
 
 _ROUND = 3.2
-"""The exponent of a balloon's outline, a superellipse: 2 is an ellipse, more is nearer to a rectangle."""
+"""Exponent of the superellipse around a balloon: 2 is an ellipse, higher is closer to a rectangle."""
 _PADDING = 0.55, 0.5
-"""Around a balloon's text, aside and above, in sizes of the letters."""
+"""Horizontal and vertical padding of a balloon's text, in font sizes."""
 _CAPTION_PADDING = 0.5, 0.4
 _TAIL = 0.55
-"""Half the width of a tail's root, in sizes of the letters."""
+"""Half the width of a tail's root, in font sizes."""
+_SHORTEST, _AIR = 0.4, 0.1
+"""Minimum length of a tail outside the balloon, and its distance to the face, in font sizes."""
+_LONGEST = 12.0
+"""Maximum length of a tail in font sizes: a longer one might cross somebody else."""
+_SHAPES = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 19, 24, 30)
+"""Numbers of lines tried."""
+_WIDE = r"[\u2e80-\u9fff\uac00-\ud7af\uf900-\ufaff\uff00-\uffef]"
+"""Characters between which a line may break."""
+_PIECE = re.compile(rf"(\s*)({_WIDE}|(?:(?!{_WIDE})\S)+)")
+
+
+@dataclass(frozen=True)
+class TextBlock:
+    """A text broken into lines; widths and font size in pixels."""
+
+    lines: tuple[str, ...]
+    widths: tuple[float, ...]
+    size: int
+
+    @cached_property
+    def width(self) -> float:
+        """Of the longest line."""
+        return max(self.widths)
+
+    @cached_property
+    def height(self) -> float:
+        """From the top of the first line to the baseline of the last one."""
+        return self.size * (LINE * (len(self.lines) - 1) + 1)
 
 
 @dataclass(frozen=True)
 class Bubble:
-    """A text and what is around it, on a page, in pixels.
+    """A text and the shape around it, in pixels of the page.
 
     Attributes:
         kind: "balloon" for speech, "caption" for a box, "band" for a text without a box of its own.
-        box: all of it but the tail.
-        tip: where the tail ends, or None.
+        box: bounding box without the tail.
+        tip: end of the tail, or None.
     """
 
     kind: BubbleKind
@@ -50,12 +83,12 @@ class Bubble:
 
     @property
     def line_width(self) -> float:
-        """Of the outline, half of which lies outside the box."""
+        """Width of the outline, half of which lies outside the box."""
         return max(1.0, LINE_WIDTH * self.block.size)
 
     @cached_property
     def outline(self) -> list[Point]:
-        """The corners of the shape, a polygon; of a tail root, tip and root come first."""
+        """The vertices of the shape; those of a tail (root, tip, root) come first."""
         box = self.box
         if self.kind != "balloon":
             left, top, right, bottom = box
@@ -70,12 +103,12 @@ class Bubble:
         root = (aside <= _TAIL * self.block.size) & (off @ direction > 0)
         first = int(np.argmax(root & ~np.roll(root, 1)))
         turned, count = np.roll(around, -first, axis=0), int(root.sum())
-        # The ends of the root stay, so that it is as wide as is meant.
+        # The ends of the root are kept: they give its width.
         return _points(np.concatenate([turned[:1], [self.tip], turned[max(1, count - 1) :]]))
 
     @property
     def lines(self) -> list[tuple[str, float, float, float]]:
-        """Each line, with its left end, its foot and its width."""
+        """Each line with its left end, baseline and width."""
         size, (middle, center) = self.block.size, self.box.center
         top = center - self.block.height / 2
         pad = _CAPTION_PADDING[0] * size
@@ -91,7 +124,7 @@ class Bubble:
 
 
 def _superellipse(middle: Point, wide: float, high: float, step: float) -> np.ndarray:
-    """The outline with these half axes: points x 2, about `step` pixels apart."""
+    """A superellipse with these half axes: points x 2, about `step` pixels apart."""
     angles = np.linspace(0, 2 * math.pi, 721)
     across, down = np.cos(angles), np.sin(angles)
     x = wide * np.sign(across) * np.abs(across) ** (2 / _ROUND)
@@ -106,7 +139,7 @@ def _points(around: np.ndarray) -> list[Point]:
 
 
 def size_of(kind: BubbleKind, block: TextBlock) -> tuple[float, float]:
-    """Width and height of the box around a text."""
+    """Width and height of the box around a text, in whole pixels."""
     across, down = (pad * block.size for pad in (_PADDING if kind == "balloon" else _CAPTION_PADDING))
     wide, high = block.width / 2 + across, block.height / 2 + down
     if kind == "balloon":
@@ -116,7 +149,7 @@ def size_of(kind: BubbleKind, block: TextBlock) -> tuple[float, float]:
 
 
 def _swelling(block: TextBlock, wide: float, high: float) -> float:
-    """How much larger the half axes must be for the outline to hold the corners of all lines."""
+    """Factor on the half axes that makes the outline contain the corners of all lines."""
     scale = 1.0
     for number, width in enumerate(block.widths):
         top = number * LINE * block.size - block.height / 2
@@ -126,26 +159,17 @@ def _swelling(block: TextBlock, wide: float, high: float) -> float:
     return scale
 
 
-FACE_ROOM = 0.06
-"""Around faces, in sides of them: nothing is written there."""
-
-_SHORTEST, _AIR = 0.4, 0.1
-"""How far a tail stands out at least, and ends before what it points at, in sizes of the letters."""
-_LONGEST = 12.0
-"""A longer one might run over somebody else."""
-
-
 def with_face_room(face: Box) -> Box:
-    """A face, and what is about it that must not be covered."""
+    """A face with the margin that must not be covered."""
     across, down = FACE_ROOM * face.width, FACE_ROOM * face.height
     return face.padded(across, down, down)
 
 
 def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
-    """A balloon with a tail towards the face, as long as nothing is in its way.
+    """A balloon with a tail towards the face, if its way is clear.
 
     Args:
-        kept: where no tail may be: all faces with room about them, and other balloons.
+        kept: boxes that no tail may cross: faces with their margins, and other balloons.
     """
     if bubble.kind != "balloon" or face is None:
         return bubble
@@ -153,13 +177,13 @@ def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
     tips = _tips(bubble, mouth, with_face_room(face), kept)
     if tips and math.dist(tips[-1], bubble.box.center) > _LONGEST * bubble.block.size + bubble.box.width / 2:
         return bubble
-    # One that ends on half its way points at nobody.
+    # A tail that ends before half its way points at nobody.
     tails = (replace(bubble, tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
     return next((tail for tail in tails if not _crosses(tail, kept)), bubble)
 
 
 def _tips(bubble: Bubble, mouth: Point, face: Box, kept: Sequence[Box]) -> list[Point]:
-    """Where the tail may end: outside the balloon, on its way until the face; nowhere if it is not free."""
+    """Possible tips from the balloon's edge to the face; none if something is in the way."""
     start, size = bubble.box.center, bubble.block.size
     tips: list[Point] = []
     for part in np.linspace(0, 1, max(2, math.ceil(math.dist(start, mouth) / 2)))[:-1]:
@@ -175,7 +199,7 @@ def _tips(bubble: Bubble, mouth: Point, face: Box, kept: Sequence[Box]) -> list[
 
 
 def _crosses(bubble: Bubble, kept: Sequence[Box]) -> bool:
-    """Whether an edge of the tail runs through what is to be kept free."""
+    """Whether an edge of the tail crosses one of the boxes."""
     root, tip, other = (np.array(point) for point in bubble.outline[:3])
     steps = np.linspace(0, 1, 40)[:, np.newaxis]
     points = np.concatenate([root + steps * (tip - root), other + steps * (tip - other)])
@@ -185,3 +209,60 @@ def _crosses(bubble: Bubble, kept: Sequence[Box]) -> bool:
 def _is_in(point: Point, box: Box, room: float) -> bool:
     left, top, right, bottom = box.padded(room, room, room)
     return left <= point[0] <= right and top <= point[1] <= bottom
+
+
+def shapes(letters: Letters, text: str, size: int, widest: float) -> list[TextBlock]:
+    """The text broken into different numbers of lines, no wider than `widest`; empty if impossible.
+
+    The lines of each are as even as their number allows.
+    """
+    pieces = list(_pieces(letters, text, size, widest))
+    blocks: dict[int, TextBlock] = {}
+    for count in _SHAPES:
+        lines = _narrowest(pieces, count, widest)
+        if lines is not None and len(lines) not in blocks:
+            texts = tuple("".join(part for part, _ in line).strip() for line in lines)
+            blocks[len(lines)] = TextBlock(texts, tuple(letters.width(each, size) for each in texts), size)
+    return [block for block in blocks.values() if block.width <= widest]
+
+
+def _pieces(letters: Letters, text: str, size: int, widest: float) -> Iterator[tuple[str, float]]:
+    """Unbreakable pieces with the space before them, and their widths; words that are too wide are split."""
+    for space, word in _PIECE.findall(text):
+        while len(word) > 1 and letters.width(word, size) > widest:
+            count = next(
+                n for n in range(len(word) - 1, 0, -1) if n == 1 or letters.width(word[:n], size) <= widest
+            )
+            yield space + word[:count], letters.width(space + word[:count], size)
+            space, word = "", word[count:]
+        yield space + word, letters.width(space + word, size)
+
+
+def _narrowest(
+    pieces: list[tuple[str, float]], count: int, widest: float
+) -> list[list[tuple[str, float]]] | None:
+    """The pieces in at most `count` lines, as narrow as possible; bisection over the width."""
+    low, high = max(width for _, width in pieces), widest
+    best = _filled(pieces, high)
+    if len(best) > count:
+        return None
+    for _ in range(12):
+        middle = (low + high) / 2
+        tried = _filled(pieces, middle)
+        if len(tried) <= count:
+            best, high = tried, middle
+        else:
+            low = middle
+    return best
+
+
+def _filled(pieces: list[tuple[str, float]], width: float) -> list[list[tuple[str, float]]]:
+    lines: list[list[tuple[str, float]]] = []
+    used = 0.0
+    for piece in pieces:
+        if not lines or used + piece[1] > width:
+            lines.append([])
+            used = 0.0
+        lines[-1].append(piece)
+        used += piece[1]
+    return lines

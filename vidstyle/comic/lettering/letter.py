@@ -12,10 +12,9 @@ from vidstyle.comic.layout.crop import crop, elsewhere, on_page, within_border
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
-from vidstyle.comic.lettering.bubble import Bubble, size_of
+from vidstyle.comic.lettering.bubble import Bubble, TextBlock, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitles import Line
-from vidstyle.comic.lettering.wrap import TextBlock, shapes
 from vidstyle.comic.moment import Box, Moment
 
 GROWTH = 1.6

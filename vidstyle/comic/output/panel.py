@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
-from typing import Self
 
 import cv2
 import numpy as np
@@ -20,6 +19,7 @@ from vidstyle.comic.lettering.letter import LetteredPanel
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
+from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
@@ -48,7 +48,7 @@ def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
     return replace(style, height=min(height, width) * lines / printed, steady=0.0)
 
 
-class PanelRenderer:
+class PanelRenderer(Closing):
     """Renders panels, each in the next of the styles in turn; a context manager.
 
     Args:
@@ -59,10 +59,7 @@ class PanelRenderer:
         self._styles, self._dpi, self._device = cycle(styles), dpi, device
         self._backend: Backend | None = None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         if self._backend is not None:
             self._backend.close()
 

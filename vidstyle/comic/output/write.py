@@ -17,6 +17,7 @@ from vidstyle.comic.moment import Moment
 from vidstyle.comic.output.raster import cbz, jpeg, pdf, png
 from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import html, svg
+from vidstyle.core.closing import Closing
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
 
@@ -107,7 +108,7 @@ def _numbered(pattern: str, number: int) -> str:
 TABLE = "frames.csv"
 
 
-class Frames:
+class Frames(Closing):
     """A folder that frames are saved to, one after another; a context manager.
 
     Raises:
@@ -132,10 +133,7 @@ class Frames:
             ]
             self._files = files.pop_all()
 
-    def __enter__(self) -> Frames:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         self._files.close()
 
     def save(self, color: np.ndarray, moment: Moment) -> None:

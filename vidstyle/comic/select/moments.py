@@ -11,8 +11,7 @@ from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT, similarity
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.select.choose import LOOKBACK, choose
-from vidstyle.comic.select.scoring import importance
+from vidstyle.comic.select.choose import LOOKBACK, choose, importance
 from vidstyle.errors import InputError, UsageError
 
 MAX_PANELS = 300
