@@ -67,8 +67,8 @@ def test_a_slider_opens_and_compiles_nothing(renderer: Backend, monkeypatch: pyt
     renderer.change_style(look())
     renderer.run(picture)
     made: list[str] = []
-    compile_one, open_one = Program._compile, gpu_session.open_context
-    monkeypatch.setattr(Program, "_compile", lambda *given: (made.append("program"), compile_one(*given))[1])
+    compile_one, open_one = Program.__init__, gpu_session.open_context
+    monkeypatch.setattr(Program, "__init__", lambda *given: (made.append("program"), compile_one(*given))[1])
     monkeypatch.setattr(
         gpu_session, "open_context", lambda index: (made.append("context"), open_one(index))[1]
     )
@@ -81,8 +81,8 @@ def test_a_slider_opens_and_compiles_nothing(renderer: Backend, monkeypatch: pyt
 
 def test_the_counters_count(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
-    compile_one = Program._compile
-    monkeypatch.setattr(Program, "_compile", lambda *given: (made.append("program"), compile_one(*given))[1])
+    compile_one = Program.__init__
+    monkeypatch.setattr(Program, "__init__", lambda *given: (made.append("program"), compile_one(*given))[1])
     renderer = GpuRenderer(look(), device(), CpuRenderer)
     renderer.run(film_picture(48, 64))
     renderer.close()

@@ -57,7 +57,7 @@ def _gpus() -> list[str] | str:
 def _describe(device: Device) -> str:
     version = f"OpenGL {device.version // 100}.{device.version // 10 % 10}"
     software = " (software: not a GPU)" if device.software else ""
-    size = device.limits.texture_size
+    size = device.texture_size
     return f"{device}{software}, {version}, textures up to {size} x {size}, {device.form} passes"
 
 

@@ -42,11 +42,11 @@ class Compiled(Generic[Arguments, Result]):
         function: the Python function itself.
     """
 
-    def __init__(self, function: Callable[Arguments, Result], fastmath: bool, parallel: bool) -> None:
+    def __init__(self, function: Callable[Arguments, Result], fastmath: bool) -> None:
         functools.update_wrapper(self, function)
         self.function = function
         # Python's division checks for zero each time, which prevents vectorization.
-        self._options = {"nogil": True, "fastmath": fastmath, "parallel": parallel, "error_model": "numpy"}
+        self._options = {"nogil": True, "fastmath": fastmath, "error_model": "numpy"}
         self._machine_code: Any = None
 
     def __call__(self, *arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
@@ -100,16 +100,15 @@ def compiled(function: Callable[Arguments, Result], /) -> Compiled[Arguments, Re
 
 @overload
 def compiled(
-    *, fastmath: bool = False, parallel: bool = False
+    *, fastmath: bool = False
 ) -> Callable[[Callable[Arguments, Result]], Compiled[Arguments, Result]]: ...
 
 
-def compiled(function: Any = None, /, *, fastmath: bool = False, parallel: bool = False) -> Any:
+def compiled(function: Any = None, /, *, fastmath: bool = False) -> Any:
     """Declare a kernel: `@compiled`, or `@compiled(fastmath=True)` where rounding may be reordered.
 
     Args:
         fastmath: lets the compiler reorder sums and assume that there are no NaNs.
-        parallel: runs `numba.prange` loops on Numba's own threads.
 
     >>> @compiled
     ... def double(number):
@@ -118,8 +117,8 @@ def compiled(function: Any = None, /, *, fastmath: bool = False, parallel: bool 
     42
     """
     if function is None:
-        return lambda declared: Compiled(declared, fastmath, parallel)
-    return Compiled(function, fastmath, parallel)
+        return lambda declared: Compiled(declared, fastmath)
+    return Compiled(function, fastmath)
 
 
 def user_cache() -> Path:

@@ -85,7 +85,7 @@ class GpuSession:
     ) -> None:
         self._form: Form = form or device.form
         self._fused = fused
-        self._max_side = min(device.limits.texture_size, max_side)
+        self._max_side = min(device.texture_size, max_side)
         self._thread = ContextThread("vidstyle-gpu")
         self._style: Style | None = None
         self._steps: Steps = {}
@@ -195,13 +195,14 @@ class GpuSession:
         with driver_errors():
             tiles = [(each.windows.items(), each.transfer.arrays()) for each in frame.readbacks]
             self._check()
+        page, target = frame.request.picture.shape, frame.request.target
         planes: dict[str, np.ndarray] = {}
         for windows, arrays in tiles:
             for (name, window), array in zip(windows, arrays, strict=True):
                 if len(tiles) == 1:
                     planes[name] = array
                     continue
-                shape = _plane_shape(frame.request, name)
+                shape = target.chroma_shape(*page) if name in ("blue", "red") else page
                 plane = planes.setdefault(name, np.empty(shape + array.shape[2:], array.dtype))
                 plane[window.top : window.bottom, window.left : window.right] = array
         result = _picture(frame, planes)
@@ -222,11 +223,6 @@ def driver_errors() -> Iterator[None]:
     except moderngl.Error as error:
         reason = str(error).strip().partition("\n")[0]
         raise DeviceError("the GPU", f"fails ({reason})", "use --device cpu") from None
-
-
-def _plane_shape(request: FrameRequest, name: str) -> tuple[int, int]:
-    shape = request.picture.shape
-    return request.target.chroma_shape(*shape) if name in ("blue", "red") else shape
 
 
 def _picture(frame: InFlightFrame, planes: dict[str, np.ndarray]) -> Picture:

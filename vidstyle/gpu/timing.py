@@ -94,7 +94,7 @@ def _time_parts(
     try:
         with driver_errors():
             resources = GpuResources(context)
-            runner = TimedRunner(resources, plan, min(device.limits.texture_size, MAX_SIDE), clock)
+            runner = TimedRunner(resources, plan, min(device.texture_size, MAX_SIDE), clock)
             passes = _time_passes(runner, picture, seconds)
             upload = _time_upload(resources, plan, picture, seconds / 4)
             return passes, upload, _time_download(resources, plan, seconds / 4)

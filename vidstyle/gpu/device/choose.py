@@ -26,19 +26,6 @@ DEVICE_FILES = ("/dev/dri/renderD*", "/dev/nvidia[0-9]*", "/dev/dxg")
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Limits of a device.
-
-    Attributes:
-        texture_size: the largest width and height, in pixels.
-        group_size: the most invocations in a group of a compute pass; 0 where there are none.
-    """
-
-    texture_size: int
-    group_size: int
-
-
-@dataclass(frozen=True)
 class Device:
     """An OpenGL device.
 
@@ -47,13 +34,14 @@ class Device:
         name: of the renderer.
         version: of OpenGL, 450 for 4.5; for some drivers the highest of `context.VERSIONS`.
         software: whether it draws on the CPU.
+        texture_size: the largest width and height of a texture, in pixels.
     """
 
     index: int
     name: str
     version: int
     software: bool
-    limits: Limits
+    texture_size: int
 
     @property
     def form(self) -> Form:
@@ -169,9 +157,8 @@ def _probe(index: int) -> Device:
     try:
         info = context.info
         name = info["GL_RENDERER"]
-        limits = Limits(info["GL_MAX_TEXTURE_SIZE"], info.get("GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS", 0))
         software = any(word in name.lower() for word in SOFTWARE)
-        return Device(index, name, context.version_code, software, limits)
+        return Device(index, name, context.version_code, software, info["GL_MAX_TEXTURE_SIZE"])
     finally:
         close_context(context)
 

@@ -24,9 +24,15 @@ class Program:
     def __init__(self, context: moderngl.Context, assembly: Assembly) -> None:
         self._context = context
         self._values: dict[str, object] = {}
+        self._triangle: Any = None
+        self._program: Any
         moderngl: Any = importlib.import_module("moderngl")
         try:
-            self._compile(assembly)
+            if assembly.is_compute:
+                self._program = context.compute_shader(assembly.text)
+            else:
+                self._program = context.program(read_source(TRIANGLE), assembly.text)
+                self._triangle = context.vertex_array(self._program, [])
         except moderngl.Error as error:
             message = assembly.name_places(str(error))
             reason = next((line for line in message.splitlines() if "error" in line.lower()), message)
@@ -57,17 +63,6 @@ class Program:
         if self._triangle is not None:
             self._triangle.release()
         self._program.release()
-
-    def _compile(self, assembly: Assembly) -> None:
-        self._triangle: Any = None
-        self._program: Any
-        if assembly.is_compute:
-            self._program = self._context.compute_shader(assembly.text)
-        else:
-            self._program = self._context.program(
-                vertex_shader=read_source(TRIANGLE), fragment_shader=assembly.text
-            )
-            self._triangle = self._context.vertex_array(self._program, [])
 
 
 class Programs:
