@@ -18,7 +18,7 @@ from live import Kept, eventually, generated, session
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError
-from vidstyle.live.audio import MicrophoneCapture
+from vidstyle.live.capture import MicrophoneCapture
 from vidstyle.live.control import Controls, LiveOptions
 from vidstyle.live.session import LiveSession
 from vidstyle.live.targets import TargetGroup, TargetOptions, target_maker
@@ -232,7 +232,7 @@ def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
 
 
 def test_one_that_says_nothing_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("vidstyle.live.audio.FIRST_CHUNK_SECONDS", 0.1)
+    monkeypatch.setattr("vidstyle.live.capture.FIRST_CHUNK_SECONDS", 0.1)
     listening = MicrophoneCapture(Whistle(), lambda chunk: None)  # type: ignore[arg-type]  # never started: silent
     with pytest.raises(DeviceError, match="gave no sound in 0.1 s"):
         listening.wait()

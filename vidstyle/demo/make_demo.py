@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -69,23 +70,14 @@ def make_page(film: Path, target: Path) -> Path:
     )
     with atomic_file(words, overwrite=True) as write:
         write(text.encode())
-    options = ComicOptions(
-        key_frames=KeyFrameOptions(PANELS),
-        size="square",
-        seed=1,
-        title="Good morning",
-        subtitles=str(words),
-        overwrite=True,
-    )
+    page: dict[str, Any] = {"size": "square", "seed": 1, "title": "Good morning", "subtitles": str(words)}
+    options = ComicOptions(key_frames=KeyFrameOptions(PANELS), overwrite=True, **page)
     return make_comic(film, target, options).files[0]
 
 
 def make_film(path: Path, repeats: int = 1) -> None:
     """Write the generated film with its sound, repeated if asked."""
-
-    def pictures() -> Iterator[Picture]:
-        for number in range(repeats * SECONDS * RATE):
-            yield convert(Picture.from_array(film_picture(number / RATE % SECONDS)), Encoding())
-
+    times = (number / RATE % SECONDS for number in range(repeats * SECONDS * RATE))
+    pictures = (convert(Picture.from_array(film_picture(time)), Encoding()) for time in times)
     sound = np.tile(film_sound(), repeats)
-    write_film(path, pictures(), Fraction(RATE), sound)
+    write_film(path, pictures, Fraction(RATE), sound)

@@ -28,8 +28,11 @@ def keys(controls: Controls, descriptor: int | None = None) -> Iterator[bool]:
     Args:
         descriptor: of the terminal; None: standard input.
     """
-    descriptor = _standard_input() if descriptor is None else descriptor
-    if descriptor is None or not _is_foreground_terminal(descriptor):
+    try:
+        descriptor = sys.stdin.fileno() if descriptor is None else descriptor
+    except (OSError, ValueError, AttributeError):  # closed, or not a file at all
+        descriptor = -1
+    if not _is_foreground_terminal(descriptor):
         yield False
         return
     import termios
@@ -83,13 +86,6 @@ def _listen(descriptor: int, controls: Controls, closing: threading.Event) -> No
                     press(controls, key)
                 except VidstyleError as error:  # a style file that has changed since
                     log.warning("%s", error)
-
-
-def _standard_input() -> int | None:
-    try:
-        return sys.stdin.fileno()
-    except (OSError, ValueError, AttributeError):  # closed, or not a file at all
-        return None
 
 
 def _is_foreground_terminal(descriptor: int) -> bool:

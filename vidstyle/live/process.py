@@ -70,11 +70,9 @@ class FrameProcessor:
         if self._scale is None or self._controls.bypassed or not self._scale.update(seconds):
             return
         self._renderer.scale = self._scale.scale
-        rate = f"{float(self._rate):.4g} fps"
-        if self.degraded:
-            self._notify(f"{self.style} {self.degraded} to hold {rate}")
-        else:
-            self._notify(f"{self.style} holds {rate} at its full size again")
+        rate, degraded = f"{float(self._rate):.4g} fps", self.degraded
+        what = f"{degraded} to hold {rate}" if degraded else f"holds {rate} at its full size again"
+        self._notify(f"{self.style} {what}")
 
     def close(self, timeout: float) -> None:
         """Release everything; only when no frame is being processed."""

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from vidstyle.live.audio import MicrophoneCapture
-from vidstyle.live.capture import Capture, ReconnectingSource
+from vidstyle.live.capture import Capture, MicrophoneCapture, ReconnectingSource
 from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.process import FrameProcessor
 from vidstyle.live.recorder import Recorder
@@ -66,11 +65,8 @@ class LiveSession:
         self._error: BaseException | None = None
         controls.status = self.status
 
-    def run(self, stop: threading.Event, poll: Callable[[], None] | None = None) -> LiveSummary:
+    def run(self, stop: threading.Event) -> LiveSummary:
         """Run until the source ends, the user quits, or `stop` is set; then close all targets.
-
-        Args:
-            poll: called about ten times a second, from this thread.
 
         Raises:
             VidstyleError: the source never delivered a frame, there is no such device, or all targets failed.
@@ -80,11 +76,8 @@ class LiveSession:
             each.start()
         worker.start()
         try:
-            while (
-                not self._clock.wait(self._ended, POLL_SECONDS) and not stop.is_set() and not self._is_done()
-            ):
-                if poll is not None:
-                    poll()
+            while not (self._clock.wait(self._ended, POLL_SECONDS) or stop.is_set() or self._is_done()):
+                pass
         finally:
             self._ended.set()
             worker.join(END_SECONDS)
@@ -123,23 +116,17 @@ class LiveSession:
         return self._controls.quitting.is_set() or self._error is not None or is_over
 
     def _run_worker(self) -> None:
+        frames = self._capture.frames
         try:
-            self._process_all()
+            while not (self._ended.is_set() or frames.exhausted or self._frames == self._options.frames):
+                captured = frames.get(POLL_SECONDS)
+                if captured is not None:
+                    self._process(captured)
+            self._error = self._error or self._capture.error
         except BaseException as error:  # raised again in the calling thread
             self._error = error
         finally:
             self._ended.set()
-
-    def _process_all(self) -> None:
-        frames = self._capture.frames
-        while not self._ended.is_set() and not frames.exhausted:
-            captured = frames.get(POLL_SECONDS)
-            if captured is not None:
-                self._process(captured)
-                if self._frames == self._options.frames:
-                    return
-        if self._capture.error is not None:
-            raise self._capture.error
 
     def _process(self, captured: CapturedFrame) -> None:
         begin = self._clock.now()

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Sequence
+from itertools import accumulate
 
 
 class Clock:
@@ -91,9 +93,5 @@ class RateMeter:
 
 def _quantile(counts: Sequence[int], share: float) -> float:
     """The centre of the bin in which this quantile lies."""
-    wanted, seen = share * sum(counts), 0
-    for number, count in enumerate(counts):
-        seen += count
-        if count and seen >= wanted:
-            return (number + 0.5) * BIN_MS
-    return 0.0
+    totals = list(accumulate(counts))
+    return (bisect_left(totals, share * totals[-1]) + 0.5) * BIN_MS if totals[-1] else 0.0

@@ -42,20 +42,21 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
 def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
     """For each parameter its path, its control, its value and its value at the start."""
     table, before = table_from_style(style), table_from_style(start)
-    for path, parameter in FIELDS.items():
-        if getattr(style, path) is not None:
+
+    def values(path: str) -> dict[str, Any]:
+        return {"path": path, "value": _value(table, path), "start": _value(before, path)}
+
+    for name, parameter in FIELDS.items():
+        if getattr(style, name) is not None:
             # The height that lengths refer to is no matter of taste.
-            place = {"path": path, "name": path, "layer": "", "step": "", "main": path != "height"}
-            values = {"value": _value(table, path), "start": _value(before, path)}
-            yield place | values | _control(parameter.control, False, [])
+            place = {"name": name, "layer": "", "step": "", "main": name != "height"}
+            yield place | values(name) | _control(parameter.control, False, [])
     named = _recommended(style, table)
     for step, (layer, block, saved) in zip(step_paths(table), _blocks(style), strict=True):
-        for parameter in block.parameters.values():
-            path = f"{step}.{parameter.name}"
-            place = {"path": path, "name": parameter.name, "layer": layer, "step": step}
-            values = {"value": _value(table, path), "start": _value(before, path)}
-            about = {"about": block.help, "main": path in named}
-            yield place | values | about | _control(parameter.control, parameter.is_integer, saved)
+        for name, parameter in block.parameters.items():
+            path = f"{step}.{name}"
+            place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in named}
+            yield place | values(path) | _control(parameter.control, parameter.is_integer, saved)
 
 
 def _blocks(style: Style) -> Iterator[tuple[str, Block, list[str]]]:
@@ -125,8 +126,7 @@ def _variant(style: Style, start: Style) -> str:
 
 
 def _with_variant(start: Style, variant: str) -> Style:
-    values = start.variants.get(variant, {})
-    return set_values(start, values)
+    return set_values(start, start.variants.get(variant, {}))
 
 
 def _swatch(start: Style, variant: str) -> dict[str, str]:

@@ -8,6 +8,7 @@ import json
 import logging
 import time
 from collections import deque
+from contextlib import suppress
 from statistics import median_high
 from typing import TYPE_CHECKING, Any
 
@@ -89,15 +90,12 @@ class Viewer:
             if style is not self._page.controls.style:
                 style = self._page.controls.style
                 await self._send({"panel": await self._page.panel(style)})
-            shown_ms = 1000 * median_high(self._latencies)
-            await self._send(
-                {"status": dataclasses.asdict(self._page.controls.status()) | {"shown_ms": shown_ms}}
-            )
-            try:
+            status = dataclasses.asdict(self._page.controls.status())
+            status["shown_ms"] = 1000 * median_high(self._latencies)
+            await self._send({"status": status})
+            with suppress(TimeoutError):
                 async with asyncio.timeout(STATUS_SECONDS), self._page.changed:
                     await self._page.changed.wait()
-            except TimeoutError:
-                pass
 
     async def _handle(self, text: str | bytes) -> None:
         self._limit_rate()
