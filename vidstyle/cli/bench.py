@@ -31,8 +31,8 @@ def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
 @click.command(short_help="Measure the speed of blocks and styles.")
 @click.option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"], show_default=True,
               callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
-@click.option("--style", "style_names", metavar="NAME", multiple=True, help="Measure only these styles.")
-@click.option("--block", "block_names", metavar="NAME", multiple=True, help="Measure only these blocks.")
+@click.option("--style", "styles", metavar="NAME", multiple=True, help="Measure only these styles.")
+@click.option("--block", "blocks", metavar="NAME", multiple=True, help="Measure only these blocks.")
 @device_option("GPU to measure beside the CPU.")
 @click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best", show_default=True,
               help="Kind of shaders on the GPU.")  # fmt: skip
@@ -59,8 +59,7 @@ def bench(
 
     if output is not None and not overwrite and os.path.lexists(output):
         raise UsageError(output, "exists already", "add -y to overwrite it, or choose another name")
-    names = ("style_names", "block_names", "device", "form", "seconds")
-    prepared = set_up(sizes, *(options[name] for name in names))
+    prepared = set_up(sizes, **options)
     timed = []
     for each in prepared.run():
         timed.append(each)

@@ -47,28 +47,18 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.argument("source", metavar="INPUT")
 @click.argument("target", metavar="OUTPUT")
 @click.option("--panels", type=PANELS, default="auto", show_default=True, help="Number of panels.")
-@click.option(
-    "--at",
-    type=TIMES,
-    default=(),
-    help="Times of the key frames, in seconds or as h:mm:ss.",
-)
+@click.option("--at", type=TIMES, default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
 @click.option("--skip", type=SPANS, default=(), help="Exclude these time ranges.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
               help="Select another good layout.")  # fmt: skip
-@click.option(
-    "--size",
-    metavar="NAME|WxH",
-    help="a4, a5, a3, letter, square, strip, 1200x1800 or 210x297mm.  [default: a4; for .html strip]",
-)
+@click.option("--size", metavar="NAME|WxH", help="a4, a5, a3, letter, square, strip, 1200x1800 or "
+              "210x297mm.  [default: a4; for .html strip]")  # fmt: skip
 @click.option("--landscape", is_flag=True, help="Landscape orientation, for named sizes.")
 @click.option("--dpi", type=float, default=DPI, show_default=True, help="Pixels per inch.")
-@click.option(
-    "--pages", type=click.IntRange(min=1), metavar="N", help="Number of pages.  [default: automatic]"
-)
-@click.option(
-    "--bleed", "bleeding", is_flag=True, help="Full bleed: extend full-width panels to the page edge."
-)
+@click.option("--pages", type=click.IntRange(min=1), metavar="N",
+              help="Number of pages.  [default: automatic]")  # fmt: skip
+@click.option("--bleed", "bleeding", is_flag=True,
+              help="Full bleed: extend full-width panels to the page edge.")  # fmt: skip
 @click.option("--right-to-left", is_flag=True, help="Right-to-left reading order.")
 @click.option("--style", "styles", metavar="A,B,C",
               help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip

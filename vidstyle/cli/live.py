@@ -29,13 +29,11 @@ if TYPE_CHECKING:
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
 @click.option("--duration", "seconds", type=common.SECONDS, help="Stop after this time.")
 @click.option("--format", "file_format", metavar="y4m|nut|raw", help="Format on '-'.  [default: y4m]")
-@click.option(
-    "--pix-fmt", metavar="NAME", help="Pixel format of a virtual camera (yuyv422, nv12, i420), a file or '-'."
-)
+@click.option("--pix-fmt", metavar="NAME",
+              help="Pixel format of a virtual camera (yuyv422, nv12, i420), a file or '-'.")  # fmt: skip
 @click.option("--codec", metavar="NAME", help="Video encoder of files and network streams.")
-@click.option(
-    "--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality of files; lower is better and larger."
-)
+@click.option("--crf", type=click.FloatRange(0, 63), metavar="Q",
+              help="Quality of files; lower is better and larger.")  # fmt: skip
 @click.option("--bitrate", type=click.IntRange(min=1000), metavar="BITS",
               help="Bit rate of network streams, in bits per second.")  # fmt: skip
 @click.option("--audio", type=click.Choice(["auto", "none"]), default="auto", show_default=True,
@@ -44,9 +42,8 @@ if TYPE_CHECKING:
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
 @click.option("--input-format", metavar="NAME", help="Format of a camera (mjpeg) or of '-' (raw).")
 @common.raw_video_options("Frame rate of raw video.  [default: 30]", "raw_rate")
-@click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, help="Port of the page.  [default: any free port]"
-)
+@click.option("--port", type=click.IntRange(0, 65535), default=0,
+              help="Port of the page.  [default: any free port]")  # fmt: skip
 @common.device_option()
 @click.option("--list", "listing", is_flag=True, help="List cameras with their modes, and microphones.")
 @click.option("--no-keys", is_flag=True, help="Disable keyboard control.")

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from vidstyle.media.options import RawVideo
-
 if TYPE_CHECKING:
+    from vidstyle.media.options import RawVideo
     from vidstyle.style import Style
 
 T = TypeVar("T")
@@ -88,7 +87,7 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
     """Adds the options that describe raw video on standard input; help and name are those of --input-fps."""
     size = click.option("--input-size", type=SIZE, help="Size of raw video on '-'.")
-    pix_fmt = click.option("--input-pix-fmt", metavar="NAME", default=RawVideo.pix_fmt, show_default=True,
+    pix_fmt = click.option("--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True,
                            help="Pixel format of raw video on '-'.")  # fmt: skip
     rate = click.option("--input-fps", rate_name, type=RATE, help=rate_help)
     return lambda command: size(pix_fmt(rate(command)))
@@ -107,4 +106,6 @@ def from_options(kind: type[T], options: Mapping[str, Any], **more: Any) -> T:
 
 def raw_video(options: Mapping[str, Any]) -> RawVideo:
     """The values of `raw_video_options`."""
+    from vidstyle.media.options import RawVideo
+
     return RawVideo(options["input_size"], options["input_pix_fmt"])

@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 @click.option("--end", type=common.SECONDS, help="End time.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Write at most N frames.")
 @click.option("--size", type=common.SIZE, help="Scale to this size; 1280x-2 keeps the aspect ratio.")
-@click.option(
-    "--fps", type=common.RATE, help="Constant frame rate; by default all frames keep their timestamps."
-)
+@click.option("--fps", type=common.RATE,
+              help="Constant frame rate; by default all frames keep their timestamps.")  # fmt: skip
 @click.option("--codec", metavar="NAME", help="Video encoder, such as libx265 or h264_nvenc.")
 @click.option("--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality; lower is better and larger.")
 @click.option("--preset", metavar="NAME", help="Encoder preset: speed against compression.")

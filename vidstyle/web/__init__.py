@@ -5,6 +5,6 @@ try:
 except ImportError as error:
     raise ImportError("it needs aiohttp: pip install 'vidstyle[web]'") from error
 
-from vidstyle.web.server import CLOSE_SECONDS, Handler, WebServer
+from vidstyle.web.server import WebServer
 
-__all__ = ["CLOSE_SECONDS", "Handler", "WebServer"]
+__all__ = ["WebServer"]

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import hmac
 import logging
+import secrets
 import threading
 import weakref
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from aiohttp import WSCloseCode, web
 
-from vidstyle.web.auth import HOSTS, Authorization
-
+HOSTS = ("127.0.0.1", "localhost")
+"""Accepted host names; the server binds to the first."""
 MAX_MESSAGE = 1 << 16
 """Bytes of the largest WebSocket message that is accepted."""
 OPEN_SECONDS, CLOSE_SECONDS = 5.0, 1.0
@@ -22,10 +25,23 @@ HEARTBEAT_SECONDS = 20.0
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""What the page may load; the server adds its own WebSockets."""
+SECURITY_HEADERS = {
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
 _quiet = logging.getLogger("vidstyle.web")
 # Malformed requests are no news for the terminal.
-_quiet.addHandler(logging.NullHandler())
-_quiet.propagate = False
+_quiet.disabled = True
 
 
 class WebServer:
@@ -59,12 +75,9 @@ class WebServer:
         self._loop = asyncio.new_event_loop()
         app = web.Application(middlewares=[self._guard])
         app.on_response_prepare.append(self._add_headers)
-        for path, handler in handlers.items():
+        files = {"/" if file.name == index else f"/{file.name}": _sender(file) for file in static.iterdir()}
+        for path, handler in (files | dict(handlers)).items():
             app.router.add_get(path, handler, allow_head=False)
-        for file in static.iterdir():
-            app.router.add_get(
-                "/" if file.name == index else f"/{file.name}", _sender(file), allow_head=False
-            )
         self._runner = web.AppRunner(
             app, access_log=None, logger=_quiet, keepalive_timeout=OPEN_SECONDS, lingering_time=0,
             shutdown_timeout=CLOSE_SECONDS,
@@ -76,17 +89,19 @@ class WebServer:
             self._loop.close()
             raise
         self._authorization = Authorization(port)
-        self._headers = _security_headers(port)
+        # Not every browser lets 'self' stand for WebSockets too.
+        sockets = " ".join(f"ws://{host}:{port}" for host in HOSTS)
+        self._headers = SECURITY_HEADERS | {
+            "Content-Security-Policy": f"{POLICY}; connect-src 'self' {sockets}"
+        }
         self.url = f"http://{HOSTS[0]}:{port}/?token={self._authorization.token}"
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def submit(self, function: Callable[..., Coroutine[Any, Any, None]], *args: object) -> None:
         """Run a coroutine function in the server's thread; after `close` nothing happens."""
-        try:
+        with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(lambda: self._loop.create_task(function(*args)))
-        except RuntimeError:  # the loop is closed
-            pass
 
     async def accept(self, request: web.Request) -> web.WebSocketResponse:
         """Accept a WebSocket handshake; the server closes the socket when it is closed itself.
@@ -171,18 +186,57 @@ def _sender(path: Path) -> Handler:
     return send
 
 
-def _security_headers(port: int) -> dict[str, str]:
-    # Not every browser lets 'self' stand for WebSockets too.
-    sockets = " ".join(f"ws://{host}:{port}" for host in HOSTS)
-    return {
-        "Cache-Control": "no-store",
-        "Content-Security-Policy": (
-            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
-            f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-        ),
-        "Cross-Origin-Opener-Policy": "same-origin",
-        "Cross-Origin-Resource-Policy": "same-origin",
-        "Referrer-Policy": "no-referrer",
-        "X-Content-Type-Options": "nosniff",
-        "X-Frame-Options": "DENY",
-    }
+class Authorization:
+    """Admits only a browser on this machine that was given the address.
+
+    Any web site can make the browser send requests to this machine, and any host name can be made to resolve
+    to it. Host, Origin and a secret token are therefore checked for every request, WebSocket handshakes
+    included.
+
+    Attributes:
+        token: the secret in the address that is printed.
+        cookie: the cookie by which a browser proves that it knows the token, as "name=value".
+    """
+
+    def __init__(self, port: int) -> None:
+        self.token = secrets.token_urlsafe(24)
+        # Cookies are shared by all ports of a host: two servers must not overwrite each other's.
+        self._cookie_name = f"vidstyle-{port}"
+        self.cookie = f"{self._cookie_name}={self.token}"
+        self._hosts = tuple(f"{name}:{port}" for name in HOSTS)
+
+    def check(self, request: web.BaseRequest) -> None:
+        """Let the request pass, or raise the response that it gets.
+
+        Raises:
+            web.HTTPSeeOther: the request has the token in its address; the browser is redirected to the
+                address without it, which its history may keep, and gets the cookie instead.
+            web.HTTPForbidden: foreign Host or Origin, a cross-site request, or no valid cookie.
+        """
+        self._check_sender(request)
+        if request.path == "/" and self._is_token(request.query.getall("token", [])):
+            cookie = f"{self.cookie}; HttpOnly; SameSite=Strict; Path=/"
+            raise web.HTTPSeeOther("/", headers={"Set-Cookie": cookie})
+        pairs = [pair.strip().partition("=") for pair in ";".join(_values(request, "Cookie")).split(";")]
+        if not self._is_token([value for name, _, value in pairs if name == self._cookie_name]):
+            raise web.HTTPForbidden(text="403: open the address that vidstyle has printed\n")
+
+    def _check_sender(self, request: web.BaseRequest) -> None:
+        hosts = _values(request, "Host")
+        if len(hosts) != 1 or hosts[0] not in self._hosts:
+            raise web.HTTPForbidden(text="403: unknown host name\n")
+        is_foreign = any(origin != f"http://{hosts[0]}" for origin in _values(request, "Origin"))
+        is_cross_site = set(_values(request, "Sec-Fetch-Site")) - {"same-origin", "none"}
+        # Somebody may follow a link to the page itself, in a window of its own.
+        fetch = [_values(request, f"Sec-Fetch-{name}") for name in ("Mode", "Dest")]
+        is_navigation = request.path == "/" and fetch == [["navigate"], ["document"]]
+        if is_foreign or (is_cross_site and not is_navigation):
+            raise web.HTTPForbidden(text="403: cross-site request\n")
+
+    def _is_token(self, values: list[str]) -> bool:
+        texts = [value.encode("utf-8", "surrogatepass") for value in values]
+        return len(texts) == 1 and hmac.compare_digest(texts[0], self.token.encode())
+
+
+def _values(request: web.BaseRequest, name: str) -> list[str]:
+    return request.headers.getall(name, [])
