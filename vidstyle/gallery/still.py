@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from contextlib import closing
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -43,11 +44,8 @@ def read_still(source: str | Path, read: ReadOptions | None = None) -> np.ndarra
 
 def _middle(source: str | Path, read: ReadOptions) -> Fraction | None:
     """Half of a film's duration; None if it is a single picture."""
-    opened = open_source(source, read)
-    try:
+    with closing(open_source(source, read)) as opened:
         return opened.duration / 2 if opened.duration and opened.frames != 1 else None
-    finally:
-        opened.close()
 
 
 def _read(source: str | Path, read: ReadOptions) -> np.ndarray:

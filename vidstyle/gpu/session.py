@@ -157,7 +157,9 @@ class GpuSession:
         if not same_structure:
             self._resources.forget_percentiles()
         if not (same_layout and same_structure and is_steady):
-            self._release_stabilizer()
+            if isinstance(self._stabilizer, GpuStabilizer):
+                self._stabilizer.release()
+            self._stabilizer = None
         self._runner = Runner(self._resources, plan, self._max_side)
         if is_steady:
             self._stabilize(request, has_fixed_marks(steps), self._runner.is_tiled)
@@ -174,11 +176,6 @@ class GpuSession:
         else:
             source = planes_encoding(request.picture)
             self._stabilizer = GpuStabilizer(self._resources, steady, is_fixed, source, request.target)
-
-    def _release_stabilizer(self) -> None:
-        if isinstance(self._stabilizer, GpuStabilizer):
-            self._stabilizer.release()
-        self._stabilizer = None
 
     def _blend_weights(
         self, measures: list[ShaderMeasure], time: float | None, scene_cut: bool

@@ -15,10 +15,9 @@ from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.gpu.compile.explain import result_targets
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
-from vidstyle.gpu.compile.tiles import Job
 from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
-from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Runner, plane_arrays
+from vidstyle.gpu.device.runner import GpuResources, Runner, plane_arrays
 from vidstyle.gpu.session import END_SECONDS, MAX_SIDE, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
 from vidstyle.style.resolve import resolve
@@ -174,21 +173,15 @@ class TimedRunner(Runner):
         weights = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
         total = dict.fromkeys(self.plan.passes, 0.0)
         for job in self._jobs:
-            times = self._run_repeatedly(job, picture, weights, runs)
+            uploaded = self._resources.upload.send(self._planes_of(job, picture))
+            times: dict[Pass, list[Reading]] = {each: [] for each in job.passes}
+            for _, each in product(range(runs), job.passes):
+                with self._timed(times[each]):
+                    self._run_pass(job, each, uploaded, weights)
             for each in job.passes:
                 # Read after all runs are queued, so that the GPU never waits for this program.
                 total[each] += median(read() for read in times[each])
         return tuple(total.values())
-
-    def _run_repeatedly(
-        self, job: Job, picture: Picture, weights: BlendWeights, runs: int
-    ) -> dict[Pass, list[Reading]]:
-        uploaded = self._resources.upload.send(self._planes_of(job, picture))
-        times: dict[Pass, list[Reading]] = {each: [] for each in job.passes}
-        for _, each in product(range(runs), job.passes):
-            with self._timed(times[each]):
-                self._run_pass(job, each, uploaded, weights)
-        return times
 
     @contextmanager
     def _timed(self, times: list[Reading]) -> Iterator[None]:

@@ -90,18 +90,15 @@ def choose(device: str) -> DeviceChoice:
         return DeviceChoice(None)
     if device == "auto":
         return _choose_auto()
-    if device == "gpu":
-        return _choice(_first_gpu() or _first_device(device))
-    if re.fullmatch("gpu:[0-9]{1,4}", device):
-        return _choice(_numbered(device))
-    raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
+    if not re.fullmatch("gpu(:[0-9]{1,4})?", device):
+        raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
+    return _choice(_first_gpu() or _first_device(device) if device == "gpu" else _numbered(device))
 
 
 def _choose_auto() -> DeviceChoice:
     if not has_gpu_hardware():
         return DeviceChoice(None, "no GPU: this machine has no graphics card; using the CPU")
-    gpu = _first_gpu()
-    if gpu:
+    if gpu := _first_gpu():
         return _choice(gpu)
     try:
         reason = f"{_first_device('auto').name} is a software renderer"
@@ -123,8 +120,7 @@ def _first_gpu() -> Device | None:
 
 
 def _first_device(word: str) -> Device:
-    devices = list_devices()
-    if devices:
+    if devices := list_devices():
         return devices[0]
     failure = _device(0)
     assert isinstance(failure, DeviceError)
