@@ -1,4 +1,4 @@
-"""What a panel shows of its picture."""
+"""The window of its picture that a panel shows."""
 
 from __future__ import annotations
 
@@ -10,48 +10,47 @@ from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.moment import Box, Moment
 
 NEAREST = 0.5
-"""How much of the picture's fitting side a panel shows at least."""
+"""Minimum size of a window, relative to the largest one of its aspect."""
 NEAREST_TINY = 0.35
-"""The same where the main face is tiny."""
+"""The same if the main face is tiny."""
 NEAREST_FACELESS = 0.75
-"""The same without a face: what is salient is known less surely than what is a face."""
+"""The same without a face: saliency is less certain than a face."""
 TINY = 1 / 12
-"""A face is tiny if it is lower than this part of the picture."""
+"""A face is tiny if its height is below this share of the picture's."""
 AROUND = 1.6
-"""A panel is that much larger than what it must hold, where the picture is."""
+"""Wanted size of a window, relative to its content."""
 HEAD_ROOM = 0.35
-"""Above a face, in heights of it: hair, and air."""
+"""Room for hair above a face, in heights of the face."""
 NECK_ROOM = 0.2
 SIDE_ROOM = 0.15
 
 _THIRDS = (1 / 3, 2 / 3)
 _EYES = 0.4
-"""Where the middle of a face stands in a panel's height: its eyes are a little above, at a third."""
+"""Wanted height of a face's centre in a panel, from the top: its eyes are then at a third."""
 _MAIN, _CUT, _LOST, _SLICED, _OUT, _ROOM = 1000.0, 100.0, 30.0, 10.0, 8.0, 6.0
-"""Prices: a part of the main face that is not shown, a face cut, a part of the saliency lost, a blob cut, a
-face left out, head room missing."""
+"""Costs: main face lost, a face cut, saliency lost, a blob cut, a face left out, head room lost."""
 _TOP, _THIRD, _SHIFT = 4.0, 1.0, 0.3
-"""A part of the saliency lost above, where heads are; distance to a third, and to the picture's middle."""
+"""Costs: saliency lost at the top, distance to a third, distance to the picture's centre."""
 _MANY = 12
-"""The most blobs considered, the largest first."""
+"""Maximum number of blobs considered, the largest first."""
 _NEARER = 4.0
-"""The price of a window that is nearer than wanted by the largest one's side."""
+"""Cost of a window smaller than wanted, per side of the largest one."""
 _EXACT = 1e-6
 
 
 def crop(moment: Moment, aspect: float) -> Box:
-    """The window of a picture that a panel shows: it holds faces and saliency, and stands by the thirds.
+    """The window of a picture that a panel shows: faces and saliency, composed by the rule of thirds.
 
-    The window is as large as fits, but nearer where what it must hold is small. It has the lowest price
-    of those whose edges, or whose thirds, meet an edge or the middle of a face or of the saliency: first
-    it holds the main (the largest) face, then it cuts none, then it holds the saliency, then the other
-    faces and the room above the main one's head; then the thirds.
+    The window is as large as fits, or smaller if its content is small. Candidates are the windows whose
+    edges or thirds meet an edge or the centre of a face or of the salient box; the one with the lowest cost
+    is taken. In order of weight: it contains the main (largest) face, cuts no face, contains the saliency,
+    the other faces and the head room of the main one, and follows the thirds.
 
     Args:
         aspect: width by height of the panel, above 0.
 
     Returns:
-        A window within the picture, of just that aspect, in pixels.
+        A window within the picture, of exactly that aspect, in pixels.
     """
     width, height = largest(moment, aspect)
     scales = _scales(moment, width, height)
@@ -72,14 +71,14 @@ def main_face(moment: Moment) -> Box | None:
 
 
 def with_room(moment: Moment, face: Box) -> Box:
-    """A face with hair, neck and air, as far as the picture goes."""
+    """A face with hair and neck, clipped to the picture."""
     height, width = moment.shape
     roomy = face.padded(SIDE_ROOM * face.width, HEAD_ROOM * face.height, NECK_ROOM * face.height)
     return roomy.intersection(Box(0, 0, width, height))
 
 
 def what_counts(moment: Moment) -> Box:
-    """The smallest box that holds the saliency and all faces with room about them."""
+    """The smallest box that contains the saliency and all faces with their room."""
     kept = moment.saliency
     for face in moment.faces:
         kept = kept.union(with_room(moment, face))
@@ -91,9 +90,9 @@ def _largest_blobs(moment: Moment) -> list[Box]:
 
 
 def _scales(moment: Moment, width: float, height: float) -> list[float]:
-    """What parts of the largest window's sides are tried: first what is wanted, then less.
+    """Sizes to try, relative to the largest window: the wanted one, then smaller ones.
 
-    From nearer, a face may be left out that would else be cut.
+    A smaller window may leave a face out that would otherwise be cut.
     """
     face = main_face(moment)
     if face is None:
@@ -107,7 +106,7 @@ def _scales(moment: Moment, width: float, height: float) -> list[float]:
 
 
 def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[float, Box]:
-    """The window of a size with the lowest price."""
+    """The window of a size with the lowest cost, and that cost."""
     subject = main_face(moment) or moment.saliency
     boxes = [moment.saliency, *moment.faces, with_room(moment, subject), *_largest_blobs(moment)]
     tall, wide = moment.shape
@@ -121,7 +120,7 @@ def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[f
 
 
 def _places(spans: list[tuple[float, float]], middle: float, side: float, whole: float) -> np.ndarray:
-    """Where a window may begin along one axis, within the picture, each place once."""
+    """Candidate positions of a window along one axis, within the picture, without repetition."""
     places = [0.0, whole - side, (whole - side) / 2]
     places += [middle - part * side for part in (*_THIRDS, 0.5, _EYES)]
     for low, high in spans:
@@ -130,7 +129,7 @@ def _places(spans: list[tuple[float, float]], middle: float, side: float, whole:
 
 
 def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, height: float) -> np.ndarray:
-    """The price of windows at `left` x `top`."""
+    """The cost of windows at `left` x `top`."""
     face = main_face(moment)
     subject = face or moment.saliency
 
@@ -155,7 +154,7 @@ def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, heig
 
 
 def _shown(low: float, high: float, start: np.ndarray, side: float) -> np.ndarray:
-    """The part of a span that lies in a window."""
+    """The share of a span that lies in a window."""
     inside = np.minimum(high, start + side) - np.maximum(low, start)
     return np.clip(inside / max(high - low, _EXACT), 0.0, 1.0)
 
@@ -173,7 +172,7 @@ def _missing(lost: np.ndarray) -> np.ndarray:
 def _composed(
     subject: Box, left: np.ndarray, top: np.ndarray, width: float, height: float, is_face: bool
 ) -> np.ndarray:
-    """How far the subject is from the thirds, in sides of the window; the middle is nearly as good."""
+    """Distance of the subject from the thirds, in sides of the window; the centre is nearly as good."""
     across, down = (subject.center[0] - left) / width, (subject.center[1] - top) / height
     return _from_third(across) + (np.abs(down - _EYES) if is_face else _from_third(down))
 
@@ -184,23 +183,23 @@ def _from_third(part: np.ndarray) -> np.ndarray:
 
 
 _SHIFTS = ((0, -0.5), (0, -1), (-0.5, 0), (0.5, 0), (-1, 0), (1, 0), (0, 0.5))
-"""Where else a panel may look, in parts of the way to the edge of the picture or of what must be seen."""
+"""Shifts tried, relative to the largest that keeps the main content visible."""
 
 
 def within_border(rectangle: Rectangle, border: int) -> Rectangle:
-    """What a border of so many pixels leaves of a panel."""
+    """A panel without its border."""
     left, top, right, bottom = rectangle
     return Rectangle(left + border, top + border, right - border, bottom - border)
 
 
 def on_page(box: Box, window: Box, picture: Rectangle) -> Box:
-    """A box of a moment's picture as it is on the page, as far as it can be seen."""
+    """The visible part of a box of a moment's picture, in pixels of the page."""
     seen = box.intersection(window).moved(-window.left, -window.top)
     return seen.scaled(picture.width / max(window.width, 1e-6)).moved(picture.left, picture.top)
 
 
 def elsewhere(window: Box, moment: Moment) -> Iterator[Box]:
-    """Other windows of the same size in which the main face, or without one what is salient, is as whole."""
+    """Other windows of the same size that show as much of the main face, or of the saliency without one."""
     height, width = moment.shape
     kept = (main_face(moment) or moment.saliency).intersection(window)
     left, right = max(0.0, kept.right - window.width), min(width - window.width, kept.left)

@@ -16,7 +16,7 @@ class Tree:
     """A rectangle that is one panel, or is split in two: side by side, or one over the other.
 
     Attributes:
-        count: how many panels it holds; they are numbered in reading order.
+        count: number of panels, in reading order.
         first, rest: its parts; None for a panel.
         beside: whether they are side by side.
     """
@@ -28,13 +28,13 @@ class Tree:
 
     @property
     def columns(self) -> int:
-        """How many parts stand side by side across its whole height."""
+        """The number of parts side by side over the whole height."""
         return 1 + self.rest.columns if self.rest and self.beside else 1
 
 
 PANEL = Tree()
 LARGEST = 4
-"""No row with a stack in it holds more panels."""
+"""Maximum number of panels in a row that contains a stack."""
 
 
 def beside(first: Tree, rest: Tree) -> Tree:
@@ -49,10 +49,10 @@ def over(first: Tree, rest: Tree) -> Tree:
 
 @lru_cache
 def rows(count: int) -> tuple[Tree, ...]:
-    """All rows of so many panels: each column is a panel or a stack of some.
+    """All rows of `count` panels: each column is a panel or a stack of some.
 
-    No two stacks stand side by side, for there nobody knows which panel comes next; a stack may hold a
-    pair side by side, and there are none in a row of more panels than `LARGEST`.
+    Stacks are not neighbours, as their reading order would be ambiguous; a stack may contain a pair side by
+    side, and rows of more than `LARGEST` panels have no stacks.
     """
     if count == 1:
         return (PANEL,)
@@ -60,7 +60,7 @@ def rows(count: int) -> tuple[Tree, ...]:
 
 
 def _columns(count: int, unstacked: int) -> Iterator[Tree]:
-    """What stands side by side: a panel or a stack each, but no stack of the first `unstacked` panels."""
+    """Columns side by side, each a panel or a stack; the first `unstacked` panels are in no stack."""
     if count == 1:
         yield PANEL
     else:
@@ -87,11 +87,11 @@ def _stacks(count: int) -> Iterator[Tree]:
 
 @dataclass(frozen=True)
 class Grid:
-    """Where panels may begin and end: splits lie on evenly spaced lines, each with a gutter.
+    """The grid of a page: splits lie on evenly spaced lines, each with a gutter.
 
     Attributes:
         area: that of all panels, in pixels.
-        columns, rows: how many units it is wide and high.
+        columns, rows: width and height in units.
         gutter, row_gutter: pixels.
     """
 
@@ -107,7 +107,7 @@ class Grid:
         return np.maximum(1.0, np.arange(self.columns + 1) * unit - self.gutter)
 
     def heights(self) -> np.ndarray:
-        """Likewise, of panels that are 0 to `rows` units high."""
+        """The same for heights of 0 to `rows` units."""
         unit = (self.area.height + self.row_gutter) / self.rows
         return np.maximum(1.0, np.arange(self.rows + 1) * unit - self.row_gutter)
 
@@ -137,7 +137,7 @@ class Placement:
 
 
 class Tables:
-    """The lowest cost of each tree, for each first panel and each size.
+    """The lowest cost of each tree for each first panel and size, by dynamic programming.
 
     Args:
         panels: the cost of each panel in each size: panel x units wide x units high, from 0 units on.
@@ -167,7 +167,7 @@ class Tables:
         return self.of(tree.first)[: len(rest), 1:-1] + rest[:, -2:0:-1]
 
     def places(self, tree: Tree, place: Placement, split: int | None = None) -> Iterator[Placement]:
-        """Where the panels of a tree are if it fills a place; `split` is where its first one is, if known."""
+        """The placements of a tree's panels within a place; `split`: its first split, if known."""
         if tree.first is None or tree.rest is None:
             yield place
             return
@@ -186,7 +186,7 @@ class Tables:
 
 
 def _joined(first: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """The least sum for each size along the middle axis, over all places of the split."""
+    """The lowest sum for each size along the middle axis, over all splits."""
     joined = np.full(first.shape, np.inf)
     sizes = first.shape[1]
     for size in range(1, sizes - 1):

@@ -1,4 +1,4 @@
-"""Which lines stand in which panel."""
+"""Assignment of dialogue lines to panels."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from vidstyle.comic.lettering.subtitles import Line
 from vidstyle.comic.moment import Moment
 
 REACH = 8.0
-"""Seconds from a panel's moment beyond which what is said does not belong to its picture any more."""
+"""Maximum seconds between a line and the moment of its panel."""
 MAX_LINES = 3
-"""Lines of a panel."""
+"""Maximum number of lines in a panel."""
 MAX_LETTERS = 150
-"""Letters of a panel, unless one line alone has more."""
+"""Maximum number of letters in a panel, unless a single line has more."""
 EASY_LETTERS = 75
-"""Letters that are read at a glance: more crowd a panel."""
+"""Letters that are read at a glance; more crowd a panel."""
 
 _LEFT_OUT = 4.0
-"""What it costs to leave a line out, and a half more if it is long: more than a place for it may cost."""
+"""Cost of leaving a line out, half as much more if it is long: above the highest cost of a place."""
 _CROWDED, _WORST = 1.0, 1.5
-"""The price of twice as many letters as are easy, which grows with the square of the rest, and its limit."""
+"""Cost of twice `EASY_LETTERS`, growing with the square of the excess, and its limit."""
 _FAR, _LATE = 0.5, 0.3
-"""The price of a line `REACH` away from the moment, and of one that is over by then."""
+"""Cost of a line `REACH` away from the moment, and of one that ends before it."""
 _ONE_SENTENCE = 80
-"""Letters up to which two parts of a sentence become one line."""
+"""Two parts of a sentence of fewer letters are joined."""
 _BREATH = 1.5
-"""Seconds between them."""
+"""Maximum seconds between the parts of a sentence."""
 _ENDINGS = tuple('.!?…:"”»)]')
 
 
 @dataclass(frozen=True)
 class Dialogue:
-    """The lines of each panel, and how many lines there are in all and stand in none."""
+    """The lines of each panel, the number of lines in all, and of those in no panel."""
 
     panels: list[list[Line]]
     lines: int
@@ -53,26 +53,24 @@ class _Assignment:
 
 
 def panels_for(lines: Sequence[Line]) -> int:
-    """How many panels it takes for nothing to be crowded."""
+    """The number of panels that lines need so that none is crowded."""
     return math.ceil(sum(len(line.text) for line in lines) / EASY_LETTERS)
 
 
 def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
-    """Give each line to a panel or to none, in order, at the least cost.
+    """Assign each line to a panel or to none, in order, with the lowest total cost; dynamic programming.
 
-    A line belongs to the panel in whose moment it is on the screen; else rather to the one before it than to
-    the one after, and to a near one; but where there is much to read it may go on to the next. None is
-    further than `REACH` from its moment, and no panel holds more than `MAX_LINES` lines
-    with `MAX_LETTERS` letters.
-    Halves of a short sentence are joined.
+    The cost of a line grows with its distance in time from the panel's moment and is higher after its end;
+    crowded panels and omitted lines cost more. No line is further than `REACH` from its moment, and no panel
+    has more than `MAX_LINES` lines with `MAX_LETTERS` letters. Parts of a short sentence are joined.
 
     Args:
         lines, moments: in the order of time.
     """
-    joined, options = _joined(lines), [_Assignment(0.0)]
+    joined, states = _joined(lines), [_Assignment(0.0)]
     for line in joined:
-        options = _with_line(options, line, moments)
-    last: _Assignment | None = min(options, key=lambda each: each.cost)
+        states = _with_line(states, line, moments)
+    last: _Assignment | None = min(states, key=lambda each: each.cost)
     panels: list[list[Line]] = [[] for _ in moments]
     while last is not None:
         if last.line is not None:
@@ -80,25 +78,25 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
         last = last.before
     left_out = len(joined) - sum(map(len, panels))
     if panels and panels[0] and not moments[0].faces:
-        # A voice over the first picture, in which nobody is to be seen, is a narrator's.
+        # A voice over a first picture without faces is a narrator's.
         panels[0][0] = replace(panels[0][0], narrated=True)
     return Dialogue(panels, len(joined), left_out)
 
 
-def _with_line(options: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:
-    """The cheapest ways on with a line in any panel, or in none."""
+def _with_line(states: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:
+    """The cheapest states with a further line in any panel, or in none."""
     near = [number for number, each in enumerate(moments) if _distance(line, each.time) <= REACH]
     if not near:
-        return list(options)
+        return list(states)
     best: dict[tuple[int, int, int], _Assignment] = {}
-    for each in options:
+    for each in states:
         omission = _LEFT_OUT * (1 + 0.5 * min(1.0, len(line.text) / MAX_LETTERS))
         tried = [replace(each, cost=each.cost + omission)]
         tried += [
             after for number in near if (after := _placed(each, line, number, moments[number])) is not None
         ]
         for after in tried:
-            # What stands in panels that are done makes no difference any more.
+            # The content of completed panels no longer matters.
             key = (after.panel, after.letters, after.count) if after.panel >= near[0] else (-1, 0, 0)
             if key not in best or after.cost < best[key].cost:
                 best[key] = after
@@ -106,7 +104,7 @@ def _with_line(options: Sequence[_Assignment], line: Line, moments: Sequence[Mom
 
 
 def _placed(before: _Assignment, line: Line, panel: int, moment: Moment) -> _Assignment | None:
-    """With the line in a panel; None if that has no room, or precedes an assigned line."""
+    """The state with the line in a panel; None if that is full, or before an assigned line."""
     same = panel == before.panel
     letters, count = (before.letters, before.count) if same else (0, 0)
     added = letters + len(line.text)

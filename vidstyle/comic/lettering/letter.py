@@ -1,4 +1,4 @@
-"""Words written into panels, and panels changed where the words find no room in them."""
+"""Lettering: text is placed in panels, and panels change where it does not fit."""
 
 from __future__ import annotations
 
@@ -18,31 +18,30 @@ from vidstyle.comic.lettering.subtitles import Line
 from vidstyle.comic.moment import Box, Moment
 
 GROWTH = 1.6
-"""So many times as large a panel is wanted in which there is no room."""
+"""Factor on the wanted area of a panel whose text does not fit."""
 ROUNDS = 3
-"""Layouts that are tried."""
+"""Maximum number of layouts tried."""
 
 _SMALLER = 0.85
-"""Letters may be that much smaller where there is little room."""
+"""Factor on the font size where there is little room."""
 _AIR = 0.35
-"""Between words and the border, in sizes of the letters."""
+"""Distance between bubbles and the border, in font sizes."""
 _BAND, _WIDEST_BAND = 0.3, 0.55
-"""The part of a panel that a caption above its picture takes at most, and in the last round."""
+"""Maximum share of a panel that bands above its picture take, and in the last round."""
 _BANDS_OVERLAP = 0.3
-"""By so much bands are nearer to one another than their heights, in sizes of the letters."""
+"""Overlap of neighbouring bands, in font sizes."""
 _CALM, _BUSY = 1.0, 1.5
-"""Words look no further for room where what they cover catches the eye no more than the first; where it does
-so more than the second, the panel is to be larger."""
+"""Attention under a bubble: up to the first no other window is tried, above the second the panel grows."""
 
 
 @dataclass(frozen=True)
 class LetteredPanel:
-    """A panel with its words.
+    """A panel with its text.
 
     Attributes:
-        picture: where its picture is, within its border; it is lower where words stand above it.
-        crop: the part of the moment's picture that fills that.
-        bubbles: in the order of reading.
+        picture: where its picture is, within the border and below bands.
+        crop: the window of the moment's picture that fills it.
+        bubbles: in reading order.
     """
 
     panel: Panel
@@ -53,11 +52,11 @@ class LetteredPanel:
 
 @dataclass(frozen=True)
 class TextStyle:
-    """How it is written.
+    """Text settings.
 
     Attributes:
-        size: of the letters, in pixels.
-        border: of panels, in pixels.
+        size: font size in pixels.
+        border: width of panel borders in pixels.
     """
 
     letters: Letters
@@ -73,10 +72,10 @@ class TextStyle:
 
 @dataclass(frozen=True)
 class PanelText:
-    """What a panel is to hold.
+    """The text of a panel.
 
     Attributes:
-        attention: where the moment's picture catches the eye, see `attention_map`.
+        attention: see `attention_map`.
     """
 
     moment: Moment
@@ -87,15 +86,15 @@ class PanelText:
 def letter(
     lay_out: Callable[[Sequence[float]], PageLayout], texts: Sequence[PanelText], style: TextStyle
 ) -> tuple[PageLayout, list[LetteredPanel], int]:
-    """Lay out panels and write into them.
+    """Lay out panels and place their text.
 
-    Where there is no room the panel looks elsewhere, the letters are smaller, or the words stand above the
-    picture; where that would take too much of it, the panel is to be larger and all is laid out anew. What
-    finds no room in the end is left out, the last line first.
+    Where text does not fit, other windows of the picture and a smaller font are tried, then bands above the
+    picture. If these take too much of it, the panel's wanted area grows and all is laid out again. Lines that
+    do not fit in the last layout are left out, the last one first.
 
     Args:
-        lay_out: makes a layout in which each panel is to be so many times as large as else.
-        texts: of each moment.
+        lay_out: makes a layout, given the factor on the area of each panel.
+        texts: the text of each moment.
 
     Returns:
         The layout, its panels, and how many lines were left out.
@@ -118,9 +117,9 @@ def letter(
 def _written(
     panel: Panel, text: PanelText, style: TextStyle, band: float = _BAND, busiest: float = _BUSY
 ) -> LetteredPanel | None:
-    """The panel with its words; None where they find no room, or only where much is to be seen."""
+    """The panel with its text; None if it does not fit, or only over busy parts of the picture."""
     inside = within_border(panel.rectangle, style.border)
-    # The border takes a little of the panel, and of its shape.
+    # The border changes the aspect a little.
     best = crop(text.moment, inside.aspect)
     if not text.lines:
         return LetteredPanel(panel, inside, best)
@@ -133,10 +132,10 @@ def _written(
 def _calmest(
     panel: Panel, inside: Rectangle, windows: Sequence[Box], text: PanelText, style: TextStyle
 ) -> tuple[float, LetteredPanel] | None:
-    """The first window in which words cover little that catches the eye, or that in which it is least.
+    """The first window whose bubbles cover calm parts only, or the one where they are calmest.
 
     Returns:
-        How much what is covered most catches the eye, and the panel; None where there is no room.
+        The highest attention under a bubble, and the panel; None if the text does not fit.
     """
     least: tuple[float, LetteredPanel] | None = None
     for size in (style.size, round(style.size * _SMALLER)):
@@ -155,7 +154,7 @@ def _calmest(
 
 
 def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> tuple[LetteredPanel, int]:
-    """The panel with as many of its first lines as find room, and how many these are."""
+    """The panel with as many of its first lines as fit, and their number."""
     parts = [replace(text, lines=text.lines[:count]) for count in range(len(text.lines), -1, -1)]
     tried = ((_written(panel, part, style, _WIDEST_BAND, np.inf), len(part.lines)) for part in parts)
     return next((written, count) for written, count in tried if written is not None)
@@ -172,7 +171,7 @@ def _balloons(picture: Rectangle, window: Box, text: PanelText, style: TextStyle
 
 
 def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: TextStyle) -> Iterator[Wording]:
-    """Each line, with the face of who says it: several speakers are taken to stand from left to right."""
+    """Each line with its speaker's face: several speakers are assumed to stand from left to right."""
     speakers = list(dict.fromkeys(line.speaker for line in lines if not line.narrated))
     across = sorted(faces, key=lambda face: face.left, reverse=style.right_to_left)
     if len(speakers) < 2 and faces:
