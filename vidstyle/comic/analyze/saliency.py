@@ -21,24 +21,24 @@ ATTENTION_SIDE = 96
 
 _SIDE = 64
 _SKIN = 0.6
-"""Where so much of a picture has the colour of skin, that says nothing."""
+"""Share of skin colour in a picture at which it is no longer counted."""
 _BLUR = 1.5 / 64
-"""The deviation of the Gaussian over skin, in longer sides: single dots of its colour are none."""
+"""Standard deviation of the Gaussian over skin, in longer sides; it removes single pixels."""
 _CELLS = 24
-"""A box's edges lie on a grid of so many cells along the longer side."""
+"""Cells along the longer side of the grid on which box edges lie."""
 _BLOB_SIDE = 128
 _BLOB_SCALES = (1.5, 3.0, 6.0)
 """Standard deviations of the inner Gaussians; the surrounds are twice as wide."""
 _BLOB_CONTRAST = 18.0
-"""The least difference of a blob from its surround, in Lab with 255 levels a channel."""
+"""Minimum difference of a blob from its surround, in Lab with 255 levels per channel."""
 _MIN_BLOB, _MAX_BLOB = 0.0015, 0.12
-"""The share of the picture that a blob covers: less may be a light or a leaf, more is background."""
+"""Range of the share of the picture that a blob covers: less is detail, more is background."""
 _BLOB_GAP = 0.02
 """Blobs are joined if no more of the picture's longer side lies between them: the letters of a word."""
 _SEEN = 256
-"""Pixels of the copy that is looked at."""
+"""Longer side in pixels of the copy analysed for an attention map."""
 _BARE = 1.5
-"""Additional weight of skin: it may be an undetected face."""
+"""Additional weight of skin, which may be an undetected face."""
 _HAIR = 0.18
 """Attention extends upwards by this share of the height, as to the hair above an undetected face."""
 
@@ -198,7 +198,7 @@ def _center_surround(lab: np.ndarray, scale: float) -> np.ndarray:
 
 
 def attention_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
-    """The map of a picture, H x W x 3 uint8: float32, about 1 on average, 0 where nothing is to be seen."""
+    """The attention map of a picture, H x W x 3 uint8: float32, mean 1; bubbles avoid high values."""
     factor = _SEEN / max(color.shape[:2])
     small = _scaled(color, factor, 8)
     seen = saliency_map(small, [face.scaled(factor) for face in faces])
@@ -210,7 +210,7 @@ def attention_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
 
 
 def attention_of_box(moment: Moment) -> np.ndarray:
-    """A map made of the salient box alone."""
+    """An attention map of the salient box alone."""
     factor = ATTENTION_SIDE / max(moment.shape)
     seen = np.zeros([max(1, round(side * factor)) for side in moment.shape], np.float32)
     box = moment.saliency.scaled(factor)

@@ -34,6 +34,16 @@ _PAUSE = 0.5
 """Seconds between the middle of a dissolve and a cut within which they are one."""
 _SAME_SCENE = 0.55
 """Key frames of one scene have more of their colour histogram in common, whatever has moved."""
+_SIMILAR = 0.6
+"""Pictures with a higher correlation belong to one shot."""
+_DIFFERENT = 0.05
+"""Minimum root mean square difference of two shots, 0..1."""
+_MIXED = 0.4
+"""A picture is a blend of two others if no larger share of their difference remains."""
+_SHARE = (0.12, 0.88)
+"""Range of the second picture's share in a blend."""
+_FOUND = 0.75
+"""Correlation above which template matching finds a part of a picture again."""
 
 
 @dataclass
@@ -166,17 +176,6 @@ class KeyShots:
         before, self._histogram = self._histogram, histogram
         if before is None or (moved and float(np.minimum(before, histogram).sum()) < _SAME_SCENE):
             self.scene_starts.append(time)
-
-
-_SIMILAR = 0.6
-"""Pictures that correlate better are of one shot, between which nothing dissolves."""
-_DIFFERENT = 0.05
-"""The root mean square by which two shots differ at least, 0..1."""
-_MIXED = 0.4
-"""A picture is a blend of two others if no more of their difference remains."""
-_SHARE = (0.12, 0.88)
-_FOUND = 0.75
-"""What correlates better with a part of the picture before is that part."""
 
 
 def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:

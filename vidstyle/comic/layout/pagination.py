@@ -11,17 +11,20 @@ import numpy as np
 from vidstyle.comic.layout.cost import LayoutWeights
 from vidstyle.comic.layout.slicing import PANEL, Grid, Placement, Tables, Tree, rows
 
+_HEIGHTS = 10
+"""Height classes of rows of one panel; the last is half a page and more."""
+
 
 @dataclass(frozen=True)
 class Row:
     """A row of a page.
 
     Attributes:
-        moment: that of its first panel.
-        tree: how it is split.
-        split: where its first column ends, in units; 0 if it is the only one.
-        high: units.
-        page, row: where it stands; in units.
+        moment: number of the moment in its first panel.
+        tree: its panels.
+        split: end of its first column, in units; 0 for a single column.
+        high: height in units.
+        page, row: its page, and its top in units.
     """
 
     moment: int
@@ -42,9 +45,9 @@ class Pagination:
     Args:
         panels: the cost of each panel by its size, see `cost.panel_costs`.
         grid: of a page.
-        break_costs: what it costs if a page ends before each panel, and after the last.
-        most: panels on a page.
-        columns: in a row.
+        break_costs: the cost of a page break before each panel, and after the last.
+        most: maximum number of panels on a page.
+        columns: maximum number of columns of a row.
     """
 
     def __init__(
@@ -66,7 +69,7 @@ class Pagination:
         self._filled = self._fill()
 
     def _best_rows(self, count: int) -> np.ndarray:
-        """The least cost of a row of so many panels: first panel x type x units high."""
+        """The lowest cost of a row of `count` panels: first panel x type x units high."""
         starts = self._count - count + 1
         best = np.full((starts, len(self._after), self._high + 1), np.inf)
         for tree in rows(count):
@@ -106,13 +109,13 @@ class Pagination:
         return entry
 
     def pages(self, count: int) -> list[Row]:
-        """The rows of the best so many pages."""
+        """The rows of the best `count` pages."""
         breaks = self._breaks(count)
         pages = enumerate(pairwise(breaks))
         return [row for page, (start, end) in pages for row in self._rows_of(page, start, end)]
 
     def _breaks(self, count: int) -> list[int]:
-        """The panels at which pages begin, and the end of the last one."""
+        """The first panel of each page, and the number of panels."""
         best = np.full((count + 1, self._count + 1), np.inf)
         begun = np.zeros((count + 1, self._count + 1), int)
         best[0, 0] = 0.0
@@ -169,12 +172,12 @@ class Pagination:
         return trees[int(np.argmin(costs))], split
 
     def places(self, row: Row) -> Iterator[Placement]:
-        """Where the panels of a row are."""
+        """The placements of a row's panels."""
         whole = Placement(row.moment, row.page, 0, row.row, self._units, row.high)
         return self.tables.places(row.tree, whole, row.split or None)
 
     def cost(self, found: list[Row], places: list[Placement]) -> float:
-        """What pages cost by these weights."""
+        """The cost of pages by these weights."""
         panels = self.tables.of(PANEL)
         cost = sum(float(panels[place.moment, place.wide, place.high]) for place in places)
         cost += sum(float(self._weights.template(row.tree, row.moment + 1)[-1]) for row in found)
@@ -185,16 +188,12 @@ class Pagination:
         return cost
 
 
-_HEIGHTS = 10
-"""Rows of one panel are told apart by so many heights, the last of which is half the page and more."""
-
-
 @dataclass(frozen=True)
 class RowTypes:
     """Types of rows on a grid: rows of one panel by height, others by number of columns and first split.
 
     Attributes:
-        columns: the most that a row has.
+        columns: maximum number of columns of a row.
         wide, high: units of the grid.
     """
 
@@ -209,9 +208,9 @@ class RowTypes:
         """The number of the type of a row.
 
         Args:
-            columns: how many it has.
-            split: where the first one ends; whatever if it is the only one.
-            high: units; whatever if there are more columns.
+            columns: number of columns.
+            split: end of the first column; ignored for a single one.
+            high: units; ignored for several columns.
         """
         if columns == 1:
             return min(_HEIGHTS - 1, high * 2 * _HEIGHTS // (self.high + 1))
@@ -225,7 +224,7 @@ class RowTypes:
         return columns + 2, split + 1
 
     def costs(self, weights: LayoutWeights) -> np.ndarray:
-        """What a row costs because of the one before it: type of that x its own type."""
+        """The cost of neighbouring rows: type of the row before x type of the row."""
         row_types = np.arange(len(self))
         columns, split = np.array([self.split_of(row_type) for row_type in range(len(self))]).T
         full, several = (columns[:, None] == 1) & (columns == 1), (columns[:, None] > 1) & (columns > 1)

@@ -15,26 +15,26 @@ _STEPS = 24
 _HIGHEST = 2
 """Heights by the width."""
 _USUAL = 1.5
-"""Width by height of the mean panel, where the pictures do not ask for another."""
+"""Width by height of the average panel."""
 _LIKE = 0.25
-"""Heights are alike if the natural logarithm of their quotient is below this."""
+"""Heights are similar if the logarithm of their ratio is below this."""
 _LONGEST = 3
-"""Gutters of a pause."""
+"""Maximum pause, in gutters."""
 _INSET = 0.72
-"""The part of the width that a panel has which is drawn in."""
-_DRAWN_IN, _AGAIN, _PERTURBATION = 1.0, 0.6, 3.0
-"""What that costs, what it costs to do so with the next one too, and the most that a seed takes off."""
+"""Width of an inset panel, relative to the strip."""
+_INSET_COST, _AGAIN, _PERTURBATION = 1.0, 0.6, 3.0
+"""Cost of an inset panel, of a further one right after it, and the most that a seed takes off."""
 
 
 def lay_out_strip(
     moments: Sequence[Moment], paper: Paper, seed: int, area_scales: Sequence[float]
 ) -> tuple[int, list[Rectangle], float]:
-    """The panels of a strip, by the costs of a page: rows are single panels, and alike if their heights are.
+    """The panels of a strip, by the costs of a page with one panel in each row.
 
-    Some seeds draw some panels in, now from the left and now from the right; and each has other pauses.
+    Seeds vary which panels are inset, from alternating sides, and the pauses between panels.
 
     Returns:
-        The strip's height, the panels' rectangles, and the cost without what the seed adds.
+        The strip's height, the panels' rectangles, and the cost without perturbation.
     """
     width = paper.width - 2 * paper.margin
     weights, heights = LayoutWeights(), np.tile(_heights(width), 2)
@@ -67,7 +67,7 @@ def _panel_costs(
     areas = wanted_areas(moments, width * width / _USUAL, len(moments), weights) * np.asarray(area_scales)
     widths = np.array([1.0, _INSET * width, width])
     grid = panel_costs(moments, areas, widths, np.maximum(_heights(width), 1.0), weights)
-    return np.concatenate([grid[:, 2], grid[:, 1] + _DRAWN_IN], axis=1)
+    return np.concatenate([grid[:, 2], grid[:, 1] + _INSET_COST], axis=1)
 
 
 def _heights(width: int) -> np.ndarray:
@@ -75,7 +75,7 @@ def _heights(width: int) -> np.ndarray:
 
 
 def _best(panels: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """The number of each panel's height, of those that cost least together."""
+    """The index of each panel's size, with the lowest total cost; dynamic programming."""
     cost, before = panels[0], []
     for panel in panels[1:]:
         all_of_them = cost[:, None] + after
