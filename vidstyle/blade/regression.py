@@ -112,13 +112,17 @@ def accumulate(
 
 def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
     """The filters: parts x bins x size x size float32."""
-    matrices, vectors = symmetrized(sums.matrices, sums.vectors, config.bins, config.size)
-    samples = _symmetrized_counts(config, sums.samples)
+    unknowns = sums.matrices.shape[1]
+    # The numbers of samples are summed over the symmetries like a further part.
+    counts = np.broadcast_to(sums.samples[:, None, None], (len(sums.samples), 1, unknowns))
+    summed = np.concatenate([sums.vectors, counts], axis=1)
+    matrices, summed = symmetrized(sums.matrices, summed, config.bins, config.size)
+    vectors, samples = summed[:, :-1], summed[:, -1, 0]
     matrices, vectors = _with_prior(config, matrices, vectors, samples)
     smooth, bend = _regularizer(config)
     # Relative to each bin's own energy: what suits strong edges would make flat places a box blur.
-    energy = np.trace(matrices, axis1=1, axis2=2)[:, None, None] / matrices.shape[1] + 1e-12
-    weight, ridge = config.smoothness * energy, 1e-9 * energy * np.eye(matrices.shape[1])
+    energy = np.trace(matrices, axis1=1, axis2=2)[:, None, None] / unknowns + 1e-12
+    weight, ridge = config.smoothness * energy, 1e-9 * energy * np.eye(unknowns)
     found = np.linalg.solve(matrices + weight * smooth + ridge, (vectors + weight * bend).transpose(0, 2, 1))
     return _as_filters(config, found.transpose(2, 0, 1))
 
@@ -130,12 +134,6 @@ def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray
     squared = np.einsum("pbi,bij,pbj->pb", weights, sums.matrices, weights)
     with np.errstate(invalid="ignore"):
         return (sums.energies.T - 2 * mixed + squared) / sums.samples
-
-
-def _symmetrized_counts(config: TrainingConfig, samples: np.ndarray) -> np.ndarray:
-    nothing = np.zeros((len(samples), 0, len(pixel_pairs(config.size))))
-    counted = np.broadcast_to(samples[:, None, None], (len(samples), *[len(pixel_pairs(config.size))] * 2))
-    return symmetrized(counted.astype(float), nothing, config.bins, config.size)[0][:, 0, 0]
 
 
 def _with_prior(

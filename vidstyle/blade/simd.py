@@ -8,7 +8,8 @@ reduced together, pairwise.
 from __future__ import annotations
 
 import importlib
-from functools import cached_property
+from collections.abc import Iterator
+from functools import cached_property, reduce
 from typing import Any
 
 from vidstyle.blade.structure_tensor import LANES
@@ -78,43 +79,38 @@ class _Emitter:
 
     def emit(self) -> Any:
         """Emit the code for eight pixels; it returns nothing."""
-        sums = [self._reduced(self._pixel(number)) for number in range(LANES)]
+        sums = [self._reduced(reduce(self._sum, self._products(number))) for number in range(LANES)]
         while len(sums) > 1:
             sums = [self._pairwise_sums(*sums[number : number + 2]) for number in range(0, len(sums), 2)]
         target = self._builder.inttoptr(self._out, sums[0].type.as_pointer())
         self._builder.store(sums[0], target).align = 4
         return self._context.get_dummy_value()
 
-    def _pixel(self, number: int) -> Any:
-        """The products of one pixel's filter and window, summed over the rows."""
+    def _products(self, number: int) -> Iterator[Any]:
+        """The products of one pixel's filter and window, row by row."""
         chosen = self._load(self._plus(self._bins, 4 * number), self._ir.IntType(32), 4)
         filter_bytes = 4 * self._size * self._lanes
         chosen = self._times(self._builder.sext(chosen, self._integer), filter_bytes)
         start = self._plus(self._bank, chosen)
-        total = None
         for row in range(self._size):
             weights = self._load(self._plus(start, 4 * row * self._lanes), self._vector(self._lanes), 4)
             there = self._plus(self._window, self._times(self._row_bytes, row))
             window = self._load(self._plus(there, 4 * number), self._vector(self._lanes), 4)
-            product = self._builder.fmul(weights, window, flags=["fast"])
-            total = product if total is None else self._builder.fadd(total, product, flags=["fast"])
-        return total
+            yield self._builder.fmul(weights, window, flags=["fast"])
 
     def _reduced(self, vector: Any) -> Any:
         """A vector of several registers reduced to eight numbers."""
-        parts = [
-            self._shuffled(vector, vector, list(range(start, start + LANES)))
-            for start in range(0, self._lanes, LANES)
-        ]
-        total = parts[0]
-        for part in parts[1:]:
-            total = self._builder.fadd(total, part, flags=["fast"])
-        return total
+        starts = range(0, self._lanes, LANES)
+        parts = (self._shuffled(vector, vector, list(range(start, start + LANES))) for start in starts)
+        return reduce(self._sum, parts)
 
     def _pairwise_sums(self, first: Any, second: Any) -> Any:
         """The sums of adjacent numbers of the first vector, then of the second."""
         even, odd = (self._shuffled(first, second, list(range(start, 2 * LANES, 2))) for start in (0, 1))
-        return self._builder.fadd(even, odd, flags=["fast"])
+        return self._sum(even, odd)
+
+    def _sum(self, one: Any, other: Any) -> Any:
+        return self._builder.fadd(one, other, flags=["fast"])
 
     def _shuffled(self, first: Any, second: Any, order: list[int]) -> Any:
         mask = self._ir.Constant(self._ir.VectorType(self._ir.IntType(32), LANES), order)

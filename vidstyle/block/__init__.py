@@ -122,8 +122,6 @@ class Block:
 
     def radius_for(self, values: dict[str, Any]) -> int:
         """The rows above and below its own that it reads with these values."""
-        if self.kind == "learned":
-            return int(self.function(**values).radius)
         return 0 if self.radius is None else _call_with_known(self.radius, values)
 
     def percentiles_for(self, values: dict[str, Any]) -> tuple[float, ...]:

@@ -44,7 +44,8 @@ def halftone(
     """
     # As a GPU has it: over a long page the rest of a double would add up to another pixel under a dot.
     cell = float(np.float32(cell))
-    averaged = _averaged(picture, cell)
+    side = 2 * int(cell / 2) + 1
+    averaged = cv2.blur(picture, (side, side), borderType=cv2.BORDER_REPLICATE)
     spread = np.float32(dot), np.float32(gain), np.float32(black)
     out = np.empty(picture.shape, np.float32)
     screens = np.empty((4, 4))
@@ -57,11 +58,6 @@ def halftone(
         _ink_levels(averaged, ink, screens[ink], place.top, spread, levels[ink])
     _print(tuple(levels), screens, place.top, np.array(INKS[inks], np.float32), place.margin, out)
     return out
-
-
-def _averaged(picture: np.ndarray, cell: float) -> np.ndarray:
-    size = 2 * int(cell / 2) + 1
-    return cv2.blur(picture, (size, size), borderType=cv2.BORDER_REPLICATE)
 
 
 def _lattice_bounds(

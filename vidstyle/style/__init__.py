@@ -13,7 +13,7 @@ from vidstyle.style.check import style_from_table
 from vidstyle.style.files import read_style_file, save_style
 from vidstyle.style.model import LAYERS, SOURCE, Step, Style, table_from_style
 from vidstyle.style.schema import describe, style_schema
-from vidstyle.style.values import asset_path, suggest
+from vidstyle.style.values import suggest
 
 __all__ = [
     "LAYERS",
@@ -21,7 +21,6 @@ __all__ = [
     "SOURCE",
     "Step",
     "Style",
-    "asset_path",
     "describe",
     "expand",
     "load_style",

@@ -159,7 +159,8 @@ def _edited_text(text: str, table: dict[str, Any], path: Path) -> str:
         return text
     try:
         edited = _edit(text.replace("\r\n", "\n"), table)
-        if _same(_without_defaults(tomllib.loads(edited)), table):
+        values = tomllib.loads(edited).items()
+        if _same({key: value for key, value in values if value != getattr(Style, key, None)}, table):
             return edited.replace("\n", "\r\n") if "\r\n" in text else edited
     except (TOMLKitError, tomllib.TOMLDecodeError, RecursionError, _UnusualLayoutError):
         pass
@@ -173,10 +174,6 @@ def _same(one: object, other: object) -> bool:
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     texts = isinstance(one, str) and isinstance(other, str)
     return one == other or (texts and str(one).split() == str(other).split())
-
-
-def _without_defaults(table: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in table.items() if value != getattr(Style, key, None)}
 
 
 def _edit(text: str, table: dict[str, Any]) -> str:

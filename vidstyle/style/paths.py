@@ -58,13 +58,14 @@ def find_value(table: dict[str, Any], path: str) -> StyleValue:
     return StyleValue(found.table, parameters[name])
 
 
-def step_paths(table: dict[str, Any]) -> list[str]:
-    """The shortest paths of all steps with a block, in the order in which they run.
+def steps_by_path(table: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """The tables of all steps with a block by their shortest paths, in the order in which they run.
 
-    >>> step_paths({"base": [{"block": "gaussian"}], "lines": [{"block": "gaussian"}, {"block": "sobel"}]})
-    ['base.gaussian', 'lines.gaussian', 'sobel']
+    >>> list(steps_by_path({"base": [{"block": "sobel"}], "lines": [{"block": "sobel"}, {"block": "hue"}]}))
+    ['base.sobel', 'lines.sobel', 'hue']
     """
-    return _paths(_entries(table))
+    entries = _entries(table)
+    return dict(zip(_paths(entries), (entry.table for entry in entries), strict=True))
 
 
 def _entries(table: dict[str, Any]) -> list[_StepEntry]:

@@ -9,7 +9,8 @@ from typing import Any
 from vidstyle.block import Asset, Block, On, PageRegion, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.style import Step, Style, asset_path, expand
+from vidstyle.style import Step, Style, expand
+from vidstyle.style.values import asset_path
 
 
 @dataclass(frozen=True)
@@ -31,15 +32,11 @@ class ResolvedStep:
     save: str
     source: str
 
-    @property
-    def is_fixed(self) -> bool:
-        """Whether it makes marks that lie still on the page: dots, strokes."""
-        return self.block is not None and PageRegion in self.block.injected.values()
-
 
 def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
-    """Whether any step of a style makes marks that lie still on the page."""
-    return any(step.is_fixed for steps in layers.values() for step in steps)
+    """Whether any step of a style makes marks that lie still on the page: dots, strokes."""
+    blocks = (step.block for steps in layers.values() for step in steps if step.block)
+    return any(PageRegion in block.injected.values() for block in blocks)
 
 
 def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:

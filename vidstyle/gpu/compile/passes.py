@@ -117,7 +117,9 @@ class _Partition:
         for each in list(self._passes):
             self._divide(each, nodes)
         for each in self._passes:
-            self._fill(each)
+            each.nodes = self._calls(each.roots, each)
+            wanted = [*each.roots, *(node for call in each.nodes for node in call.inputs.values())]
+            each.loads = [node for node in dict.fromkeys(wanted) if node not in each.nodes]
 
     def worth_keeping(self) -> set[ShaderNode]:
         """Light nodes that are so long in the making that several passes should not repeat it."""
@@ -242,12 +244,6 @@ class _Partition:
                 if each in other.before:
                     other.before.add(first)
             each.before.add(first)
-
-    def _fill(self, each: Pass) -> None:
-        """Write into a pass what it computes and what it loads."""
-        each.nodes = self._calls(each.roots, each)
-        wanted = [*each.roots, *(node for call in each.nodes for node in call.inputs.values())]
-        each.loads = [node for node in dict.fromkeys(wanted) if node not in each.nodes]
 
     def _calls(self, roots: list[ShaderNode], home: Pass | None) -> list[ShaderNode]:
         """What is computed for the roots, in order: not planes, nor what another pass has stored."""

@@ -77,9 +77,11 @@ class ShaderGraph:
             case "block":
                 return self._block(node)
         inputs = {name: self[other] for name, other in node.inputs.items()}
-        matrices = _matrices(node.matrix) if node.matrix else {}
-        function = Function(FILES[node.op], node.op)
-        return self.node(ShaderNode(node.kind, node.shape, function, inputs, values=node.values | matrices))
+        values, function = dict(node.values), Function(FILES[node.op], node.op)
+        if node.matrix:
+            encoding = encoding_of(node.matrix)
+            values |= {"from_rgb": encoding.from_rgb, "to_rgb": encoding.to_rgb}
+        return self.node(ShaderNode(node.kind, node.shape, function, inputs, values=values))
 
     def _upsampled(self, node: Node) -> ShaderNode:
         chroma = self[node.inputs["chroma"]]
@@ -184,11 +186,6 @@ class ShaderGraph:
         four = self.node(ShaderNode("choices", half, function, around=luma, radius=radius, values=values))
         own = Function("blade/own_choice.glsl", "IMAGE_own_choice")
         return self.node(ShaderNode("luma", luma.shape, own, around=four))
-
-
-def _matrices(matrix: str) -> dict[str, Any]:
-    encoding = encoding_of(matrix)
-    return {"from_rgb": encoding.from_rgb, "to_rgb": encoding.to_rgb}
 
 
 def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, tuple[str, ...]]]:

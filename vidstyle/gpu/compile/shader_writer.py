@@ -53,7 +53,8 @@ class _Writer:
         self._sharing = sharing_of(each) if plan.form == "compute" else None
         self._area = self.shader.groups = GROUPS[self._sharing.line if self._sharing else None]
         self._declare_targets()
-        self._declare_images()
+        for node, name in self._images.items():
+            declare_image(self.shader, node, name, plan.source.encoding)
         self._declare_sharing()
         loads = [line for node in each.loads for line in self._load(node)]
         body = [line for node in each.nodes for line in self._compute(node)]
@@ -87,10 +88,6 @@ class _Writer:
         lines = store_planes(self._text, target, "chroma", "value", blue)
         self._text.add("void store_chroma(ivec2 place, vec2 value) {", *lines, "}")
 
-    def _declare_images(self) -> None:
-        for node, name in self._images.items():
-            declare_image(self.shader, node, name, self._plan.source.encoding)
-
     def _declare_sharing(self) -> None:
         used = BYTES[2] * self._area[0] * self._area[1] if self._shrinks else 0
         capacities = self._sharing.capacities(self._area, used) if self._sharing else None
@@ -117,7 +114,9 @@ class _Writer:
         assert node.function is not None
         number = len(self._names)
         for parameter, words in node.options.items():
-            self._declare_options(Path(node.function.file).stem, parameter, words)
+            for option, word in enumerate(words):
+                owner = Path(node.function.file).stem
+                self._text.add_once(f"const int {owner}_{parameter}_{word} = {option};")
         if node.is_enlarged:
             function = self._add_enlarging(node)
         else:
@@ -129,10 +128,6 @@ class _Writer:
         arguments = ", ".join(self._argument(node, number, each) for each in parameters)
         name = self._names[node] = f"value_{number}"
         return [f"{TYPES[CHANNELS[node.kind]]} {name} = {function}({arguments});"]
-
-    def _declare_options(self, owner: str, parameter: str, words: tuple[str, ...]) -> None:
-        for number, word in enumerate(words):
-            self._text.add_once(f"const int {owner}_{parameter}_{word} = {number};")
 
     def _add_enlarging(self, node: ShaderNode) -> str:
         assert node.around is not None and node.function is not None

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor
+from typing import NamedTuple
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
@@ -21,8 +22,7 @@ TILE_STEP = 64
 """Tiles begin at multiples of so many pixels, which every chroma step and every compute group divides."""
 
 
-@dataclass(frozen=True)
-class Window:
+class Window(NamedTuple):
     """Part of a page, in pixels: the last row and column are not in it."""
 
     top: int
@@ -44,19 +44,12 @@ class Window:
         """The smallest window that holds both."""
         if other is None:
             return self
-        return Window(
-            min(self.top, other.top),
-            min(self.left, other.left),
-            max(self.bottom, other.bottom),
-            max(self.right, other.right),
-        )
+        return Window(*map(min, self[:2], other[:2]), *map(max, self[2:], other[2:]))
 
     def within(self, shape: Shape) -> Window:
         """What of it lies on a page, at least one pixel."""
-        top, left = (
-            min(max(start, 0), side - 1) for start, side in zip((self.top, self.left), shape, strict=True)
-        )
-        bottom, right = min(self.bottom, shape[0]), min(self.right, shape[1])
+        top, left = (min(max(start, 0), side - 1) for start, side in zip(self[:2], shape, strict=True))
+        bottom, right = map(min, self[2:], shape)
         return Window(top, left, max(bottom, top + 1), max(right, left + 1))
 
     def grown(self, rows: tuple[int, int], columns: tuple[int, int]) -> Window:
@@ -127,12 +120,8 @@ def _around(node: ShaderNode, image: ShaderNode, window: Window) -> Window:
         return Window(top, left, ceil(window.bottom * down + y + 1), ceil(window.right * across + x + 1))
     if node.shape != image.shape:
         down, across = (old / new for old, new in zip(image.shape, node.shape, strict=True))
-        mapped = Window(
-            floor(window.top * down),
-            floor(window.left * across),
-            ceil(window.bottom * down),
-            ceil(window.right * across),
-        )
+        top, left = floor(window.top * down), floor(window.left * across)
+        mapped = Window(top, left, ceil(window.bottom * down), ceil(window.right * across))
         radius = max(RESAMPLING_RADIUS, node.radius)
         return mapped.grown((radius, radius), (radius, radius))
     return window.grown((node.radius,) * 2, (node.radius,) * 2)

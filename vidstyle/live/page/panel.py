@@ -11,7 +11,7 @@ from vidstyle.block import Asset, Block, Choice, Color, Control, SavedRef, Slide
 from vidstyle.blocks import all_blocks
 from vidstyle.style import SOURCE, Style, set_values, table_from_style
 from vidstyle.style.model import FIELDS, LAYERS
-from vidstyle.style.paths import find_value, step_paths
+from vidstyle.style.paths import find_value, steps_by_path
 
 WORDS = re.compile(r"`([^`]+)`")
 """Parameters that the note of a style recommends to adjust."""
@@ -52,7 +52,7 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
             yield place | values(name) | _control(parameter.control, False, [])
     named = _recommended(style, table)
-    for step, (layer, block, saved) in zip(step_paths(table), _blocks(style), strict=True):
+    for step, (layer, block, saved) in zip(steps_by_path(table), _blocks(style), strict=True):
         for name, parameter in block.parameters.items():
             path = f"{step}.{name}"
             place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in named}
@@ -92,7 +92,7 @@ def _control(control: Control, whole: bool, names: list[str]) -> dict[str, Any]:
 def _recommended(style: Style, table: dict[str, Any]) -> set[str]:
     """The full paths of the parameters that the note of the style names."""
     found = set()
-    steps = {id(_step(table, path)): path for path in step_paths(table)}
+    steps = {id(step): path for path, step in steps_by_path(table).items()}
     for word in WORDS.findall(style.note):
         try:
             place = find_value(table, word)
@@ -100,12 +100,6 @@ def _recommended(style: Style, table: dict[str, Any]) -> set[str]:
             continue
         found.add(f"{steps.get(id(place.table), '')}.{place.parameter.name}")
     return found
-
-
-def _step(table: dict[str, Any], path: str) -> dict[str, Any]:
-    block = path.rpartition(".")[2].partition("#")[0]
-    parameters = all_blocks()[block].parameters
-    return find_value(table, f"{path}.{next(iter(parameters))}").table if parameters else {}
 
 
 def _value(table: dict[str, Any], path: str) -> Any:
