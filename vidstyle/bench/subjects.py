@@ -70,8 +70,7 @@ def _style_of(block: Block) -> Style:
     """The block as the only step, at its defaults, or after the block that saves the picture it needs."""
     wanted = {block.parameters[name].default for name in block.saved_refs}
     savers = [other for other in all_blocks().values() if other.saves and other.saves in wanted]
-    before = tuple(Step(saver.name) for saver in savers)
-    return Style(block.name, background=(*before, Step(block.name)))
+    return Style(block.name, background=tuple(Step(each.name) for each in (*savers, block)))
 
 
 def _works_on(block: Block) -> str:

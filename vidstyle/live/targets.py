@@ -243,13 +243,11 @@ class TargetGroup:
 
     @property
     def deliveries(self) -> tuple[Delivery, ...]:
+        counts = ("delivered", "repeated", "dropped")
         return tuple(
-            Delivery(target.name, target.state, *(getattr(target, name, 0) for name in _COUNTS))
+            Delivery(target.name, target.state, *(getattr(target, name, 0) for name in counts))
             for target in self._targets
         )
 
     def _errors(self) -> list[BaseException]:
         return [error for target in self._targets if (error := getattr(target, "error", None)) is not None]
-
-
-_COUNTS = ("delivered", "repeated", "dropped")

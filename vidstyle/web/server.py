@@ -91,9 +91,8 @@ class WebServer:
         self._authorization = Authorization(port)
         # Not every browser lets 'self' stand for WebSockets too.
         sockets = " ".join(f"ws://{host}:{port}" for host in HOSTS)
-        self._headers = SECURITY_HEADERS | {
-            "Content-Security-Policy": f"{POLICY}; connect-src 'self' {sockets}"
-        }
+        policy = f"{POLICY}; connect-src 'self' {sockets}"
+        self._headers = SECURITY_HEADERS | {"Content-Security-Policy": policy}
         self.url = f"http://{HOSTS[0]}:{port}/?token={self._authorization.token}"
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
@@ -153,10 +152,9 @@ class WebServer:
             raise web.HTTPNotFound
         try:
             return await handler(request)
-        except (web.HTTPException, ConnectionError):
-            raise
         except Exception as error:
-            self.error = error
+            if not isinstance(error, web.HTTPException | ConnectionError):
+                self.error = error
             raise
 
     async def _add_headers(self, request: web.Request, response: web.StreamResponse) -> None:

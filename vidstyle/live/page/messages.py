@@ -94,5 +94,5 @@ def dispatch(message: dict[str, Any], controls: Controls) -> None:
     Raises:
         VidstyleError: unknown style, variant or parameter, or an invalid value.
     """
-    fields = FIELDS[message["do"]]
-    ACTIONS[message["do"]](controls, *(message[name] for name in fields))
+    do = message["do"]
+    ACTIONS[do](controls, *(message[name] for name in FIELDS[do]))
