@@ -55,7 +55,9 @@ class AudioDecoder:
     def decode(self, packet: av.Packet) -> Iterator[AudioChunk]:
         """The chunks of a packet, once `set_origin` has set the clock."""
         self._waiting.extend(self.samples(packet))
-        yield from self._anchored()
+        while self._waiting and self._zero is not None:
+            stamp, samples = self._waiting.popleft()
+            yield AudioChunk(samples, self._zero + stamp)
 
     def samples(self, packet: av.Packet) -> Iterator[tuple[float, np.ndarray]]:
         """The samples of a packet, 2 x N, and their timestamps in seconds of the source's clock."""
@@ -83,11 +85,6 @@ class AudioDecoder:
         """The timestamps start over: the next frame sets the clock again."""
         self._waiting.clear()
         self._zero = None
-
-    def _anchored(self) -> Iterator[AudioChunk]:
-        while self._waiting and self._zero is not None:
-            stamp, samples = self._waiting.popleft()
-            yield AudioChunk(samples, self._zero + stamp)
 
 
 class AudioEncoder:

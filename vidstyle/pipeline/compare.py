@@ -32,8 +32,7 @@ def compared(before: Picture, after: Picture, how: Compare) -> Picture:
     step = 1 if before.luma is None else before.encoding.step[0]
     width = before.shape[1]
     if how == "side":
-        missing = _whole_chroma(width, step) - width
-        return _beside(_widened(before, missing), after)
+        return _beside(_widened(before, _whole_chroma(width, step) - width), after)
     middle = width // 2 // step * step
     # Thin, but still there when a 4K film is looked at in a small window.
     end = min(middle + step * max(1, width // 640 // step), width)

@@ -168,7 +168,9 @@ class LiveInput:
                 yield from self._audio.decode(packet)
                 continue
             for captured in self._decoded(packet):
-                self._anchor(captured)
+                stamp = _seconds(captured.native)
+                if self._audio is not None and stamp is not None:
+                    self._audio.set_origin(stamp, captured.time)
                 yield captured
             if self._stopping.is_set():
                 return
@@ -194,11 +196,6 @@ class LiveInput:
                 raise InputError(self._name, f"was lost: it has said nothing for {self._patience:g} s")
             yield packet
             asked = time.monotonic()
-
-    def _anchor(self, captured: CapturedFrame) -> None:
-        stamp = _seconds(captured.native)
-        if self._audio is not None and stamp is not None:
-            self._audio.set_origin(stamp, captured.time)
 
     def _decoded(self, packet: av.Packet) -> Iterator[CapturedFrame]:
         arrived = time.monotonic()

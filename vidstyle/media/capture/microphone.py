@@ -107,15 +107,16 @@ class AudioInput:
         stream = self._decoder.stream
         assert stream is not None
         context = stream.codec_context
-        joined = context.name.startswith("pcm_")
         least = MIN_CHUNK_SECONDS * context.sample_rate * context.channels * context.format.bytes
         waiting: list[av.Packet] = []
         for packet in self._container.demux(stream):
             waiting.append(packet)
-            if not joined:
+            if not context.name.startswith("pcm_"):
                 yield waiting.pop()
             elif sum(each.size for each in waiting) >= least or not packet.size:
-                yield _joined(waiting)
+                joined = av.Packet(b"".join(map(bytes, waiting)))
+                joined.stream, joined.pts, joined.time_base = stream, waiting[0].pts, waiting[0].time_base
+                yield joined
                 waiting = []
 
     def _taken(self, stamp: float, seconds: float, arrived: float) -> float:
@@ -126,13 +127,6 @@ class AudioInput:
         # ALSA stamps by the clock on the wall, other systems by the one that we use.
         ages = (age for age in (time.time() - stamp, time.monotonic() - stamp) if 0 <= age < MAX_CLOCK_AGE)
         return arrived - next(ages, seconds)
-
-
-def _joined(packets: list[av.Packet]) -> av.Packet:
-    """Packets of one stream of samples as one."""
-    first, whole = packets[0], av.Packet(b"".join(map(bytes, packets)))
-    whole.stream, whole.pts, whole.time_base = first.stream, first.pts, first.time_base
-    return whole
 
 
 def microphone_list() -> list[tuple[str, str]]:

@@ -118,11 +118,7 @@ class VideoEncoder:
 def encoder_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
     """What the encoder is given: the decoder's own frame where it is just that, else a new one."""
     native, (width, height) = frame.native, plan.size
-    fits = native is not None and (native.format.name, native.width, native.height) == (
-        plan.pix_fmt,
-        *plan.size,
-    )
-    if native is None or not fits:
+    if native is None or (native.format.name, native.width, native.height) != (plan.pix_fmt, width, height):
         native = frame_from_picture(fitted(frame.picture, plan), (height, width), plan.tags)
     plan.tags.put_on(native)
     native.pict_type = 0  # whatever it was in the source, the encoder decides
