@@ -9,10 +9,13 @@ from pathlib import Path
 
 import av
 
-from vidstyle.core.picture import Encoding
 from vidstyle.errors import OutputError, output_error
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.frame import Frame
+from vidstyle.media.options import VideoInfo, WriteOptions
+from vidstyle.media.read.reader import Reader
+from vidstyle.media.write.containers import ContainerKind
+from vidstyle.media.write.plan import plan_video
 
 
 class Writer(ABC):
@@ -22,15 +25,34 @@ class Writer(ABC):
         encoding: what pictures are to be delivered in.
         wants_rgb: whether it wants RGB pictures rather than luma and chroma.
         target: the file wanted.
+        name: the same, for messages.
         partial: the file that is being written meanwhile, if it is another.
         frames: how many frames have been taken.
     """
 
-    encoding: Encoding
-    wants_rgb: bool = False
-    target: Path
     partial: Path | None = None
     frames: int = 0
+
+    def __init__(
+        self,
+        target: str | Path,
+        kind: ContainerKind,
+        info: VideoInfo,
+        options: WriteOptions,
+        source: Reader | None,
+    ) -> None:
+        """See `open_writer`."""
+        self.target = Path(target)
+        self.name = "standard output" if str(target) == "-" else str(target)
+        self._kind, self._options, self._source = kind, options, source
+        self._source_path = source.name if source else None
+        self._plan = plan_video(self.name, kind, info, options)
+        self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
+        self._open()
+
+    @abstractmethod
+    def _open(self) -> None:
+        """Create the file and check all that can be checked before a frame is decoded."""
 
     @abstractmethod
     def write(self, item: Frame | av.Packet) -> None:

@@ -13,15 +13,11 @@ import av
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
-from vidstyle.media.options import VideoInfo, WriteOptions
-from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.atomic import PartialFile, is_regular_file
 from vidstyle.media.write.base import StandardOutput, Writer, write_error
-from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.interleaver import Interleaver
-from vidstyle.media.write.plan import plan_video
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, portable_tags
 
 FLUSH_SECONDS = 1.0
@@ -39,34 +35,21 @@ class FilmWriter(Writer):
 
     partial_ending: str | None = None
 
-    def __init__(
-        self,
-        target: str | Path,
-        kind: ContainerKind,
-        info: VideoInfo,
-        options: WriteOptions,
-        source: Reader | None,
-        source_path: str | Path | None,
-    ) -> None:
-        self.target = Path(target)
-        self.name = "standard output" if str(target) == "-" else str(target)
-        self._kind, self._source = kind, source
-        self._plan = plan_video(self.name, kind, info, options)
-        self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
-        piped = str(target) == "-" or not is_regular_file(self.target)
+    def _open(self) -> None:
+        kind, piped = self._kind, self.name == "standard output" or not is_regular_file(self.target)
         if piped and not kind.piped:
             raise UsageError(self.name, f"{kind.endings[0]} cannot be written to a pipe", "use nut or mkv")
-        ending = self.partial_ending
-        self._file = None if piped else PartialFile(self.target, source_path, options.overwrite, ending)
+        overwrite, ending = self._options.overwrite, self.partial_ending
+        self._file = None if piped else PartialFile(self.target, self._source_path, overwrite, ending)
         self.partial = self._file.path if self._file else None
         self._closed = False
         try:
-            self._open(options)
+            self._open_streams()
         except BaseException:
             self._discard()
             raise
 
-    def _open(self, options: WriteOptions) -> None:
+    def _open_streams(self) -> None:
         """Set up all streams and write the header, so that errors show before decoding."""
         if self._file:
             self._file.check_space()
@@ -81,7 +64,8 @@ class FilmWriter(Writer):
         self._video = VideoEncoder(self._container, self._plan)
         inputs = self._source.container if self._source else None
         streams = self._source.copied_streams if self._source and inputs else []
-        self._copied = CopiedStreams(self._container, self._kind, streams, options.audio, self.name)
+        self._copied = CopiedStreams(self._container, self._kind, streams, self._options.audio, self.name)
+        options = self._options
         encoder = self._kind.new_audio if options.audio in ("copy", "none") else options.audio
         wanted = options.new_sound and options.audio != "none" and encoder
         self._audio = AudioEncoder(self._container, encoder) if wanted else None

@@ -9,12 +9,9 @@ import av
 
 from vidstyle.errors import UsageError
 from vidstyle.media.frame import Frame
-from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.base import Writer, write_error
-from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.encoder import encoder_frame
-from vidstyle.media.write.plan import plan_video
 
 NUMBER = re.compile(r"%(0?\d*)d")
 """Where the number goes in a pattern."""
@@ -27,21 +24,13 @@ class PictureWriter(Writer):
         UsageError: at the second frame, if the name is no pattern.
     """
 
-    def __init__(
-        self,
-        target: str | Path,
-        kind: ContainerKind,
-        info: VideoInfo,
-        options: WriteOptions,
-        source_path: str | Path | None,
-    ) -> None:
-        self.target = Path(target)
-        self._options, self._source_path = options, source_path
-        self._plan = plan_video(str(target), kind, info, options)
-        self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
-        self._pattern = is_pattern(str(target))
-        if self._pattern and source_path and Path(source_path).absolute() == self.target.absolute():
-            raise UsageError(target, "is the input itself, and would be overwritten", "choose another name")
+    def _open(self) -> None:
+        self._pattern = is_pattern(str(self.target))
+        path = self._source_path
+        if self._pattern and path and Path(path).absolute() == self.target.absolute():
+            raise UsageError(
+                self.name, "is the input itself, and would be overwritten", "choose another name"
+            )
         self._written: Path | None = None
         self._file: PartialFile | None = self._next_file()
         self.partial = self._file.path

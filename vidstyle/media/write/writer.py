@@ -31,10 +31,6 @@ def open_writer(
         UsageError: the target exists, is the input, or cannot hold what is asked for.
         OutputError: its folder is missing or cannot be written to.
     """
-    pattern = is_pattern(str(target))
-    kind = kind_of(str(target), options.format, info.still or pattern)
-    source_path = source.name if source else None
-    if kind.way == "picture":
-        return PictureWriter(target, kind, info, options, source_path)
-    writer = GifWriter if kind.way == "gif" else FilmWriter
-    return writer(target, kind, info, options, source, source_path)
+    kind = kind_of(str(target), options.format, info.still or is_pattern(str(target)))
+    writers: dict[str, type[Writer]] = {"picture": PictureWriter, "gif": GifWriter, "film": FilmWriter}
+    return writers[kind.way](target, kind, info, options, source)
