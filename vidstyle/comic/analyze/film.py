@@ -112,10 +112,9 @@ class FilmFile(Film):
         self._sampler.close()
 
     def survey(self) -> Survey:
-        extent = self._sampler.extent
-        seconds = float(extent.seconds)
+        seconds = float(self._sampler.seconds)
         gap = max(min(_GAP, seconds / _LEAST), seconds / MOST)
-        if extent.frames * extent.pixels > WHOLE:
+        if self._sampler.pixels > WHOLE:
             found = self._survey_keys(max(gap, 0.5))
             if len(found.candidates) >= SPARE * default_panels(len(found.scene_starts), seconds):
                 self._reach = _KEY_REACH

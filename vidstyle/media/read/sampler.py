@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 import av
@@ -29,33 +28,26 @@ from vidstyle.media.read.trim import Trim
 from vidstyle.media.resize import square_pixels
 
 
-@dataclass(frozen=True)
-class Extent:
-    """How much there is of a film, as its headers have it.
+class FilmSampler(Closing):
+    """Random access to the frames of an open film.
+
+    Requesting another iterator invalidates the previous one.
 
     Attributes:
-        seconds, frames: 0 where nothing is said.
-        pixels: of one frame.
+        seconds: duration by the headers, 0 if unknown.
+        pixels: of all frames together, by the headers; 0 if unknown.
     """
 
-    seconds: Fraction
-    frames: int
-    pixels: int
-
-
-class FilmSampler(Closing):
-    """An open film, of whose frames any may be asked for; close it, or use it in a `with` statement.
-
-    Of what it iterates over, only the iterator asked for last may be used.
-    """
-
-    def __init__(self, source: str | os.PathLike[str], options: ReadOptions | None = None) -> None:
-        """`source`: what `open_reader` opens, "-" left out.
+    def __init__(self, source: str | os.PathLike[str]) -> None:
+        """`source`: a source of `open_reader` other than "-".
 
         Raises:
             InputError: it cannot be read.
         """
-        self._source = open_source(source, options or ReadOptions())
+        self._source = opened = open_source(source, ReadOptions())
+        self.seconds, self.pixels = opened.duration or Fraction(0), 0
+        if isinstance(opened, FilmSource):
+            self.pixels = (opened.frames or 0) * opened.stream.width * opened.stream.height
         for stream in self._source.copied_streams:
             stream.discard = Discard.all
         self._source.copied_streams = []
@@ -67,22 +59,15 @@ class FilmSampler(Closing):
         """Close the file."""
         self._source.close()
 
-    @property
-    def extent(self) -> Extent:
-        """How much there is to decode, as the headers have it."""
-        source = self._source
-        pixels = source.stream.width * source.stream.height if isinstance(source, FilmSource) else 0
-        return Extent(source.duration or Fraction(0), source.frames or 0, pixels)
-
     def frames(self, start: Fraction = Fraction(0), end: Fraction | None = None) -> Iterator[SampledFrame]:
-        """Every frame between two times in seconds, and the one that is on the screen at the start."""
+        """All frames between two times in seconds, including the one shown at the start."""
         self._seek(start)
         return self._sampled(_between(self._stamped(), self._source.time_base, start, end))
 
     def key_frames(self, gap: Fraction) -> Iterator[SampledFrame]:
-        """The key frames, of any that are less than `gap` seconds apart only the first.
+        """The key frames, at least `gap` seconds apart.
 
-        No other frame is decoded. Of numbered pictures one in each gap is read.
+        No other frame is decoded. Of numbered pictures, one is read per gap.
         """
         if not isinstance(self._source, FilmSource):
             yield from self._sampled(self._stepped(gap))
@@ -132,7 +117,7 @@ class FilmSampler(Closing):
         time, end = Fraction(0), self._source.duration or Fraction(0)
         while time < end:
             self._seek(time)
-            # The frame that cannot be read stands for nothing: the next of the few that can is taken.
+            # A frame that cannot be decoded is replaced by the next one that can.
             for _, item in zip(range(MAX_FAILURES), self._stamped(), strict=False):
                 yield item
                 time = max(time, item.pts * self._source.time_base)
@@ -149,7 +134,7 @@ class FilmSampler(Closing):
 def _between(
     frames: Iterator[DecodedFrame], time_base: Fraction, start: Fraction, end: Fraction | None
 ) -> Iterator[DecodedFrame]:
-    """At least one frame, if there are any: the nearest to the span."""
+    """The frames in a time span; at least the one nearest to it, if there are any."""
     before: DecodedFrame | None = None
     begun = False
     for frame in frames:
@@ -169,10 +154,10 @@ def _between(
 
 
 class SampledFrame:
-    """A frame, of which small copies can be had until the next one is asked for.
+    """A frame that yields small copies until the next frame is requested.
 
     Attributes:
-        time: when the frame is shown, in seconds.
+        time: presentation time in seconds.
         shape: height and width of the whole frame, upright and with square pixels.
     """
 
@@ -181,7 +166,7 @@ class SampledFrame:
         self._native, self._small = native, small
 
     def picture(self, side: int) -> Picture:
-        """A copy with so many pixels on its longer side, or all there are: upright, square pixels, SDR."""
+        """A copy with at most `side` pixels on its longer side: upright, square pixels, SDR."""
         return self._small.of(self._native, side)
 
 
@@ -193,7 +178,7 @@ class SmallCopies:
     """
 
     def __init__(self, first: av.VideoFrame, source: VideoSource) -> None:
-        """For frames of the size and the pixel format of the first one."""
+        """`first`: a frame that gives size and pixel format."""
         self._source = source
         self._stored = (first.width, first.height)
         self._format = first.format.name
@@ -209,11 +194,11 @@ class SmallCopies:
         return next((converter.warn_if_hdr() for converter in self._converters.values()), False)
 
     def fits(self, native: av.VideoFrame) -> bool:
-        """Whether the frame is of that size and in the same pixel format."""
+        """Whether the frame has the same size and pixel format."""
         return (native.width, native.height) == self._stored and native.format.name == self._format
 
     def of(self, native: av.VideoFrame, side: int) -> Picture:
-        """A copy of the frame with so many pixels on its longer side, or all there are."""
+        """A copy of the frame with at most `side` pixels on its longer side."""
         factor = min(Fraction(1), Fraction(side, max(self._square)))
         width, height = (max(1, round(length * factor)) for length in self._square)
         small = self._reduced(native, width, height)
@@ -226,7 +211,7 @@ class SmallCopies:
     def _reduced(self, native: av.VideoFrame, width: int, height: int) -> av.VideoFrame:
         if (width, height) == self._stored:
             return native
-        # One that is kept: each frame's own would set up its filters again.
+        # A shared reformatter: a new one would set up its filters for each frame.
         small = self._reformatter.reformat(native, width, height, interpolation="AREA")
         ColorTags.of(native).put_on(small)
         return small
