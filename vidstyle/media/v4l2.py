@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import os
 import re
 import struct
@@ -148,13 +150,9 @@ def _rates(handle: int, code: int, width: int, height: int) -> list[Fraction]:
 
 def _each(handle: int, number: int, layout: str, *values: int | bytes) -> Iterator[tuple[int | bytes, ...]]:
     """What the driver gives for index 0, 1, 2 ... until it has no more."""
-    index = 0
-    while True:
-        try:
+    with contextlib.suppress(OSError):
+        for index in itertools.count():
             yield _ask(handle, number, layout, index, *values)
-        except OSError:
-            return
-        index += 1
 
 
 def device_names() -> list[str]:

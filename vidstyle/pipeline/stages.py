@@ -10,14 +10,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vidstyle.errors import OutputError
 from vidstyle.media.frame import Frame
+from vidstyle.media.write.base import Writer
 from vidstyle.pipeline.bounded_queue import BoundedQueue, QueueClosedError
-
-if TYPE_CHECKING:
-    from vidstyle.media.write.writer import Writer
 
 QUEUE_CAPACITY = 3
 """Batches that may wait between two stages: enough that none starves, few enough to keep memory small."""
