@@ -18,9 +18,9 @@ SIDE = 640
 _FINE, _COARSE = 0.7, 2.5
 """Deviations in pixels of the two Gaussians under which edges are compared."""
 _EDGES = 0.03
-"""The share of pixels that are looked at for sharpness: those with the strongest edges."""
+"""Share of pixels, those with the strongest edges, that sharpness is measured on."""
 _BLANK = 0.1
-"""Between the darkest and the brightest of a blank picture, 0..1, two hundredths at either end left out."""
+"""Maximum range of lightness of a blank picture between percentiles 2 and 98, 0..1."""
 _DEFAULT_CONTRAST = 0.18
 _DEFAULT_LIGHT = 0.43
 """So light is a fifth of a picture at least in which one sees well, 0..1."""
@@ -29,7 +29,7 @@ _DEFAULT_FORMS = 0.16
 _FORM = 1 / 32
 """The deviation of the Gaussian that leaves large forms, in longer sides."""
 _CLIPPED = 0.3
-"""So much of a picture may be black or white without harm: nights and skies."""
+"""Share of a picture that may be clipped without penalty: nights and skies."""
 _BAR_LEVEL, _BAR_RANGE = 30, 12
 """The lightest pixel of a letterbox bar, and the largest difference within a line of it, of 255."""
 _MIN_BAR, _MAX_BAR = 0.02, 0.35
@@ -93,7 +93,7 @@ class Survey:
 
 
 def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
-    """The features of a picture, and of a film's frame those that it has by itself.
+    """The features that a picture has by itself, without its neighbours in a film.
 
     Args:
         color: a small copy, H x W x 3 uint8.
@@ -138,7 +138,7 @@ def sharpness(luma: np.ndarray) -> float:
         strongest = np.argpartition(wide.ravel(), -number)[-number:]
         heights.append(float(wide.ravel()[strongest].mean()))
         widths.append(float(thin.ravel()[strongest].mean()) / max(heights[-1], 1e-6))
-    # Where all edges run the same way, there is nothing but noise across.
+    # Where all edges have one direction, the other one holds only noise.
     counted = [width for width, height in zip(widths, heights, strict=True) if height > 0.3 * max(heights)]
     best = _COARSE / _FINE
     return float(np.clip((min(counted, default=0) - 1) / (best - 1), 0, 1))

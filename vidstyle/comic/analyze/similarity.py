@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 SIZE = 48, 32
-"""Width and height of the copies that are compared, whatever the pictures' shape."""
+"""Width and height of the thumbnails that are compared, whatever the pictures' aspect."""
 DIFFERENT, SIMILAR = 0.3, 0.5
 """Pictures less alike than the first look different, those more alike than the second nearly the same.
 
@@ -18,13 +18,13 @@ are at 0.51 to 0.77, other pictures of one place at 0.44 and below, of different
 """
 
 _BLOCK, _REACH, _STEP = 8, 4, 2
-"""Pixels: a block is looked for so far around its place, in such steps."""
+"""Block size, search range and search step, in pixels."""
 _FLAT = 0.06
-"""Blocks whose luma deviates less count less, for there is little to be found; 0..1."""
+"""Standard deviation of luma below which a block counts less, 0..1."""
 _NOISE = 0.02
-"""Deviations below it are none."""
+"""Standard deviations below are treated as noise."""
 _FOUND, _SHARED = (0.45, 0.75), (0.6, 0.9)
-"""How well blocks and colours of different pictures of a film are found again, and those of one view."""
+"""Ranges of block correlation and histogram intersection, from unrelated pictures to the same view."""
 _LIGHTNESS, _CHROMA = 8, 10
 """Bins of the histogram along lightness and along each chroma,"""
 _WIDE = 50

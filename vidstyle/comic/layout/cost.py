@@ -1,4 +1,4 @@
-"""What a layout costs: the formula of which every page is the optimum."""
+"""The cost function that page layouts minimize."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from vidstyle.comic.layout.slicing import Tree
 from vidstyle.comic.moment import Box, Moment
 
 NARROWEST, WIDEST = 0.45, 3.2
-"""Width by height of panels that are no slivers."""
+"""Range of the aspect (width by height) of panels; others are slivers."""
 
 _WHOLE = 1.02
-"""Panels keep so far away from slivers, for their sides are yet to be rounded to whole pixels."""
+"""Safety factor on these limits, as sides are rounded to whole pixels later."""
 _OWN = 0.8
-"""How much the best shape is that of the picture; the rest is that of what counts in it."""
+"""Weight of the picture's own shape in the best shape; the rest is the shape of its main content."""
 _EVEN = 0.08
-"""Importances that deviate less are taken for even."""
+"""Minimum standard deviation of importance assumed."""
 _SPREAD = 0.5
-"""A moment that is a deviation more important than another wants an area exp(this) times as large."""
+"""Logarithm of the factor on the wanted area per standard deviation of importance."""
 _SLIVER = 4.0
-"""Paid once for a sliver, and ten times for the square of how far it is one."""
+"""Cost of a sliver; ten times the square of its excess is added."""
 _PERTURBATION = 2.2
-"""The most that a seed adds to the price of a row; on average it is a third of it."""
+"""Maximum that a seed adds to the cost of a row; a third of it on average."""
 _JITTER = np.array([1.0, 0.3])
-"""How wide the deviations of importance, and the logarithms of shapes, are spread that a seed adds."""
+"""Range of what a seed adds to deviations of importance and to logarithms of shapes."""
 _SPLASH = 1.6
-"""The most important moment is a splash if it is so many deviations above the mean,"""
+"""Standard deviations above the mean from which the most important moment is a splash."""
 _ALONE = 0.4
-"""and so many above the next."""
+"""Standard deviations above the next moment that it needs as well."""
 _SPLASH_SHARE = 0.36
-"""The part of a page that a splash wants,"""
+"""Share of a page that a splash wants."""
 _SPLASH_SIZE = 3.0
-"""and how many times as much its size counts."""
+"""Factor on the weight of its size."""
 
 
 @dataclass(frozen=True)
@@ -86,14 +86,14 @@ class LayoutWeights:
 
 
 def _stack_first(tree: Tree) -> bool:
-    """Whether a reader may pass from the head of a stack to its neighbour before its foot is read."""
+    """Whether a stack stands before a neighbour, which may be read before the stack's end."""
     if not tree.beside or tree.first is None or tree.rest is None:
         return False
     return tree.first.count > 1 or _stack_first(tree.rest)
 
 
 def perturbed_weights(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> LayoutWeights:
-    """The weights of a seed for so many panels: of seed 0 the unperturbed ones.
+    """The weights of a seed for `count` panels, unperturbed for seed 0.
 
     Args:
         attempt: its number; later ones are perturbed less.
@@ -110,9 +110,9 @@ def perturbed_weights(seed: int, attempt: int, count: int, trees: Sequence[Tree]
 def wanted_areas(
     moments: Sequence[Moment], paper_area: float, pages: float, weights: LayoutWeights
 ) -> np.ndarray:
-    """The area that each moment wants, in square pixels, of pages of `paper_area` each.
+    """The wanted area of each moment in square pixels, on pages of `paper_area` each.
 
-    A moment that stands out among at least four is a splash, and wants a good part of a page.
+    A moment that stands out among at least four is a splash and wants a large share of a page.
     """
     above = deviations(moments)
     added = 0.0 if weights.jitter is None else weights.jitter[:, 0]
@@ -131,7 +131,7 @@ def deviations(moments: Sequence[Moment]) -> np.ndarray:
 
 
 def splash(moments: Sequence[Moment]) -> int | None:
-    """The number of the moment that stands out among at least four, if one does."""
+    """The index of the moment that stands out among at least four, or None."""
     above = deviations(moments)
     top = int(above.argmax())
     if len(moments) < 4 or above[top] < max(_SPLASH, np.delete(above, top).max() + _ALONE):
@@ -181,7 +181,7 @@ def best_shape(moment: Moment) -> float:
 
 
 def _content_cost(moment: Moment, aspect: np.ndarray, weights: LayoutWeights) -> np.ndarray:
-    """What a window of an aspect cannot hold."""
+    """The cost of what a window of an aspect cannot contain."""
     height, width = moment.shape
     across = np.minimum(width, height * aspect)
     down = across / aspect
