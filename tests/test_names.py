@@ -20,7 +20,6 @@ SHARED_MODULES = {
     "clock": "of a film's timestamps, of a live session",
     "choose": "of panels, of a device",
     "convert": "of a picture, of a decoder's frames",
-    "cost": "of a layout, of a plan",
     "film": "read and written by media, analyzed by comic",
     "nodes": "of a style, of GPU passes",
     "options": "of each subject",
@@ -33,7 +32,7 @@ SHARED_MODULES = {
     "subtitles": "read by media, placed by comic",
     "svg": "of a comic page, of a style's graph",
     "target": "of live, of its page",
-    "targets": "of a plan, of live",
+    "timing": "of passes on a GPU, of frames in live",
 }
 """Names of files that may occur twice: the same thing in two subjects."""
 
