@@ -15,7 +15,7 @@ from pictures import FLOAT, RGB8, VIDEO, run, style
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.plan import Form
-from vidstyle.gpu.device.choose import Device, choose
+from vidstyle.gpu.device.devices import Device, choose
 from vidstyle.gpu.session import FrameRequest, GpuSession
 from vidstyle.style import Style
 

@@ -18,9 +18,9 @@ import pytest
 from vidstyle.errors import DeviceError
 from vidstyle.live import hot_swap
 from vidstyle.live.control import Controls, LiveOptions
+from vidstyle.live.meter import MONOTONIC, Clock
 from vidstyle.live.session import LiveSession, LiveSummary
 from vidstyle.live.target import LiveFrame, Target, TargetContext
-from vidstyle.live.timing import MONOTONIC, Clock
 from vidstyle.media.capture.input import CapturedFrame, LiveInput, LiveSource
 from vidstyle.media.capture.sources import GeneratedPicture
 from vidstyle.style import load_style

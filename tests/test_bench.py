@@ -24,8 +24,8 @@ from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.explain import plan_for_video, plan_traffic
 from vidstyle.gpu.compile.plan import Plan, make_plan
-from vidstyle.gpu.device.choose import choose
 from vidstyle.gpu.device.context import close_context, open_context
+from vidstyle.gpu.device.devices import choose
 from vidstyle.gpu.device.runner import GpuResources
 from vidstyle.gpu.timing import GpuTimes, TimedRunner, TimerKind
 from vidstyle.style import Style, load_style, style_names

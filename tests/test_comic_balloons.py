@@ -17,7 +17,7 @@ from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of, with_face_room, with_tail
 from vidstyle.comic.lettering.fonts import Letters, letter_size
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
-from vidstyle.comic.lettering.subtitles import Line
+from vidstyle.comic.lettering.subtitle_lines import Line
 from vidstyle.comic.lettering.title import lowered
 from vidstyle.comic.moment import Box, Moment
 

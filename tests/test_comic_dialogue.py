@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vidstyle.comic.lettering.dialogue import EASY_LETTERS, MAX_LETTERS, MAX_LINES, REACH, match, panels_for
-from vidstyle.comic.lettering.subtitles import Line, lines_of_file
+from vidstyle.comic.lettering.subtitle_lines import Line, lines_of_file
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.errors import InputError
 

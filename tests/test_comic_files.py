@@ -25,7 +25,7 @@ from vidstyle.comic.lettering import fonts
 from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.moment import Box
-from vidstyle.comic.output.panel import on_paper
+from vidstyle.comic.output.panel_renderer import on_paper
 from vidstyle.comic.output.raster import page_image
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Output

@@ -18,7 +18,7 @@ from media import make_clip
 from vidstyle import cli
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.read.reader import Reader
-from vidstyle.media.write.film import FilmWriter
+from vidstyle.media.write.film_writer import FilmWriter
 
 ROOT = Path(__file__).parent.parent
 LONG = 60

@@ -14,9 +14,9 @@ import psutil
 import pytest
 
 from vidstyle.errors import DeviceError, UsageError
-from vidstyle.gpu.device import choose as devices
-from vidstyle.gpu.device.choose import DeviceChoice, choose, has_gpu_hardware, list_devices
+from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.device.context import close_context, count_devices, open_context
+from vidstyle.gpu.device.devices import DeviceChoice, choose, has_gpu_hardware, list_devices
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is Linux's")
 
@@ -36,9 +36,9 @@ def answer(*lines: str, **environment: str) -> str:
     program = f"""
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.device import context
-from vidstyle.gpu.device import choose as devices
+from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.device.context import close_context, open_context
-from vidstyle.gpu.device.choose import choose, list_devices
+from vidstyle.gpu.device.devices import choose, list_devices
 try:
     {f"{chr(10)}    ".join(lines)}
 except VidstyleError as error:

@@ -16,7 +16,7 @@ from vidstyle.gpu.compile.explain import plan_for_video
 from vidstyle.gpu.compile.formats import working_format
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.compile.shader_nodes import ShaderNode
-from vidstyle.gpu.device import choose as devices
+from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.session import FrameRequest, GpuSession
 from vidstyle.style import Style
 

@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed
 
 from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.page import PageTarget, messages
-from vidstyle.live.page.target import MAX_SIZE, STATIC, jpeg
+from vidstyle.live.page.page_target import MAX_SIZE, STATIC, jpeg
 from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.style import load_style

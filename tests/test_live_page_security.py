@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
 from vidstyle.live.page import PageTarget
-from vidstyle.live.page.target import STATIC
+from vidstyle.live.page.page_target import STATIC
 from vidstyle.style import load_style
 from vidstyle.web import server
 

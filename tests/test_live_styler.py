@@ -13,7 +13,7 @@ from live import LONG, before_opening, eventually, refuse
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu import session
-from vidstyle.gpu.device.choose import list_devices
+from vidstyle.gpu.device.devices import list_devices
 from vidstyle.live import hot_swap
 from vidstyle.live.hot_swap import HotSwapRenderer
 from vidstyle.style import Style, load_style, override, set_values

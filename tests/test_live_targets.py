@@ -20,10 +20,10 @@ from live import LONG, POSTER, SMALL, Kept, eventually, generated, live_command,
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, OutputError, UsageError
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.target_thread import ConstantRateTarget, FramePacer
 from vidstyle.live.targets import NullTarget, TargetOptions, target_maker
-from vidstyle.live.timing import LatencyMeter
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
 

@@ -16,23 +16,10 @@ SAME_ALIASES = {"Pair", "Point"}
 """Type aliases that mean the same wherever they stand."""
 
 SHARED_MODULES = {
-    "audio": "decoded by media, routed by live",
-    "clock": "of a film's timestamps, of a live session",
-    "choose": "of panels, of a device",
-    "convert": "of a picture, of a decoder's frames",
-    "film": "read and written by media, analyzed by comic",
-    "nodes": "of a style, of GPU passes",
-    "options": "of each subject",
-    "pages": "laid out, written",
-    "panel": "of a comic page, of the live page",
-    "plan": "of GPU passes, of an output file",
-    "renderer": "the public one, the GPU's",
+    "renderer": "the public one, those of CPU and GPU",
     "session": "of a GPU, of live",
     "stabilizer": "on the CPU, on a GPU",
-    "subtitles": "read by media, placed by comic",
     "svg": "of a comic page, of a style's graph",
-    "target": "of live, of its page",
-    "timing": "of passes on a GPU, of frames in live",
 }
 """Names of files that may occur twice: the same thing in two subjects."""
 

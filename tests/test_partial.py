@@ -12,7 +12,7 @@ from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.read.reader import open_reader
 from vidstyle.media.write import atomic as partial
 from vidstyle.media.write.atomic import PartialFile
-from vidstyle.media.write.film import frames_in
+from vidstyle.media.write.film_writer import frames_in
 from vidstyle.media.write.writer import WriteOptions, open_writer
 
 

@@ -360,7 +360,7 @@ def test_the_first_frame_is_converted_once(tmp_path, monkeypatch):
         converted.append(frame)
         return picture_from_frame(frame, *given, **named)
 
-    monkeypatch.setattr("vidstyle.media.read.convert.picture_from_frame", count)
+    monkeypatch.setattr("vidstyle.media.read.frame_converter.picture_from_frame", count)
     path = media.make_clip(tmp_path / "clip.mp4", frames=5)
     with open_reader(path) as reader:
         frames = [item for item in reader if isinstance(item, Frame)]

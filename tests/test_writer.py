@@ -18,7 +18,7 @@ from vidstyle.media.read.reader import ReadOptions, open_reader
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.encoder import encoder_frame
 from vidstyle.media.write.faststart import move_index_first
-from vidstyle.media.write.plan import plan_video
+from vidstyle.media.write.video_plan import plan_video
 from vidstyle.media.write.writer import WriteOptions, open_writer
 from vidstyle.pipeline.render import render
 

@@ -13,7 +13,7 @@ from itertools import cycle
 import numpy as np
 from soak import MAX_MEGABYTES, growth, pictures, resident_bytes
 
-from vidstyle.gpu.device.choose import choose
+from vidstyle.gpu.device.devices import choose
 from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
 from vidstyle.style import load_style, style_names
 

@@ -12,7 +12,7 @@ from typing import Any
 import vidstyle
 from vidstyle.core.kernels import user_cache
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.device.choose import Device, choose, list_devices
+from vidstyle.gpu.device.devices import Device, choose, list_devices
 from vidstyle.media.codecs import decoder_devices, encoders, ffmpeg_version
 from vidstyle.media.v4l2 import device_names
 

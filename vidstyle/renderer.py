@@ -13,7 +13,7 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.gpu.device.choose import DEVICES, choose
+from vidstyle.gpu.device.devices import DEVICES, choose
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style
 

@@ -13,7 +13,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.plan import Form
-from vidstyle.gpu.device.choose import Device, choose
+from vidstyle.gpu.device.devices import Device, choose
 from vidstyle.gpu.timing import RATE, GpuTimes, median_time, time_style
 from vidstyle.style import Style
 

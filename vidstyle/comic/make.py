@@ -18,10 +18,10 @@ from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
 from vidstyle.comic.lettering.letter import LetteredPanel, PanelText, TextStyle, letter
-from vidstyle.comic.lettering.subtitles import Line, lines_of_file, lines_of_film
+from vidstyle.comic.lettering.subtitle_lines import Line, lines_of_file, lines_of_film
 from vidstyle.comic.lettering.title import below_title, lowered, numbers, title_of
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.output.panel import PagePlan, PanelRenderer, drawn
+from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, drawn
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments

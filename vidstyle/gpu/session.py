@@ -21,8 +21,8 @@ from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_nodes import ShaderMeasure
-from vidstyle.gpu.device.choose import Device
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
+from vidstyle.gpu.device.devices import Device
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner
 from vidstyle.gpu.device.stabilizer import GpuStabilizer, stabilized_layout
 from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, with_planes

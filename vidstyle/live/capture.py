@@ -14,7 +14,7 @@ import numpy as np
 
 from vidstyle.errors import DeviceError, VidstyleError
 from vidstyle.live.latest import DropOldestQueue
-from vidstyle.live.timing import MONOTONIC, Clock
+from vidstyle.live.meter import MONOTONIC, Clock
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, CaptureSource, LiveInput, LiveSource, T
 from vidstyle.media.capture.microphone import AudioInput, Microphone

@@ -14,7 +14,7 @@ from vidstyle.live.control import Controls, LiveOptions
 from vidstyle.live.hot_swap import HotSwapRenderer
 from vidstyle.media.capture.input import CapturedFrame
 from vidstyle.media.color_tags import HD_LINES
-from vidstyle.media.read.convert import FrameConverter
+from vidstyle.media.read.frame_converter import FrameConverter
 from vidstyle.media.resize import letterboxed, output_size, resized
 
 

@@ -9,10 +9,10 @@ from datetime import datetime
 from pathlib import Path
 
 from vidstyle.errors import VidstyleError
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame, TargetContext
 from vidstyle.live.target_thread import CLOSE_SECONDS, TargetThread
 from vidstyle.live.targets import FileSink, file_target
-from vidstyle.live.timing import LatencyMeter
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
 

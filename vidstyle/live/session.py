@@ -11,11 +11,11 @@ from typing import Any
 
 from vidstyle.live.capture import Capture, MicrophoneCapture, ReconnectingSource
 from vidstyle.live.control import Controls, LiveOptions, Status
+from vidstyle.live.meter import MONOTONIC, Clock, LatencyMeter, RateMeter
 from vidstyle.live.process import FrameProcessor
 from vidstyle.live.recorder import Recorder
 from vidstyle.live.target import LiveFrame, Target, TargetContext
 from vidstyle.live.targets import Delivery, TargetGroup
-from vidstyle.live.timing import MONOTONIC, Clock, LatencyMeter, RateMeter
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, LiveSource
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from vidstyle.core.picture import Picture
 from vidstyle.live.control import Controls
-from vidstyle.live.timing import MONOTONIC, Clock, LatencyMeter
+from vidstyle.live.meter import MONOTONIC, Clock, LatencyMeter
 from vidstyle.media.frame import frame_from_picture
 
 if TYPE_CHECKING:

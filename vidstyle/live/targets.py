@@ -12,9 +12,9 @@ from pathlib import Path
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Picture
 from vidstyle.errors import UsageError
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame, Target, TargetContext
 from vidstyle.live.target_thread import ConstantRateTarget, TargetThread
-from vidstyle.live.timing import LatencyMeter
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.color_tags import default_tags
 from vidstyle.media.frame import Frame

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from vidstyle.comic.lettering.subtitles import Line
+from vidstyle.comic.lettering.subtitle_lines import Line
 from vidstyle.comic.moment import Moment
 
 REACH = 8.0

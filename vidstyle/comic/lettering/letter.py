@@ -14,7 +14,7 @@ from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, TextBlock, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.lettering.subtitles import Line
+from vidstyle.comic.lettering.subtitle_lines import Line
 from vidstyle.comic.moment import Box, Moment
 
 GROWTH = 1.6

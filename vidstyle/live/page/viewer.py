@@ -18,7 +18,7 @@ from vidstyle.errors import VidstyleError
 from vidstyle.live.page.messages import MessageError, dispatch, read_message
 
 if TYPE_CHECKING:
-    from vidstyle.live.page.target import PageTarget
+    from vidstyle.live.page.page_target import PageTarget
 
 MAX_MESSAGES = 250
 """Messages a second; the page sends one for each frame, and one for each answer to a slider."""

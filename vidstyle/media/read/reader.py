@@ -16,9 +16,9 @@ from vidstyle.media.frame import DecodedFrame, Frame
 from vidstyle.media.options import RAW, ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import ConstantRate
-from vidstyle.media.read.convert import FrameConverter
 from vidstyle.media.read.deinterlace import Deinterlacer
-from vidstyle.media.read.film import DEFAULT_RATE, FilmSource
+from vidstyle.media.read.film_source import DEFAULT_RATE, FilmSource
+from vidstyle.media.read.frame_converter import FrameConverter
 from vidstyle.media.read.open import open_media
 from vidstyle.media.read.sequence import SequenceSource, is_animated_webp, is_pattern
 from vidstyle.media.read.source import VideoSource

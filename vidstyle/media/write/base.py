@@ -15,7 +15,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.containers import ContainerKind
-from vidstyle.media.write.plan import plan_video
+from vidstyle.media.write.video_plan import plan_video
 
 
 class Writer(ABC):

@@ -13,7 +13,7 @@ import numpy as np
 
 from vidstyle.core.picture import Picture
 from vidstyle.media.frame import Frame, frame_from_picture
-from vidstyle.media.write.plan import VideoPlan
+from vidstyle.media.write.video_plan import VideoPlan
 
 MIN_TO_REORDER = 3
 """Frames from which on one may be decoded before its turn. Of fewer, libx265 gives decoding times that are

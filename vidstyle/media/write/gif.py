@@ -11,7 +11,7 @@ from av.filter import Graph
 from av.filter.context import FilterContext
 
 from vidstyle.media.write.atomic import PartialFile
-from vidstyle.media.write.film import FilmWriter
+from vidstyle.media.write.film_writer import FilmWriter
 
 TICK = Fraction(1, 100)
 """The unit of time in a GIF, in seconds."""

@@ -8,7 +8,7 @@ from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.base import Writer
 from vidstyle.media.write.containers import kind_of
-from vidstyle.media.write.film import FilmWriter
+from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.media.write.gif import GifWriter
 from vidstyle.media.write.images import PictureWriter, is_pattern
 

@@ -14,10 +14,10 @@ from aiohttp import web
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.panel import panel
 from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
-from vidstyle.live.timing import LatencyMeter
 from vidstyle.style import Style
 from vidstyle.web import WebServer
 
