@@ -85,6 +85,13 @@ def test_a_file_imports_only_from_before_itself(path: Path) -> None:
     assert list(wrong_imports(path)) == []
 
 
+def test_plans_and_shaders_are_made_without_opengl() -> None:
+    """gpu/compile knows no device: its plans are explained, and later exported, on machines without a GPU."""
+    for path in (ROOT / "vidstyle/gpu/compile").glob("*.py"):
+        known = {name for name in imports(path, types=False) if name.startswith(("vidstyle.gpu", "moderngl"))}
+        assert all(name.startswith("vidstyle.gpu.compile") for name in known), path
+
+
 def test_every_folder_with_code_is_a_package() -> None:
     """Else its files would be taken for modules of their own, such as media/codecs.py for `codecs`."""
     folders = {path.parent for path in (ROOT / "vidstyle").rglob("*.py")}

@@ -21,6 +21,7 @@ from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_nodes import ShaderMeasure
+from vidstyle.gpu.compile.tiles import MAX_SIDE
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.devices import Device
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner
@@ -32,9 +33,6 @@ from vidstyle.style.resolve import has_fixed_marks, resolve, structure
 
 log = logging.getLogger("vidstyle")
 
-MAX_SIDE = 8192
-"""A page with a longer side is done in tiles, even where the device reports larger textures: the limit that
-drivers report does not promise that there is memory for them."""
 END_SECONDS = 2.0
 """Seconds to wait for a context to be closed."""
 

@@ -15,10 +15,11 @@ from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.gpu.compile.explain import result_targets
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.tiles import MAX_SIDE
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.devices import Device
 from vidstyle.gpu.device.runner import GpuResources, Runner, plane_arrays
-from vidstyle.gpu.session import END_SECONDS, MAX_SIDE, FrameRequest, GpuSession, InFlightFrame, driver_errors
+from vidstyle.gpu.session import END_SECONDS, FrameRequest, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
 from vidstyle.style.resolve import resolve
 

@@ -22,10 +22,8 @@ from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader import RenderTarget
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
-from vidstyle.gpu.compile.slots import Slots
-from vidstyle.gpu.compile.tiles import jobs_of
-from vidstyle.gpu.device.textures import TexturePool
-from vidstyle.gpu.session import MAX_SIDE
+from vidstyle.gpu.compile.slots import Slots, TextureSource
+from vidstyle.gpu.compile.tiles import MAX_SIDE, jobs_of
 from vidstyle.style import Style
 from vidstyle.style.nodes import Shape
 from vidstyle.style.resolve import resolve
@@ -105,7 +103,7 @@ def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
     """
     pool = _CountingPool()
     shaders = {each: write_shader(plan, each) for each in plan.passes}
-    Slots(cast(TexturePool, pool), plan, jobs_of(plan, max_side), shaders)
+    Slots(cast(TextureSource, pool), plan, jobs_of(plan, max_side), shaders)
     return pool.taken
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from vidstyle.gpu.compile.formats import Format, working_format
 from vidstyle.gpu.compile.passes import Pass
@@ -10,11 +10,24 @@ from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import Shader
 from vidstyle.gpu.compile.shader_nodes import ShaderNode
 from vidstyle.gpu.compile.tiles import Job
-from vidstyle.gpu.device.textures import TexturePool, fits
 from vidstyle.style.nodes import Shape, T
 
 if TYPE_CHECKING:
     import moderngl
+
+
+WASTE = 2
+"""A texture may be this many times larger than the picture in it."""
+
+
+class TextureSource(Protocol):
+    """What textures are taken from: a pool of them, or what only counts them."""
+
+    def take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
+        """A texture of at least this height and width; `exact`: of no other."""
+
+    def give(self, texture: moderngl.Texture, coding: Format) -> None:
+        """Take a texture back."""
 
 
 class Slots:
@@ -25,7 +38,7 @@ class Slots:
         samples: the texture of what is sampled for each measure.
     """
 
-    def __init__(self, pool: TexturePool, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
+    def __init__(self, pool: TextureSource, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
         self._pool = pool
         # A framebuffer takes only textures of one size; what a compute shader writes may be larger.
         self._exact = plan.form == "fragment"
@@ -116,3 +129,12 @@ def ending(plan: Plan, number: int) -> list[ShaderNode]:
     now = plan.passes[number]
     alive = {node for each in plan.passes[: number + 1] for node in each.stored}
     return [node for node in alive if node not in later and (node in now.images or node in now.stored)]
+
+
+def fits(texture: moderngl.Texture, shape: Shape, exact: bool) -> bool:
+    """Whether a texture can hold a picture of this height and width."""
+    size = texture.height, texture.width
+    if exact:
+        return size == shape
+    enough = size[0] >= shape[0] and size[1] >= shape[1]
+    return enough and size[0] * size[1] <= WASTE * shape[0] * shape[1]

@@ -18,6 +18,9 @@ from vidstyle.style.nodes import Shape
 
 RESAMPLING_RADIUS = 5
 """Pixels beyond its own area that any resampling method reads, one more than Lanczos does."""
+MAX_SIDE = 8192
+"""A page with a longer side is done in tiles, even where the device reports larger textures: the limit that
+drivers report does not promise that there is memory for them."""
 TILE_STEP = 64
 """Tiles begin at multiples of so many pixels, which every chroma step and every compute group divides."""
 

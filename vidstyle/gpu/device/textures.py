@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vidstyle.gpu.compile.formats import Format
+from vidstyle.gpu.compile.slots import fits
 from vidstyle.style.nodes import Shape
 
 if TYPE_CHECKING:
     import moderngl
-
-WASTE = 2
-"""A texture may be this many times larger than the picture in it."""
 
 
 class TexturePool:
@@ -49,15 +47,6 @@ class TexturePool:
         for _, texture in self._free:
             texture.release()
         self._free.clear()
-
-
-def fits(texture: moderngl.Texture, shape: Shape, exact: bool) -> bool:
-    """Whether a texture can hold a picture of this height and width."""
-    size = texture.height, texture.width
-    if exact:
-        return size == shape
-    enough = size[0] >= shape[0] and size[1] >= shape[1]
-    return enough and size[0] * size[1] <= WASTE * shape[0] * shape[1]
 
 
 class AssetTextures:
