@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from films import RATE, still_film
-from gpu import FORMS, device, disagreements, film_picture
+from gpu import FORMS, device, disagreements, film_picture, of_the_day
 from pictures import VIDEO, codes, step, style
 
 from vidstyle.block import Slider
@@ -188,7 +188,7 @@ def moves(chosen: Style) -> Iterator[tuple[str, str, list[Style]]]:
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("name", style_names())
+@pytest.mark.parametrize("name", of_the_day(style_names(), 5))
 def test_no_slider_of_a_shipped_style_asks_for_another_shader(name: str, form: Form) -> None:
     chosen = load_style(name)
     before = texts(chosen, form)

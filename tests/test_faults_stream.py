@@ -184,14 +184,15 @@ def test_21_odd_sizes(program: Program, size):
         assert rms_error(cv2.blur(rgb_from_frame(one), (3, 3)), cv2.blur(kept, (3, 3))) < 8
 
 
-def test_22_eight_k(program: Program):
+@pytest.mark.parametrize("size", [(3840, 2160), pytest.param((7680, 4320), marks=pytest.mark.thorough)])
+def test_22_large_frames(program: Program, size: tuple[int, int]):
     path = program.folder / "large.mkv"
-    make_clip(path, frames=1, size=(7680, 4320), codec="mjpeg", pix_fmt="yuvj420p")
+    make_clip(path, frames=1, size=size, codec="mjpeg", pix_fmt="yuvj420p")
     style = program.folder / "few.toml"
     style.write_text('format = 1\n[[background]]\nblock = "posterize"\n')
     outcome = program(path, "out.mp4", "--preset", "ultrafast", style=str(style))
     assert outcome.exit_code == 0, outcome.said
-    assert [(frame.width, frame.height) for frame in video(outcome.target)] == [(7680, 4320)]
+    assert [(frame.width, frame.height) for frame in video(outcome.target)] == [size]
 
 
 @pytest.mark.parametrize("ending", ["webm", "mp4"])
