@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import re
+import runpy
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
@@ -95,6 +97,19 @@ def test_tables_of_the_bench_replace_those_in_the_document() -> None:
     assert "### 1920x1080, CPU" in page[begin:end]
     changed = performance.with_tables(page, "machine: here\n\n## 8x8, CPU\n")
     assert changed == f"{page[:begin]}<!-- bench -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
+
+
+@pytest.mark.parametrize("tool", sorted((ROOT / "tools").glob("*.py")), ids=lambda tool: tool.stem)
+def test_a_tool_can_be_imported(tool: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tool.parent))
+    assert runpy.run_path(str(tool), run_name="imported")["__doc__"]
+
+
+def test_the_gallery_shows_the_current_styles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    gallery = importlib.import_module("gallery")
+    shown = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert shown == gallery.page(gallery.styles_in_order(), "gallery")
 
 
 def test_the_api_reference_is_built(tmp_path: Path) -> None:

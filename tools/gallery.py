@@ -1,7 +1,7 @@
-"""Shows what every style does: `python tools/gallery.py [docs]` writes gallery.md, gallery/ and styles.webp.
+"""The gallery of styles: `python tools/gallery.py [docs]` writes gallery.md, gallery/ and styles.webp.
 
-Each style on three photographs, its variants, the picture after each of its steps, and its graph; styles.webp
-is animated: our own film, the style changing every second.
+The page shows each style on three photographs, its variants, the picture after each step, and its graph.
+styles.webp is an animation of the demo film whose style changes every second.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 import skimage.data
 from animation import animation
 from progression import progression
-from vidstyle.gallery.samples import encoded, labelled, samples_of, sheet_of
 
 from vidstyle.bench.paper_figures import figure_for
 from vidstyle.diagram.graph import graph_of
 from vidstyle.diagram.svg import graph_svg
+from vidstyle.gallery.style_samples import encoded, labelled, samples_of, sheet_of
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
 PHOTOGRAPHS = {
@@ -28,16 +28,16 @@ PHOTOGRAPHS = {
     "coffee": skimage.data.coffee()[:, 33:566],
     "rocket": skimage.data.rocket()[:, 35:604],
 }
-"""Parts of public-domain photographs, 4 : 3."""
+"""Crops of public-domain photographs, aspect ratio 4:3."""
 FACE = np.s_[20:340, 265:585]
-"""Where the astronaut's face is when the photograph has the full size: what is shown of each step."""
+"""The part of the first photograph, at `FULL` size, that is shown after each step: the face."""
 
 FULL = 960, 720
-"""The size at which pictures are restyled, in pixels; lengths of styles are meant for it."""
+"""The size at which pictures are restyled, in pixels; styles are designed for this height."""
 SHOWN, STEP, VARIANT = (480, 360), (176, 176), (256, 192)
-"""The sizes to which results, steps and variants are then reduced."""
+"""The sizes at which results, steps and variants are shown."""
 COLUMNS = 6
-"""Of a sheet of steps."""
+"""Columns of a sheet of steps."""
 
 HEAD = """\
 # The styles
@@ -68,14 +68,14 @@ SECTION = """
 <details>
 <summary>The graph of {name}</summary>
 
-![The blocks of {name} and what goes from one to the other]({folder}/{name}.svg)
+![The graph of {name}]({folder}/{name}.svg)
 
 </details>
 """
 
 
 def main() -> None:
-    """Draw everything, and say how large it is."""
+    """Write all files and print their size."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -85,7 +85,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():
         old.unlink()
-    styles = sorted(map(load_style, set(style_names()) - {PLAIN}), key=_order)
+    styles = styles_in_order()
     for name, content in drawings(styles):
         (folder / name).write_bytes(content)
     (docs / "gallery.md").write_text(page(styles, folder.name), encoding="utf-8")
@@ -94,8 +94,13 @@ def main() -> None:
     print(f"{docs / 'gallery.md'}, {folder} ({size / 1e6:.1f} MB), {docs / 'styles.webp'}")
 
 
+def styles_in_order() -> list[Style]:
+    """The styles of the package: those of the paper first, by its numbers."""
+    return sorted(map(load_style, set(style_names()) - {PLAIN}), key=_order)
+
+
 def drawings(styles: list[Style]) -> Iterator[tuple[str, bytes]]:
-    """All files of the gallery's folder, with their names."""
+    """Name and content of each file in the folder of the gallery."""
     photographs = {
         name: cv2.resize(photograph, FULL, interpolation=cv2.INTER_CUBIC)
         for name, photograph in PHOTOGRAPHS.items()
@@ -117,7 +122,7 @@ def page(styles: list[Style], folder: str) -> str:
 
     Args:
         styles: in the order in which they are shown.
-        folder: where the pictures are, as seen from the page.
+        folder: of the pictures, relative to the page.
     """
     sentences = {style.name: style.note.partition(". ")[0].rstrip(".") for style in styles}
     contents = "\n".join(f"- [{name}](#{name}): {sentence}." for name, sentence in sentences.items())
@@ -156,13 +161,12 @@ def _row(name: str, folder: str) -> str:
 
 
 def _order(style: Style) -> tuple[int, str]:
-    """Those of the paper first, by its numbers."""
     figure = figure_for(style.name)
     return figure.style if figure else 99, style.name
 
 
 def _steps(photograph: np.ndarray, style: Style) -> np.ndarray:
-    """A part of the picture after each step, from left to right and down."""
+    """A crop of the picture after each step, in rows of `COLUMNS`."""
     return sheet_of(
         (
             labelled(_reduced(stage.picture[FACE], STEP), f"{stage.layer} {stage.name}".strip())
