@@ -101,7 +101,7 @@ def test_a_driver_that_falls_silent_is_opened_again(
         eventually(lambda: len(kept.numbers) > 5)
         driver.gives.clear()
         silent = time.monotonic()
-        eventually(lambda: "has given no picture for 0.5 s; the last picture is held" in caplog.text)
+        eventually(lambda: "has delivered no frame for 0.5 s; the last picture is held" in caplog.text)
         assert time.monotonic() - silent < 2.5 and running.controls.status().source_state == "waiting"
         assert sum(thread.name == "vidstyle capture" for thread in threading.enumerate()) == 1
         time.sleep(0.6)
@@ -116,7 +116,7 @@ def test_one_that_never_gives_anything_is_a_device_that_failed(monkeypatch: pyte
     monkeypatch.setattr(live_input, "FIRST_SECONDS", 0.3)
     driver = Driver()
     with (
-        pytest.raises(DeviceError, match="driver: has given no picture for 0.3 s"),
+        pytest.raises(DeviceError, match="driver: has delivered no frame for 0.3 s"),
         session(driver) as running,
     ):
         running.wait()

@@ -99,7 +99,7 @@ class Cameras:
         camera, virtual = found[self.camera], found[self.virtual]
         assert camera["gives"] and virtual["takes"], found
         assert any(mode["format"] == "yuyv422" and mode["fps"] for mode in camera["modes"]), camera
-        return f"{camera['name']} with {len(camera['modes'])} modes, {virtual['name']} takes pictures"
+        return f"{camera['name']} with {len(camera['modes'])} modes, {virtual['name']} is an output device"
 
     def missing(self) -> str:
         """A camera that is not there."""

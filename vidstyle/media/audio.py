@@ -27,11 +27,11 @@ MAX_WAITING = 500
 
 @dataclass(frozen=True)
 class AudioChunk:
-    """A piece of audio.
+    """A block of audio samples.
 
     Attributes:
         samples: 2 x N, float32, -1..1.
-        time: when it begins, in seconds of `time.monotonic`, as that of pictures.
+        time: of the first sample, in seconds of `time.monotonic`, as for frames.
     """
 
     samples: np.ndarray
@@ -42,7 +42,7 @@ class AudioDecoder:
     """Decodes the audio of a source.
 
     Attributes:
-        stream: in the source, or None if it is silent.
+        stream: the audio stream, or None if the source has none.
     """
 
     def __init__(self, container: av.container.InputContainer) -> None:
@@ -69,7 +69,7 @@ class AudioDecoder:
         for frame in frames:
             try:
                 resampled = self._resampler.resample(frame)
-            except ValueError:  # the sound has changed its channels or its rate
+            except ValueError:  # the channel layout or the sample rate has changed
                 self._resampler = _resampler("fltp", 0)
                 resampled = self._resampler.resample(frame)
             for part in resampled:
@@ -82,7 +82,7 @@ class AudioDecoder:
             self._zero = time - stamp
 
     def restart(self) -> None:
-        """The timestamps start over: the next frame sets the clock again."""
+        """Forget the clock, as timestamps start over; the next frame sets it again."""
         self._waiting.clear()
         self._zero = None
 
@@ -91,7 +91,7 @@ class AudioEncoder:
     """An audio stream in a container that is being written."""
 
     def __init__(self, container: av.container.OutputContainer, encoder: str) -> None:
-        """Add it; before the container's header is written."""
+        """Add the stream, before the container's header is written."""
         self._stream = add_audio_stream(container, encoder, RATE, "stereo", "s16")
         context = self._stream.codec_context
         self._resampler = _resampler(context.format, context.frame_size or FRAME_SIZE)
@@ -105,7 +105,7 @@ class AudioEncoder:
             seconds: when they begin, from the start of the container; overlapping samples are dropped.
         """
         begin = round(seconds * RATE)
-        if self._begun and abs(begin - self._end) <= RATE // 50:  # stamps tremble; sound does not
+        if self._begun and abs(begin - self._end) <= RATE // 50:  # timestamps jitter, samples do not
             begin = self._end
         samples = samples[:, max(0, self._end - begin) :]
         begin = max(begin, self._end)
@@ -119,7 +119,7 @@ class AudioEncoder:
         return made + self._encoded(self._resampler.resample(frame))
 
     def _bridge(self) -> list[av.Packet]:
-        """Leave a gap in the times of the stream: minutes of silence would be made all at once."""
+        """Leave a gap in the timestamps: minutes of silence would all be encoded at once."""
         made = self._encoded(self._resampler.resample(None))
         context = self._stream.codec_context
         self._resampler = _resampler(context.format, context.frame_size or FRAME_SIZE, from_zero=False)
@@ -134,8 +134,8 @@ class AudioEncoder:
 
 
 def _resampler(format: Any, frame_size: int, from_zero: bool = True) -> AudioResampler:
-    """To the one rate and layout; with a frame size, for an encoder: what is missing becomes silence."""
-    # By itself the filter lets a tenth of a second go missing, so that all that follows comes early.
+    """A resampler to stereo at `RATE`. With a frame size, for an encoder, it fills gaps with silence."""
+    # By default the filter ignores gaps of up to 0.1 s, after which all sound would be early.
     options = {"async": "1", "min_hard_comp": "0.01"} if frame_size else {}
     if frame_size and from_zero:
         options["first_pts"] = "0"

@@ -21,18 +21,18 @@ from vidstyle.media.capture.input import LiveInput, WaitForFrame
 from vidstyle.media.v4l2 import FORMATS, Mode, VideoDevice, video_device, video_devices
 
 SYSTEM_FORMATS = {"darwin": "avfoundation", "win32": "dshow"}
-"""What FFmpeg calls the cameras of other systems."""
+"""FFmpeg's input devices for cameras on systems other than Linux."""
 DEFAULT_RATE = Fraction(30)
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera that can be opened again and again; see `LiveSource`.
+    """A camera; see `LiveSource`.
 
     Attributes:
-        name: the path on Linux, the camera's own name elsewhere; "" is the first there is.
-        size, rate: what is wanted, as far as the camera can.
-        input_format: FFmpeg's name of the pixel format or codec to ask for, or None for the best.
+        name: path, number or part of the name on Linux, the camera's name elsewhere; "" is the first camera.
+        size, rate: requested; the closest mode of the camera is used.
+        input_format: FFmpeg's name of the pixel format or codec to request, or None for the best.
     """
 
     name: str = ""
@@ -42,10 +42,10 @@ class Camera:
     reconnects: bool = True
 
     def open(self, stopping: threading.Event) -> LiveInput:
-        """Open it in the mode that comes nearest to what is wanted.
+        """Open it in the closest mode to the one requested.
 
         Raises:
-            DeviceError: missing or busy; the message says what cameras there are.
+            DeviceError: missing or busy; the message lists the available cameras.
         """
         if sys.platform in SYSTEM_FORMATS:
             return self._open_other(SYSTEM_FORMATS[sys.platform], stopping)
@@ -54,8 +54,8 @@ class Camera:
         rate = self.rate or DEFAULT_RATE
         mode = choose_mode(modes, self.size, rate)
         if mode is None:
-            known = ", ".join(sorted({mode.format for mode in device.modes})) or "none that we read"
-            raise DeviceError(device.path, f"has no mode {self.input_format or 'to take'}", f"it has {known}")
+            known = ", ".join(sorted({mode.format for mode in device.modes})) or "no supported format"
+            raise DeviceError(device.path, f"has no mode {self.input_format or 'to use'}", f"it has {known}")
         options = _capture_options((mode.width, mode.height), mode_rate(mode, rate))
         return _opened(device.path, "v4l2", options | {"input_format": mode.format}, stopping)
 
@@ -71,12 +71,12 @@ class Camera:
 
 @dataclass(frozen=True)
 class Screen:
-    """What is on a screen; see `LiveSource`.
+    """Screen capture; see `LiveSource`.
 
     Attributes:
-        name: of the X11 display, such as ":0.0" or ":0.0+100,200"; "" is the session's own.
-        size: of the part that is taken; None: all.
-        rate: pictures a second.
+        name: of the X11 display, such as ":0.0" or ":0.0+100,200"; "" is that of `DISPLAY`.
+        size: of the captured area; None: the whole screen.
+        rate: frames per second.
     """
 
     name: str = ""
@@ -85,7 +85,7 @@ class Screen:
     reconnects: bool = True
 
     def open(self, stopping: threading.Event) -> LiveInput:
-        """Begin to take pictures.
+        """Start capturing.
 
         Raises:
             DeviceError: there is no such screen.
@@ -110,10 +110,10 @@ def _capture_options(size: tuple[int, int] | None, rate: Fraction | None) -> dic
 
 
 def find_camera(name: str) -> VideoDevice:
-    """The camera of this path, number or part of a name; "" is the first there is.
+    """The camera of this path, number or part of a name; "" is the first camera.
 
     Raises:
-        DeviceError: there is none; the message says what there is.
+        DeviceError: there is none; the message lists the available cameras.
     """
     path = f"/dev/video{name}" if name.isdigit() else name
     cameras = [device for device in video_devices() if device.can_capture]
@@ -132,7 +132,7 @@ def find_camera(name: str) -> VideoDevice:
 
 
 def camera_list() -> list[tuple[str, VideoDevice]]:
-    """What to call each camera, and the camera; modes only where the system tells."""
+    """Each camera with the name that selects it; modes are known on Linux only."""
     if sys.platform in SYSTEM_FORMATS:
         found = av.device.enumerate_input_devices(SYSTEM_FORMATS[sys.platform])
         found = [each for each in found if each.media_types != ["audio"]]
@@ -142,7 +142,7 @@ def camera_list() -> list[tuple[str, VideoDevice]]:
 
 def _reason(path: str, own: VideoDevice | None) -> str:
     if own is not None:
-        return "takes pictures and gives none"
+        return "is an output device, not a camera"
     if path.startswith("/dev/") and Path(path).exists():
         return "no permission to open it" if not os.access(path, os.R_OK | os.W_OK) else "is not a camera"
     return "no such camera"
@@ -162,26 +162,27 @@ def _opened(target: str, system_format: str, options: dict[str, str], stopping: 
         busy = getattr(error, "errno", None) == errno.EBUSY
         reason = "is in use by another program" if busy else f"cannot be opened: {error_reason(error)}"
         raise DeviceError(target, reason, _what_there_is()) from error
-    # FFmpeg does not tell the descriptor of the device that it has opened.
+    # FFmpeg does not expose the file descriptor of the device.
     opened = device_descriptors(target) - before if is_v4l2 else set()
     wait = wait_for_input(min(opened)) if opened else None
     return LiveInput(container, target, stopping, stamped=is_v4l2, wait=wait)
 
 
 DEFAULT_SIZE = (1280, 720)
-"""Larger pictures are taken only if they are asked for."""
+"""Larger modes are used only on request."""
 RATE_TOLERANCE = Fraction(98, 100)
-"""29.97 will do for 30."""
+"""A rate counts as reached from this part of it on: 29.97 is enough for 30."""
 COST = {name: place for place, name in enumerate(FORMATS.values())}
 
 
 def choose_mode(modes: Sequence[Mode], size: tuple[int, int] | None, rate: Fraction) -> Mode | None:
-    """The mode that is nearest to what is wanted, or None if the camera has none that we can take.
+    """The closest mode, or None if the camera has no supported one.
 
-    The rate comes first, for a slow mode cannot be helped, while another size is scaled. Of several the one
-    that takes the least decoding is taken: MJPEG only where raw pictures would come too slowly.
+    The rate comes first, since frames can be scaled but a slow mode cannot be made faster. Among equals the
+    cheapest to decode is chosen: MJPEG only where raw video is too slow.
 
     Args:
+        modes: supported modes.
         size: width and height; None: the largest up to 1280x720.
         rate: frames per second.
 
@@ -193,7 +194,7 @@ def choose_mode(modes: Sequence[Mode], size: tuple[int, int] | None, rate: Fract
 
 
 def mode_rate(mode: Mode, rate: Fraction) -> Fraction:
-    """The slowest of the mode's rates that is enough, else its fastest; `rate` itself if it does not say."""
+    """The lowest sufficient rate of the mode, else its highest; `rate` itself if the mode lists none."""
     enough = [each for each in mode.rates if each >= rate * RATE_TOLERANCE]
     return min(enough) if enough else max(mode.rates, default=rate)
 
@@ -206,20 +207,20 @@ def _distance(mode: Mode, size: tuple[int, int] | None, rate: Fraction) -> tuple
     too_small = max(0, wanted[0] - mode.width) + max(0, wanted[1] - mode.height)
     too_large = max(0, mode.width - wanted[0]) + max(0, mode.height - wanted[1])
     if size is None:
-        # Any size up to the usual one will do, the largest of them best.
+        # Any size up to the default is accepted, the largest preferred.
         return (missing, float(too_large > 0), float(pixels if too_large else -pixels), COST[mode.format])
     return (missing, float(too_small > 0), float(too_small + too_large), COST[mode.format])
 
 
 POLL_SECONDS = 0.1
-"""How often a wait looks up, in case it is to end."""
+"""How often a wait checks whether to stop."""
 DESCRIPTORS = Path("/proc/self/fd")
 
 
 def wait_for_input(descriptor: int) -> WaitForFrame:
-    """What waits until a device can be read, or is gone."""
+    """A function that waits until a device is readable or disconnected."""
     poll = select.poll()
-    # A device that is gone is readable, too: the read says why.
+    # A disconnected device counts as readable: reading it raises the error.
     poll.register(descriptor, select.POLLIN | select.POLLERR | select.POLLHUP)
 
     def wait(stopping: threading.Event, seconds: float) -> bool:
@@ -233,10 +234,10 @@ def wait_for_input(descriptor: int) -> WaitForFrame:
 
 
 def device_descriptors(path: str) -> set[int]:
-    """The file descriptors of this process that refer to the device; none where the system does not tell."""
+    """The file descriptors of this process that refer to the device; Linux only, else empty."""
     found = set()
     for entry in DESCRIPTORS.iterdir() if DESCRIPTORS.is_dir() else ():
-        with contextlib.suppress(OSError):  # one that was closed meanwhile
+        with contextlib.suppress(OSError):  # closed meanwhile
             if os.fstat(int(entry.name)).st_rdev == os.stat(path).st_rdev:
                 found.add(int(entry.name))
     return found

@@ -17,14 +17,14 @@ from vidstyle.media.audio import AudioChunk, AudioDecoder
 from vidstyle.media.read.source import choose_stream, frame_rate
 
 MAX_CLOCK_AGE = 2.0
-"""A driver's stamp so little before now is of a clock that we know, and says when something was taken."""
+"""Seconds. A driver's timestamp that is younger than this on a clock is a capture time of that clock."""
 
 
 class OpenedSource(Protocol):
-    """What a source opens: pictures or sound."""
+    """What a source opens: a stream of frames or of audio."""
 
     def close(self) -> None:
-        """Close it; from the thread that reads it."""
+        """Close it, from the thread that reads it."""
 
 
 T = TypeVar("T", bound=OpenedSource)
@@ -32,43 +32,43 @@ T_co = TypeVar("T_co", bound=OpenedSource, covariant=True)
 
 
 class CaptureSource(Protocol[T_co]):
-    """Something that can be opened, and opened again after it was lost."""
+    """A source that can be opened, and reopened after it was lost."""
 
     @property
     def name(self) -> str:
-        """What it is, for people."""
+        """The name for messages."""
 
     @property
     def reconnects(self) -> bool:
-        """Whether to open it again after it was lost."""
+        """Whether to reopen it after it was lost."""
 
     def open(self, stopping: threading.Event) -> T_co:
-        """Begin to take.
+        """Open it and start capturing.
 
         Args:
-            stopping: once it is set, the wait for a beginning is over, and so is what was opened.
+            stopping: when set, opening is cancelled and what was opened ends.
 
         Raises:
-            DeviceError: a device that is missing or busy.
-            InputError: anything else that cannot be read.
+            DeviceError: a device is missing or busy.
+            InputError: any other source cannot be read.
         """
 
 
 log = logging.getLogger("vidstyle")
 
 WaitForFrame = Callable[[threading.Event, float], bool]
-"""Whether there is something to read, within so many seconds and before the event is set."""
+"""Wait for data, for at most so many seconds and until the event is set; returns whether there is any."""
 FIRST_SECONDS, STALL_SECONDS = 5.0, 2.0
-"""A driver that gives nothing for so long is lost: before its first picture, and after it, plus a frame."""
+"""A driver without a frame for so long is lost: before its first frame, and after it (plus one interval)."""
 
 
 @dataclass(frozen=True)
 class CapturedFrame:
-    """A picture as it came.
+    """A captured frame.
 
     Attributes:
-        native: as decoded.
-        time: when it was taken, in seconds of `time.monotonic`.
+        native: the decoded frame.
+        time: capture time, in seconds of `time.monotonic`.
     """
 
     native: av.VideoFrame
@@ -79,10 +79,10 @@ class LiveInput:
     """Decodes one video stream without delay. Iterate over it once, in one thread.
 
     Attributes:
-        codec: what it is decoded with.
-        rate: frames a second, if the source says so.
-        sample_aspect: width of a pixel for each unit of height, or None.
-        has_sound: whether sound will come among the pictures.
+        codec: FFmpeg's name of the decoder.
+        rate: frames per second, or None if unknown.
+        sample_aspect: sample aspect ratio (width / height), or None.
+        has_sound: whether audio is delivered along with the frames.
     """
 
     def __init__(
@@ -98,19 +98,19 @@ class LiveInput:
         wait: WaitForFrame | None = None,
         patience: float | None = None,
     ) -> None:
-        """Begin with an open container, which `close` closes.
+        """Read from an open container, which `close` closes.
 
         Args:
-            stopping: ends the iteration; from any thread.
-            paced: give frames out no faster than their stamps say.
-            loop: begin again at the end.
-            stamped: the driver stamps pictures by the monotonic clock when it takes them.
-            sound: listen, too.
-            wait: waits for the next packet, so that nobody waits for it in a driver.
-            patience: seconds without a packet after which the source is lost, whatever comes then.
+            stopping: ends the iteration; may be set from any thread.
+            paced: deliver frames no faster than their timestamps.
+            loop: start again at the end.
+            stamped: the driver's timestamps are capture times of the monotonic clock.
+            sound: decode audio, too.
+            wait: waits for the next packet, so that reading does not block in the driver.
+            patience: seconds without a packet after which the source counts as lost.
 
         Raises:
-            InputError: there is no video in it.
+            InputError: it has no video stream.
         """
         self._container, self._name = container, name
         try:
@@ -120,7 +120,7 @@ class LiveInput:
             raise
         context: Any = self._stream.codec_context
         if not paced:
-            # Threads that work on several frames at once would each hold one back.
+            # Each thread of frame threading would delay the output by a frame.
             context.thread_type = "SLICE"
             context.flags |= av.codec.context.Flags.low_delay
         self._context = context
@@ -134,11 +134,11 @@ class LiveInput:
         self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
 
     def __iter__(self) -> Iterator[CapturedFrame | AudioChunk]:
-        """Pictures and sound until the source ends.
+        """Frames and audio until the source ends.
 
         Raises:
             InputError: the source was lost.
-            DeviceError: a driver gives nothing any more.
+            DeviceError: the driver delivers no more frames.
         """
         while not self._stopping.is_set():
             try:
@@ -187,13 +187,13 @@ class LiveInput:
             yield packet
             seconds = STALL_SECONDS + (float(1 / self.rate) if self.rate else 0.0)
         if not self._stopping.is_set():
-            raise DeviceError(self._name, f"has given no picture for {seconds:.1f} s")
+            raise DeviceError(self._name, f"has delivered no frame for {seconds:.1f} s")
 
     def _patiently(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
         asked = time.monotonic()
         for packet in packets:
             if self._patience is not None and time.monotonic() - asked >= self._patience:
-                raise InputError(self._name, f"was lost: it has said nothing for {self._patience:g} s")
+                raise InputError(self._name, f"was lost: no data for {self._patience:g} s")
             yield packet
             asked = time.monotonic()
 
@@ -223,7 +223,7 @@ def _seconds(frame: av.VideoFrame) -> float | None:
 
 
 def _taken(frame: av.VideoFrame, arrived: float) -> float:
-    """When a frame was taken, by its stamp where that can be."""
+    """Capture time of a frame: its timestamp if that is plausible, else its arrival."""
     stamp = _seconds(frame)
     return stamp if stamp is not None and 0 <= arrived - stamp < MAX_CLOCK_AGE else arrived
 
@@ -233,7 +233,7 @@ LiveSource = CaptureSource[LiveInput]
 
 
 LEAP_SECONDS = 10.0
-"""A stamp this far from its predecessor begins a new count."""
+"""A timestamp this far after its predecessor restarts the clock."""
 
 
 class PlaybackClock:
@@ -244,7 +244,7 @@ class PlaybackClock:
         self._last = self._step = self._due = 0.0
 
     def until(self, stamp: float | None) -> float:
-        """Seconds to wait until a frame with this stamp is due; 0 when it is late."""
+        """Seconds until a frame with this timestamp is due; 0 if it is late."""
         now = time.monotonic()
         if stamp is None:
             return 0.0
@@ -256,5 +256,5 @@ class PlaybackClock:
         return max(0.0, self._due - now)
 
     def restart(self) -> None:
-        """The next stamp begins a new count, one step after the last frame."""
+        """Restart the clock: the next frame is due one frame interval after the last one."""
         self._zero = None

@@ -25,16 +25,16 @@ from vidstyle.media.capture.input import MAX_CLOCK_AGE, lost
 
 TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
 MIN_CHUNK_SECONDS = 0.02
-"""How long a piece of sound is at least."""
+"""Minimum duration of a chunk of audio."""
 
 
 @dataclass(frozen=True)
 class Microphone:
-    """A microphone that can be opened again and again.
+    """A microphone; see `CaptureSource`.
 
     Attributes:
-        device: ALSA's name on Linux ("default", "hw:1,0"), elsewhere the system's; part of a name that
-            `microphone_list` gives; or "test", a tone with a beep in every second.
+        device: ALSA's name on Linux ("default", "hw:1,0"), the system's elsewhere; part of a name listed by
+            `microphone_list`; or "test", a tone with a beep every second.
     """
 
     device: str
@@ -42,17 +42,17 @@ class Microphone:
 
     @property
     def name(self) -> str:
-        """What it is, for people."""
+        """The name for messages."""
         return f"microphone {self.device}"
 
     def open(self, stopping: threading.Event) -> AudioInput:
-        """Begin to listen.
+        """Open it and start capturing.
 
         Args:
-            stopping: ends what was opened.
+            stopping: when set, the capture ends.
 
         Raises:
-            DeviceError: missing or busy; the message says what there is.
+            DeviceError: missing or busy; the message lists the available microphones.
         """
         if self.device == "test":
             return AudioInput(av.open(TONE, format="lavfi"), self.name, stopping, paced=True)
@@ -73,20 +73,20 @@ class AudioInput:
         stopping: threading.Event,
         paced: bool = False,
     ) -> None:
-        """Begin with an open container, which `close` closes.
+        """Read from an open container, which `close` closes.
 
         Args:
-            paced: it would come at once, and is given out no faster than its stamps say.
+            paced: deliver a generated source no faster than its timestamps.
         """
         self._container, self._name, self._stopping = container, name, stopping
         self._decoder = AudioDecoder(container)
         self._zero = time.monotonic() if paced else None
 
     def __iter__(self) -> Iterator[AudioChunk]:
-        """Pieces of sound until it ends.
+        """Chunks of audio until it ends.
 
         Raises:
-            InputError: it was lost.
+            InputError: the microphone was lost.
         """
         try:
             for packet in self._pieces():
@@ -103,7 +103,7 @@ class AudioInput:
         self._container.close()
 
     def _pieces(self) -> Iterator[av.Packet]:
-        """Packets that are worth the trouble: drivers give hundreds or thousands of small ones a second."""
+        """Packets joined to `MIN_CHUNK_SECONDS` or more: drivers deliver up to thousands a second."""
         stream = self._decoder.stream
         assert stream is not None
         context = stream.codec_context
@@ -120,17 +120,17 @@ class AudioInput:
                 waiting = []
 
     def _taken(self, stamp: float, seconds: float, arrived: float) -> float:
-        """When a piece began, in seconds of `time.monotonic`."""
+        """Capture time of the first sample of a chunk, in seconds of `time.monotonic`."""
         if self._zero is not None:
             self._stopping.wait(max(0.0, self._zero + stamp + seconds - time.monotonic()))
             return self._zero + stamp
-        # ALSA stamps by the clock on the wall, other systems by the one that we use.
+        # ALSA timestamps are wall clock time, those of other systems monotonic.
         ages = (age for age in (time.time() - stamp, time.monotonic() - stamp) if 0 <= age < MAX_CLOCK_AGE)
         return arrived - next(ages, seconds)
 
 
 def microphone_list() -> list[tuple[str, str]]:
-    """What to call each microphone, and its own name."""
+    """The device name and the description of each microphone."""
     if sys.platform in SYSTEM_FORMATS:
         found = av.device.enumerate_input_devices(SYSTEM_FORMATS[sys.platform])
         return [(each.name, each.description) for each in found if "audio" in each.media_types]
@@ -138,7 +138,7 @@ def microphone_list() -> list[tuple[str, str]]:
 
 
 def _full_name(text: str) -> str:
-    """What the system calls the microphone that is named in part, or the text itself."""
+    """The device whose name or description contains the text, or the text itself."""
     listed = microphone_list()
     if text in (name for name, _ in listed):
         return text
@@ -173,14 +173,12 @@ SETTINGS = Path("/usr/share/alsa")
 MAPS = Path("/proc/self/maps")
 HARDWARE = "hw:"
 PLUG = "plughw:"
-"""The same device behind a converter, so that one with a single channel or another rate will do."""
+"""ALSA's converting plug-in, so that mono devices and other sample rates work, too."""
 MAX_ALSA_ERRORS = 100
 
 
 def alsa_microphones() -> list[tuple[str, str]]:
-    """What to call each sound device that can be heard, and its own name; empty where there is none.
-
-    Such as ("hw:1,0", "HD Webcam C270, USB Audio").
+    """ALSA name and description of each capture device: ("hw:1,0", "HD Webcam C270, USB Audio").
     """
     try:
         cards, devices = (SOUND / "cards").read_text(), (SOUND / "pcm").read_text()
@@ -197,13 +195,14 @@ def alsa_microphones() -> list[tuple[str, str]]:
 
 
 def open_alsa(name: str, rate: int) -> av.container.InputContainer:
-    """Open a device by ALSA's name for it.
+    """Open a device by its ALSA name.
 
     Args:
-        rate: samples a second to ask for, of two channels.
+        name: of the device.
+        rate: sample rate to request, in stereo.
 
     Raises:
-        OSError: it cannot be opened; `errno` says why if ALSA did, else it is 0: there is no such device.
+        OSError: it cannot be opened; `errno` is ALSA's, or 0 if there is no such device.
     """
     complaints = prepare_alsa()
     complaints.clear()
@@ -218,10 +217,10 @@ def open_alsa(name: str, rate: int) -> av.container.InputContainer:
 
 @cache
 def prepare_alsa() -> deque[int]:
-    """Make ALSA ready; returns where the error numbers of its complaints go, which it would print.
+    """Set up ALSA; returns the list that receives the error numbers that it would otherwise print.
 
-    FFmpeg calls every failure an input/output error. The library that comes with PyAV would look for settings
-    and plug-ins, among them those of PipeWire and PulseAudio, where it was built.
+    FFmpeg reports every failure as an input/output error. The ALSA library in PyAV would look for its
+    configuration and plug-ins (PipeWire, PulseAudio) where it was built.
     """
     if SETTINGS.is_dir():
         os.environ.setdefault("ALSA_CONFIG_DIR", str(SETTINGS))
@@ -238,7 +237,7 @@ def prepare_alsa() -> deque[int]:
 
 
 _kept: list[Any] = []
-"""What ALSA calls must stay where it is."""
+"""Keeps the callback of ALSA alive."""
 
 
 def _note_errors(library: Any, numbers: deque[int]) -> None:

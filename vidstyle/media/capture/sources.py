@@ -26,13 +26,13 @@ POLL_SECONDS = 0.2
 
 
 class Pipe:
-    """A file descriptor to read from that gives what is there, rather than waiting to fill a block."""
+    """A file descriptor whose reads return what is available, rather than waiting to fill a block."""
 
     def __init__(self, descriptor: int, stopping: threading.Event) -> None:
         self._descriptor, self._stopping = descriptor, stopping
 
     def read(self, size: int) -> bytes:
-        """Up to so many bytes; none at the end, or when it is time to stop."""
+        """Up to `size` bytes; none at the end, or when `stopping` is set."""
         while os.name == "posix" and not select.select([self._descriptor], [], [], POLL_SECONDS)[0]:
             if self._stopping.is_set():
                 return b""
@@ -40,10 +40,10 @@ class Pipe:
 
 
 class NamedPipe(Pipe):
-    """A named pipe (FIFO), which it opens and closes itself."""
+    """A named pipe (FIFO), opened and closed here."""
 
     def __init__(self, path: str, stopping: threading.Event) -> None:
-        # Opened so, it does not wait for a writer where nobody could wake it.
+        # A blocking open would wait for a writer and could not be cancelled.
         super().__init__(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), stopping)
 
     def __del__(self) -> None:
@@ -51,9 +51,9 @@ class NamedPipe(Pipe):
 
 
 NETWORK_SECONDS = 5.0
-"""How long a connection may say nothing; it is then taken for lost, and made anew."""
+"""A connection without data for so long counts as lost and is reopened."""
 LOW_LATENCY_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "1000000", "probesize": "1000000"}
-"""What a stream is looked at for, before its first picture: a second, in place of five."""
+"""Options of demuxers: probe one second of a stream instead of five, and do not buffer."""
 TEST_SIZE, TEST_RATE = (640, 360), Fraction(30)
 
 
@@ -62,10 +62,10 @@ class SourceOptions:
     """How to read a live source.
 
     Attributes:
-        size, rate: wanted of a camera, a screen or the test picture; None: the usual.
-        loop: begin a file again at its end.
-        format: of what comes on "-", where its content does not tell ("rawvideo"), or a camera's own format.
-        raw, raw_rate: what raw video is, and its frame rate; None: 30.
+        size, rate: requested of a camera, a screen or the test picture; None: the default.
+        loop: restart a file at its end.
+        format: "rawvideo" for raw video on "-", or a camera's input format.
+        raw, raw_rate: size and format of raw video, and its frame rate; None: 30.
     """
 
     size: tuple[int, int] | None = None
@@ -77,7 +77,7 @@ class SourceOptions:
 
 
 def live_source(text: str, options: SourceOptions) -> LiveSource:
-    """The source that a word means.
+    """The source that a command line argument names.
 
     Args:
         text: "camera" or "" for the first camera, a camera's path, number or name, "screen" or
@@ -88,7 +88,7 @@ def live_source(text: str, options: SourceOptions) -> LiveSource:
     """
     size, rate = options.size, options.rate
     if size is not None and min(size) < 1:
-        size = None  # what keeps the shape is settled when the shape is known
+        size = None  # -1 and -2 are resolved when the aspect ratio is known
     if text == "test":
         return GeneratedPicture(size or TEST_SIZE, rate or TEST_RATE)
     if text == "screen" or text.startswith("screen:"):
@@ -123,7 +123,7 @@ class GeneratedPicture:
 
 @dataclass(frozen=True)
 class File:
-    """A film, played at its own pace."""
+    """A film, played in real time."""
 
     name: str
     loop: bool = False
@@ -136,14 +136,14 @@ class File:
 
 @dataclass(frozen=True)
 class Network:
-    """A stream by its URL; one that says how long it is, is a film, and played at its own pace."""
+    """A network stream; one with a known duration is a film and played in real time."""
 
     url: str
     reconnects: bool = True
 
     @property
     def name(self) -> str:
-        """The URL without what is secret in it."""
+        """The URL without passwords and keys."""
         return public_name(self.url)
 
     def open(self, stopping: threading.Event) -> LiveInput:
@@ -167,18 +167,18 @@ class Network:
 
 @dataclass(frozen=True)
 class PipeSource:
-    """What another program writes: standard input, or a named pipe, which it may open again."""
+    """The output of another program: standard input or a named pipe, which may be reopened."""
 
     name: str
     options: SourceOptions
 
     @property
     def reconnects(self) -> bool:
-        """Whether it may come back: a named pipe does with its next writer."""
+        """Whether to reopen it: a named pipe gets its next writer."""
         return self.name != "-"
 
     def open(self, stopping: threading.Event) -> LiveInput:
-        """See LiveSource; a named pipe is waited for until it has a writer."""
+        """See LiveSource; a named pipe waits for its writer."""
         options = self.options
         format = {"y4m": "yuv4mpegpipe", "raw": RAW}.get(options.format or "", options.format)
         raw = options.raw.demuxer_options(options.raw_rate or TEST_RATE) if format == RAW else {}
@@ -195,7 +195,7 @@ def _is_pipe(text: str) -> bool:
 
 
 def _is_file(text: str) -> bool:
-    """Whether the word is a file's name, or would be one: it has an ending or lies in a folder."""
+    """Whether the argument names a file, existing or not: it has an extension or a folder."""
     if text.startswith("/dev/"):
         return False
     path = Path(text)
