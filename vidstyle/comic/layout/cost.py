@@ -13,7 +13,7 @@ from vidstyle.comic.layout.slicing import Tree
 from vidstyle.comic.moment import Box, Moment
 
 NARROWEST, WIDEST = 0.45, 3.2
-"""Range of the aspect (width by height) of panels; others are slivers."""
+"""Range of the aspect ratio (width / height) of panels; others are slivers."""
 
 _WHOLE = 1.02
 """Safety factor on these limits, as sides are rounded to whole pixels later."""
@@ -49,8 +49,8 @@ class LayoutWeights:
         +  face . (part of the main face, with the room about it, that is cut off)
         +  size . ln(w h / wanted area)^2  +  slivers,
 
-    over its rows, of `template(tree)`: many columns, and a stack read before its neighbour, cost more;
-    over rows that follow one another on a page,
+    over its rows, of `template(tree)`: many columns, and a stack before its neighbour, cost more;
+    over successive rows on a page,
 
         monotony . similarity  +  full . similarity of rows of one panel
         +  cross . (gutters meet in a cross)  +  ragged . (they miss it by one unit),
@@ -61,10 +61,10 @@ class LayoutWeights:
     area is a share of the paper by importance; for a splash `size` is larger.
 
     Attributes:
-        jitter: deviations of importance, and the natural logarithms of shapes, that are added for each
-            panel; panel x 2, or None.
-        perturbation: what is added to the cost of a template for each panel that it may begin with; other
-            templates cost as much as before.
+        jitter: added to each panel's deviation of importance and to the natural logarithm of its best shape;
+            panel x 2, or None.
+        perturbation: added to the cost of a template for each panel that it may begin with; 0 for templates
+            that are not listed.
     """
 
     shape: float = 1.0
@@ -125,7 +125,7 @@ def wanted_areas(
 
 
 def deviations(moments: Sequence[Moment]) -> np.ndarray:
-    """How far each moment's importance is above the mean, in standard deviations."""
+    """Each moment's importance above the mean, in standard deviations."""
     importance = np.array([moment.importance for moment in moments])
     return (importance - importance.mean()) / max(float(importance.std()), _EVEN)
 
@@ -149,7 +149,7 @@ def panel_costs(
     """The cost of the panel of each moment in each size.
 
     Returns:
-        Moment x width x height; infinite where a width or a height is the first, which is none.
+        Moment x width x height; infinite for the first width and the first height, which are 0.
     """
     aspect, area = widths[:, None] / heights, widths[:, None] * heights
     shapes = np.zeros(len(moments)) if weights.jitter is None else weights.jitter[:, 1]
@@ -172,7 +172,7 @@ def panel_costs(
 
 
 def best_shape(moment: Moment) -> float:
-    """The natural logarithm of the aspect that suits a moment."""
+    """The natural logarithm of the best aspect ratio for a moment."""
     height, width = moment.shape
     kept = what_counts(moment)
     own = math.log(width / height)

@@ -1,4 +1,4 @@
-"""The window of its picture that a panel shows."""
+"""Cropping: the window of a moment's picture that a panel shows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TINY = 1 / 12
 AROUND = 1.6
 """Wanted size of a window, relative to its content."""
 HEAD_ROOM = 0.35
-"""Room for hair above a face, in heights of the face."""
+"""Head room above a face, in heights of the face."""
 NECK_ROOM = 0.2
 SIDE_ROOM = 0.15
 

@@ -18,27 +18,27 @@ from vidstyle.comic.moment import Box, Moment
 from vidstyle.errors import UsageError
 
 PANELS_PER_PAGE = 6.5
-"""Panels that a page holds best."""
+"""Best number of panels on a page."""
 GOOD = 0.22
 GOOD_AT_ALL = 0.8
-"""So much more, for each panel and for all, may the layout of a seed cost than the best one."""
+"""Maximum cost of a seed's layout above that of the best one: per panel, and relative."""
 
 _ATTEMPTS = 8
 _UNITS = 12
-"""Across a page: gutters of two rows either meet or are well apart."""
+"""Grid units across a page: few, so that gutters of two rows either meet or are well apart."""
 _COLUMNS = 4
-"""In a row of an upright page."""
+"""Maximum number of columns in a row of a portrait page."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A moment on its page.
+    """A panel on its page.
 
     Attributes:
-        moment: its number, from 0.
-        page: from 0.
-        rectangle: on the page, with the border; a bleeding one goes on beyond the page by `Paper.bleed`.
-        crop: the part of the moment's picture that fills it, in pixels; of the rectangle's aspect.
+        moment: index of the moment that it shows.
+        page: index of the page.
+        rectangle: including the border; a full-bleed panel extends beyond the page by `Paper.bleed`.
+        crop: the window of the moment's picture that it shows, in pixels, with the rectangle's aspect.
     """
 
     moment: int
@@ -52,9 +52,9 @@ class PageLayout:
     """All pages.
 
     Attributes:
-        panels: in reading order, which is that of time.
-        sizes: width and height of each page, in pixels.
-        cost: what `LayoutWeights` says of it; that of seed 0 is the least there is.
+        panels: in reading order, which is chronological.
+        sizes: width and height of each page in pixels.
+        cost: see `LayoutWeights`; seed 0 has the lowest.
     """
 
     panels: tuple[Panel, ...]
@@ -74,8 +74,8 @@ def lay_out(
 ) -> PageLayout:
     """Lay out moments as comic pages, or as one strip.
 
-    Rows fill the width and pages the height; of all rows that `slicing.rows` allows, all cuts on the page's
-    grid and all breaks of rows and pages, those are taken that cost least, see `LayoutWeights`.
+    Rows fill the width and pages the height. The layout has the lowest cost (see `LayoutWeights`) of all
+    combinations of rows that `slicing.rows` allows, splits on the page's grid, row breaks and page breaks.
 
     Args:
         moments: in the order of time.
@@ -133,7 +133,7 @@ def _bled(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:
 
 @dataclass(frozen=True)
 class _Pages:
-    """Rows and panels of all pages, and what they cost by the formula, without what a seed adds."""
+    """Rows and panels of all pages, and their cost without a seed's perturbation."""
 
     rows: list[Row]
     places: list[Placement]
@@ -141,7 +141,7 @@ class _Pages:
 
     @property
     def shape(self) -> list[tuple[object, ...]]:
-        """Which panels make a row, and how it is cut, but not where."""
+        """Which panels form each row, and the tree of its splits without their positions."""
         return [(row.page, row.moment, row.tree) for row in self.rows]
 
 

@@ -1,4 +1,4 @@
-"""What a comic is printed on: its size in pixels, and how far its panels stay apart."""
+"""Paper: the size of a page in pixels, and its margins, gutters and borders."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ MILLIMETRES = {
     "letter": (215.9, 279.4),
     "square": (210.0, 210.0),
 }
-"""Width and height of the papers that have a name, upright."""
+"""Width and height of the named paper sizes in portrait orientation."""
 
 STRIP = 1080
-"""Pixels that a strip for phones is wide."""
+"""Width of a strip for phones in pixels."""
 
 DPI = 150
 MARGIN = 10.0
 GUTTER = 3.0
 ROW_GUTTER = 5.0
-"""Millimetres; rows are further apart than neighbours, so that the eye stays in its row."""
+"""Millimetres; larger than the gutter between columns, so that the reading order is clear."""
 BORDER = 1.5
-"""Points."""
+"""Width of panel borders in points."""
 
 _POINTS = 72.0
 INCH = 25.4
 """Millimetres."""
 _USUAL = 210.0
-"""Millimetres: on paper narrower than this, margins and gutters are smaller in proportion."""
+"""Width in millimetres below which margins and gutters shrink in proportion."""
 _LEAST, _MOST = 64, 30000
-"""Pixels of a side."""
+"""Range of a page's sides in pixels."""
 
 
 class Rectangle(NamedTuple):
-    """Pixels of a page; `right` and `bottom` are the first that do not belong to it."""
+    """A rectangle in pixels of a page; `right` and `bottom` are exclusive."""
 
     left: int
     top: int
@@ -70,12 +70,12 @@ class Paper:
     """A page; all lengths in pixels.
 
     Attributes:
-        width, height: of the page when it is cut; the height of a strip is 0, for it has as much as it needs.
+        width, height: of the page after trimming; the height of a strip is 0: as much as it needs.
         dpi: pixels per inch.
         margin: from the page's edge to the panels.
-        gutter, row_gutter: between panels side by side, and between those one above the other.
-        border: the line around a panel, which lies inside its rectangle.
-        bleed: how far a bleeding panel goes on beyond the edge at which the page will be cut.
+        gutter, row_gutter: between columns and between rows of panels.
+        border: width of the line around a panel, inside its rectangle.
+        bleed: how far a full-bleed panel extends beyond the trimmed page.
     """
 
     width: int
@@ -94,7 +94,7 @@ class Paper:
 
     @property
     def inside(self) -> Rectangle:
-        """What the margins leave for the panels; a strip's has no height."""
+        """The page without its margins; that of a strip has no height."""
         bottom = max(self.margin, self.height - self.margin)
         return Rectangle(self.margin, self.margin, self.width - self.margin, bottom)
 
@@ -115,8 +115,8 @@ def paper(
     Args:
         size: a name of `MILLIMETRES`, "strip", or WIDTHxHEIGHT: pixels or, with "mm" behind it, millimetres.
         dpi: pixels per inch.
-        landscape: whether a page that has a name lies on its side.
-        margin, gutter, row_gutter, bleed: millimetres; all but `bleed` are less on small paper.
+        landscape: landscape orientation for a named size.
+        margin, gutter, row_gutter, bleed: millimetres; all but `bleed` shrink on small paper.
         border: points.
 
     Raises:
@@ -143,7 +143,7 @@ def paper(
 
 
 def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:
-    """Pixels; the height is 0 where there is no end to it."""
+    """Width and height in pixels; the height of a strip is 0."""
     if size == "strip":
         return STRIP, 0
     sides = MILLIMETRES.get(size)

@@ -1,4 +1,4 @@
-"""A contact sheet: whole pictures in rows, each with its time."""
+"""Contact sheets: whole pictures in a grid, each with its timecode."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from vidstyle.comic.output.sheet import Label
 from vidstyle.errors import UsageError
 
 COLUMNS, COLUMNS_WIDE, COLUMNS_STRIP = 3, 5, 2
-"""Of an upright page, of one that lies on its side, and of a strip."""
+"""Pictures in a row of a portrait page, of a landscape page and of a strip."""
 
 _LINE = 1.6
-"""The height of the line under each picture, in sizes of its letters."""
+"""Height of the line below each picture, in font sizes."""
 
 
 def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int = 0) -> PageLayout:
-    """Pages of pictures in equal cells, in the order of time.
+    """Lay out pictures in equal cells, in chronological order.
 
     Args:
-        size: of the letters, in pixels.
-        head: pixels that are kept free above.
+        moments: in chronological order.
+        paper: of each page.
+        size: font size in pixels.
+        head: pixels to leave free at the top of each page.
 
     Raises:
-        UsageError: a page is too low for one row.
+        UsageError: a page has no room for a row.
     """
     wide = paper.width > 1.2 * paper.height
     columns = COLUMNS_STRIP if paper.is_strip else COLUMNS_WIDE if wide else COLUMNS
@@ -50,7 +52,7 @@ def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int 
 
 
 def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
-    """The whole picture in the middle of its cell."""
+    """The whole picture, at the bottom of its cell and centred horizontally."""
     height, width = moment.shape
     factor = min(cell.width / width, cell.height / height)
     wide, high = max(1, round(width * factor)), max(1, round(height * factor))
@@ -59,7 +61,7 @@ def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
 
 
 def time_labels(layout: PageLayout, moments: Sequence[Moment], size: int) -> list[list[Label]]:
-    """The times under the pictures of each page."""
+    """The timecodes below the pictures of each page."""
     pages: list[list[Label]] = [[] for _ in layout.sizes]
     for panel in layout.panels:
         left, _, right, bottom = panel.rectangle
@@ -69,7 +71,7 @@ def time_labels(layout: PageLayout, moments: Sequence[Moment], size: int) -> lis
 
 
 def timecode(seconds: float) -> str:
-    """A time for people, to the tenth of a second.
+    """A time as hours, minutes and seconds, rounded to tenths.
 
     >>> timecode(3.25), timecode(3725.96)
     ('0:03.2', '1:02:06.0')

@@ -18,24 +18,23 @@ if TYPE_CHECKING:
     from PIL import ImageFont
 
 POINTS = 10.0
-"""Size of the letters on paper."""
+"""Default font size on paper, in points."""
 _ACROSS, _ACROSS_STRIP = 45, 28
-"""Letters are no larger than the page's width by the first; on a strip, which is seen on a phone, they are as
-large as its width by the second."""
+"""Maximum font size on a page, and font size on a strip (read on a phone), as fractions 1/N of the width."""
 _MIN_SIZE = 7
-"""Pixels."""
+"""Minimum font size in pixels."""
 _SUBSTITUTES = {
     **dict.fromkeys("–—‐‑•", "-"),
     **dict.fromkeys("«»„", '"'),
     **dict(zip("ßẞæÆœŒøØłŁđı", "ss SS ae AE oe OE o O l L d i".split(), strict=True)),
 }
-"""What is written for a character that is missing from a font, if not the same without its accent."""
+"""Substitutes for characters that a font lacks; for others the accent is removed."""
 _MARKS, NOTES = "–—‐‑•«»„", "♪♫♩♬"
-"""Characters that are replaced without a warning; notes are left out."""
+"""Characters that are substituted without a warning, and notes, which are left out."""
 
 
 def check_pillow() -> None:
-    """Raise UsageError if the library that letters and files come from is missing."""
+    """Raise UsageError if Pillow is not installed."""
     try:
         import PIL.ImageFont  # noqa: F401
     except ImportError as error:
@@ -50,10 +49,10 @@ def letter_size(paper: Paper) -> int:
 
 
 class Letters:
-    """A font in all sizes.
+    """A font at any size.
 
     Attributes:
-        lacking: the characters of texts that the font lacks.
+        lacking: characters of texts so far that the font lacks.
     """
 
     def __init__(self, path: Path | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Lines that are said in a film, out of its subtitles or a file of them: plain text, and who may say it."""
+"""Dialogue lines of a film, from its subtitles or a subtitle file: plain text and speaker."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _BRACKETS = re.compile(r"^[\[(][^\])]*[\])]$")
 
 @dataclass(frozen=True)
 class Line:
-    """What one voice says at a time.
+    """A line of dialogue by one speaker.
 
     Attributes:
         start, end: in seconds.
-        text: plain, in one line.
-        narrated: whether it is no speech in the picture: a narrator's, a song's, the name of a noise.
-        speaker: who says it, by name or only by number; empty if nothing is known.
+        text: plain text without line breaks.
+        narrated: whether it is not spoken in the picture: narration, lyrics or a sound description.
+        speaker: name, or number within the subtitle; empty if unknown.
     """
 
     start: float
@@ -41,7 +41,7 @@ class Line:
 
 
 def lines_of_film(source: str | os.PathLike[str]) -> list[Line]:
-    """What the film's own subtitles say, in the order of time; nothing where it has none.
+    """The lines of the film's own subtitles, in chronological order; empty if it has none.
 
     Raises:
         InputError: the film cannot be read.
@@ -50,7 +50,7 @@ def lines_of_film(source: str | os.PathLike[str]) -> list[Line]:
 
 
 def lines_of_file(path: Path) -> list[Line]:
-    """What a file of subtitles says: .srt, .vtt, or another file in which there is a track of text.
+    """The lines of a subtitle file: .srt, .vtt, or another file with a text subtitle track.
 
     Raises:
         InputError: it cannot be read, or holds no subtitles.
@@ -72,12 +72,12 @@ def _text_of(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # What Windows wrote for western languages before.
+        # The legacy encoding of Windows for western languages.
         return content.decode("cp1252", "replace")
 
 
 def _lines(events: Iterable[SubtitleEvent]) -> list[Line]:
-    """Everything that is said, in the order of time, each thing once."""
+    """The lines of all events in chronological order, without duplicates."""
     found = {line: None for event in events for line in _lines_of(event)}
     return sorted(found, key=lambda line: line.start)
 
@@ -97,7 +97,7 @@ def _lines_of(event: SubtitleEvent) -> Iterator[Line]:
 
 
 def _plain(text: str) -> str:
-    """Without tags, in one line, of characters that can be seen."""
+    """The text without tags, line breaks and invisible characters."""
     shown = "".join(
         each if each.isprintable() else " " for each in _TAG.sub("", text) if each not in "\u200b\u200e\u200f"
     )
@@ -105,7 +105,7 @@ def _plain(text: str) -> str:
 
 
 def _voices(rows: list[str]) -> list[str]:
-    """The text of each voice: one that answers begins with a dash.
+    """The text of each speaker: a dash marks a change of speaker.
 
     >>> _voices(["- Hello.", "- Who", "is there?"]), _voices(["- Yes."]), _voices(["One", "two"])
     (['Hello.', 'Who is there?'], ['Yes.'], ['One two'])

@@ -13,18 +13,21 @@ from vidstyle.comic.moment import Moment
 from vidstyle.comic.output.sheet import Label
 
 _TITLE = 2.6
-"""Size of a title, in sizes of the letters."""
+"""Font size of a title, in font sizes of the comic."""
 _AIR = 0.7
-"""Below it, in sizes of its own."""
+"""Space below a title, in its font sizes."""
 _NUMBER = 0.45
-"""Size of a page's number, at most, in margins."""
+"""Maximum font size of a page number, relative to the margin."""
 
 
 def title_of(text: str, paper: Paper, size: int, letters: Letters) -> tuple[Label, int]:
-    """A title in the middle of the page's head, and how much lower the panels are because of it.
+    """A title centred at the top of the page, and the height that it takes from the panels, in pixels.
 
     Args:
-        size: that of the other letters, in pixels.
+        text: reduced in size if it is wider than the panels.
+        paper: of the page.
+        size: font size of the comic in pixels.
+        letters: its font.
     """
     text, wanted = letters.writable(text), round(_TITLE * size)
     wide = letters.width(text, wanted)
@@ -35,12 +38,12 @@ def title_of(text: str, paper: Paper, size: int, letters: Letters) -> tuple[Labe
 
 
 def below_title(paper: Paper, by: int, pages: int) -> Paper:
-    """What panels are to be laid out on: a single page without the title's part; of several, whole pages."""
+    """The paper for the layout: a single page is lower by the title's height; several pages are unchanged."""
     return replace(paper, height=paper.height - by) if pages == 1 and not paper.is_strip else paper
 
 
 def lowered(layout: PageLayout, moments: Sequence[Moment], paper: Paper, by: int) -> PageLayout:
-    """The layout with the panels of the first page in what is left below a title; gutters stay as wide."""
+    """The layout with the panels of the first page moved or squeezed below a title, gutters unchanged."""
     if paper.is_strip or layout.sizes[0][1] < paper.height:
         panels = [replace(each, rectangle=_moved(each.rectangle, paper, by)) for each in layout.panels]
         sizes = [(paper.width, layout.sizes[0][1] + by)]
@@ -51,7 +54,7 @@ def lowered(layout: PageLayout, moments: Sequence[Moment], paper: Paper, by: int
 
 
 def _moved(rectangle: Rectangle, paper: Paper, by: int) -> Rectangle:
-    # A panel that bleeds does not do so under the title.
+    # No bleed under the title.
     return rectangle._replace(top=max(rectangle.top, paper.margin) + by, bottom=rectangle.bottom + by)
 
 
@@ -63,14 +66,14 @@ def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) ->
         return inside.top + by + round((y - inside.top) * factor)
 
     left, top, right, bottom = panel.rectangle
-    # One that bleeds does so aside and below, but not under the title.
+    # Bleed at the sides and at the bottom only, not under the title.
     low = bottom if bottom > inside.bottom else line(bottom + gutter) - gutter
     rectangle = Rectangle(left, line(max(top, inside.top)), right, low)
     return replace(panel, rectangle=rectangle, crop=crop(moments[panel.moment], rectangle.aspect))
 
 
 def numbers(layout: PageLayout, paper: Paper, size: int) -> list[list[Label]]:
-    """The number below the panels of each page, where there are several and there is room."""
+    """Page numbers below the panels, if there are several pages and room in the margin."""
     letters = min(size, round(_NUMBER * paper.margin))
     labels: list[list[Label]] = [[] for _ in layout.sizes]
     for page, (width, height) in enumerate(layout.sizes if len(layout.sizes) > 1 and letters >= 5 else ()):

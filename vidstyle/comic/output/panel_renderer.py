@@ -1,4 +1,4 @@
-"""The picture of a panel, restyled at the size that it is printed in."""
+"""Renders panels: their pictures are restyled at the size at which they are printed."""
 
 from __future__ import annotations
 
@@ -26,30 +26,32 @@ from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import Style
 
 LINES = 720
-"""The height for which a style's lengths are meant if it names none."""
+"""The reference height of styles that declare none, in pixels."""
 HEIGHT = 90.0
-"""Millimetres: so high that picture is taken to be on paper."""
+"""The height on paper, in millimetres, that corresponds to a style's reference height."""
 
 _RGB = Encoding(full_range=True, step=(1, 1))
 
 
 def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
-    """The style with its lengths as they are on paper, whatever the size of the picture.
+    """The style with lengths that are constant on paper, whatever the size of the picture.
 
-    A style of 720 lines is taken to be meant for a picture 9 cm high: 5 pixels of it are 0.63 mm in every
-    panel, at every resolution.
+    The reference height of a style corresponds to 9 cm: with 720 lines, 5 pixels are 0.63 mm in every
+    panel at every resolution.
 
     Args:
-        height, width: of the picture that it is for, in pixels.
+        style: not changed.
+        height, width: of the picture to restyle, in pixels.
+        dpi: pixels per inch.
     """
     printed = HEIGHT * dpi / INCH
     lines = style.height or LINES
-    # A still has nothing to hold.
+    # A still needs no temporal smoothing.
     return replace(style, height=min(height, width) * lines / printed, steady=0.0)
 
 
 class PanelRenderer(Closing):
-    """Renders panels, each in the next of the styles in turn; a context manager.
+    """Renders panels, using the styles in turn; a context manager.
 
     Args:
         device: as for `open_renderer`.
@@ -64,15 +66,15 @@ class PanelRenderer(Closing):
             self._backend.close()
 
     def panel(self, color: np.ndarray, window: Box, picture: Rectangle) -> np.ndarray:
-        """The part of a frame that a panel shows, in its style.
+        """Restyle the part of a frame that a panel shows.
 
         Args:
             color: the frame, H x W x 3 uint8.
-            window: in pixels of it.
-            picture: where it is to be; only its size matters.
+            window: the part, in pixels of the frame.
+            picture: rectangle on the page; only its size matters.
 
         Returns:
-            A picture of that size, uint8.
+            H x W x 3 uint8, of the size of `picture`.
         """
         shown, style = cut_out(color, window, picture.width, picture.height), next(self._styles)
         if style.is_plain:
@@ -99,11 +101,11 @@ def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarr
 
 @dataclass(frozen=True)
 class PagePlan:
-    """All that is known of a comic before it is drawn.
+    """A complete comic before it is drawn.
 
     Attributes:
-        panels: in the order of reading, page by page.
-        labels: of each page.
+        panels: in reading order, page by page.
+        labels: the labels of each page.
     """
 
     moments: Sequence[Moment]
@@ -121,11 +123,14 @@ def drawn(
     frames: Frames | None,
     on_panel: Callable[[int, int], None],
 ) -> Iterator[Sheet]:
-    """Every page, drawn when it is asked for; only one is in memory, and one frame.
+    """Draw pages one at a time, so that only one page and one frame are in memory.
 
     Args:
-        frames: where to save the frames too.
-        on_panel: called before each panel with its number, from 0, and how many there are.
+        plan: what to draw.
+        film: source of the frames.
+        renderer: draws the panels.
+        frames: folder to save the frames to as well, or None.
+        on_panel: called before each panel with its index and the number of panels.
     """
     colors = film.frames_at(plan.moments[each.panel.moment].time for each in plan.panels)
     for page, (width, height) in enumerate(plan.layout.sizes):

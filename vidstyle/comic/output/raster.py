@@ -67,7 +67,7 @@ def _encoded(image: Image, kind: str, **options: Any) -> bytes:
 
 
 def page_image(sheet: Sheet) -> Image:
-    """The page as a picture of Pillow's, RGB, one pixel of it for one of the sheet."""
+    """The page as an RGB image of Pillow at the size of the sheet."""
     from PIL import Image, ImageDraw
 
     canvas = np.full((sheet.height, sheet.width, 3), PAPER, np.uint8)
@@ -91,7 +91,7 @@ def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
     _fill(canvas, panel.rectangle, INK)
     if panel.band:
         _fill(canvas, panel.band, PAPER)
-    # The picture of a bleeding panel extends beyond the page.
+    # The picture of a full-bleed panel extends beyond the page.
     height, width = canvas.shape[:2]
     at = panel.picture
     left, top, right, bottom = max(0, at.left), max(0, at.top), min(width, at.right), min(height, at.bottom)
@@ -108,7 +108,7 @@ def _fill(canvas: np.ndarray, rectangle: Rectangle, level: int) -> None:
 
 
 def _draw_outline(canvas: np.ndarray, bubble: Bubble) -> None:
-    """The shape in white with a black line around it, over what is there."""
+    """Draw the shape in white with a black outline."""
     points = np.array(bubble.outline)
     room = math.ceil(bubble.line_width) + 1
     height, width = canvas.shape[:2]

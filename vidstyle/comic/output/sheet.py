@@ -13,11 +13,11 @@ from vidstyle.comic.lettering.fonts import Letters
 
 @dataclass(frozen=True)
 class RenderedPanel:
-    """A panel: its border fills the rectangle, its picture lies in it, and words over that.
+    """A panel: a border that fills its rectangle, a picture inside it, and text above the picture.
 
     Attributes:
-        color: the picture, uint8, height x width x 3 of `picture`.
-        note: what it shows, in words, for those who cannot see it.
+        color: the picture, H x W x 3 uint8, of the size of `picture`.
+        note: description of the picture for screen readers.
     """
 
     rectangle: Rectangle
@@ -28,7 +28,7 @@ class RenderedPanel:
 
     @property
     def band(self) -> Rectangle | None:
-        """Where words stand above the picture, if they do."""
+        """The band for text above the picture, or None."""
         boxes = [bubble.box for bubble in self.bubbles if bubble.kind == "band"]
         if not boxes:
             return None
@@ -38,12 +38,13 @@ class RenderedPanel:
 
 @dataclass(frozen=True)
 class Label:
-    """A line of text on the paper: a title, a page's number, a time.
+    """A line of text outside panels: a title, a page number or a timecode.
 
     Attributes:
-        middle, foot: where it stands, in pixels.
-        size: of its letters.
-        is_bold: whether they are thick.
+        text: one line.
+        middle, foot: horizontal centre and baseline in pixels.
+        size: font size in pixels.
+        is_bold: whether it is bold.
     """
 
     text: str
@@ -54,13 +55,13 @@ class Label:
 
     @property
     def thickness(self) -> int:
-        """By so many pixels its letters are thicker on each side."""
+        """Width of the outline that makes the letters bold, in pixels on each side."""
         return max(1, self.size // 28) if self.is_bold else 0
 
 
 @dataclass
 class Sheet:
-    """A page of so many pixels, `dpi` to the inch."""
+    """A page of `width` x `height` pixels at `dpi` pixels per inch."""
 
     width: int
     height: int

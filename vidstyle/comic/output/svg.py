@@ -40,11 +40,12 @@ def svg(sheets: Iterable[Sheet], title: str) -> bytes:
 
 
 def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = True) -> str:
-    """The sheet as an element `svg`, as large as it is on paper.
+    """The sheet as an `svg` element of its size on paper.
 
     Args:
-        before: how many panels stand before it in the document.
-        with_font: whether it brings the font, which one of a document does.
+        sheet: a page.
+        before: number of panels before it in the document.
+        with_font: whether to embed the font; one element of a document does.
     """
     fonts = escape(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
     wide, high = (f"{length * INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
@@ -110,7 +111,7 @@ def _bubble(bubble: Bubble) -> Iterator[str]:
             f' stroke-width="{bubble.line_width:.2f}" stroke-linejoin="round"/>'
         )
     yield f'<text font-size="{bubble.block.size}">'
-    # The length holds where the font is another.
+    # textLength keeps the width if another font is used.
     for text, left, foot, width in bubble.lines:
         yield (
             f'<tspan x="{left:.1f}" y="{foot:.1f}" textLength="{width:.1f}"'

@@ -22,7 +22,7 @@ from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
 
 _Encoder = Callable[[Iterable[Sheet], str], bytes]
-"""Makes a file of pages and a title."""
+"""Encodes pages as the content of a file with a title."""
 
 _FORMATS: dict[str, _Encoder] = {
     ".png": png,
@@ -74,7 +74,7 @@ class Output:
         is_single = self._encode in _MULTI_PAGE
         targets = [self._target] if is_single else page_names(self._target, pages)
         with ExitStack() as files:
-            # All are claimed before the first page is drawn, which takes long.
+            # All targets are checked before the first page is drawn, which takes long.
             writers = [
                 files.enter_context(atomic_file(target, self._source, self._overwrite)) for target in targets
             ]

@@ -11,38 +11,38 @@ from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.similarity import DIFFERENT, SIMILAR, similarity
 
 MIN_PANELS, MAX_PANELS = 1, 40
-"""The number of panels chosen by default, least and most."""
+"""Range of the number of panels."""
 MAX_CANDIDATES = 400
-"""Candidates that are considered, or twice as many as panels; of each part of the film the better ones."""
+"""Maximum number of candidates considered, or twice that of panels: the best of each part of the film."""
 LOOKBACK = 12
-"""Panels before each that it is compared with: two pages of them."""
+"""Number of preceding panels that each one is compared with: two pages."""
 PANELS_PER_PAGE = 6
-"""Of so many panels none looks nearly the same as another, where their number is free."""
+"""If the number of panels is free, no two of so many successive ones look nearly the same."""
 
 _FORCED, _TOO_CLOSE = 1000.0, 50.0
-"""What it scores to keep a requested picture, and what it costs to show two too close together in
-time. Each outweighs whatever the later ones can add up to."""
+"""Score of a requested frame, and cost of two frames too close together in time. Each outweighs the sum of
+all terms after it."""
 _SIMILAR, _SAME = 2.0, 20.0
-"""What it costs to show two neighbours that look nearly the same, and what to show the same once more, beside
-scores of 0..1: only where there is nothing else."""
+"""Costs of two neighbours that look nearly the same, and of two equal ones. Scores are 0..1, so that this
+happens only if there are no other frames."""
 _FADES = 3
-"""Panels further on that cost is half as high."""
+"""Distance in panels at which that cost is half as high."""
 _SAME_SCENE, _PACE = 0.2, 0.25
-"""The scores of another scene and of an even pace."""
+"""Cost of staying in a scene, and weight of an uneven pace."""
 _MIN_GAP = 0.4
-"""Seconds between two panels."""
+"""Minimum seconds between two panels."""
 
 _KIN = 0.65
-"""Scenes whose colour histograms intersect by more are of one kind, such as two speakers shown in turn."""
+"""Scenes with a higher histogram intersection form a group, such as the shots of a speaker in a dialogue."""
 _MIXED, _BLURRED, _SOFT, _SOFTEST = 1.0, 0.5, 0.8, 0.4
-"""What a picture loses in which two shots are mixed, and at most one that is less sharp than so much of what
-is usual: a near face has few edges. A shot may be softer, down to the last, if all of it is."""
+"""Cost of a blend of two shots; maximum cost of blur; the share of the median sharpness below which a frame
+is blurred (close-ups of faces have few edges), and that share in a scene that is soft throughout."""
 _EMPTY = 0.35
-"""In a picture that is less clear there is so little to be seen that it matters less how sharp that is."""
+"""Clarity below which sharpness counts less, as there is little to see."""
 _MOVING, _WILD = 0.5, 0.6
-"""What a picture loses that is all movement, and how much that is; it is less clear than its edges tell."""
+"""Maximum cost of motion, and the motion from which it applies: motion blur beyond what edges show."""
 _LARGE_FACE = 0.12
-"""The share of the picture of a face that is as good as any larger one."""
+"""A face that covers this share of the picture scores as high as any larger one."""
 
 
 def default_panels(scenes: int, seconds: float) -> int:
@@ -63,7 +63,7 @@ def choose(
         survey: the candidates; blank ones are left out.
         forced: requested frames, which are always chosen.
         panels: how many in all; None: `default_panels`, and fewer where pictures would look the same.
-        least: where `panels` is None, so many rather than fewer.
+        least: minimum number where `panels` is None.
     """
     seen = [each for each in survey.candidates if not each.blank]
     times = {each.time for each in forced}
@@ -94,20 +94,20 @@ def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None, l
 
 
 def _has_doubles(like: np.ndarray, chosen: Sequence[int]) -> bool:
-    """Whether two chosen frames that a reader sees together look nearly the same."""
+    """Whether two frames within `PANELS_PER_PAGE` successive panels look nearly the same."""
     near = np.tri(len(chosen), k=PANELS_PER_PAGE - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
     return bool((like[np.ix_(chosen, chosen)] > SIMILAR)[near].any())
 
 
 def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
-    """Where in the film each lies, 0..1: half by time and half by scenes, so that short ones count too."""
+    """Position in the film, 0..1: the mean of those by time and by scene, so that short scenes count, too."""
     times = np.array([each.time for each in pool]) / max(survey.seconds, 1e-6)
     scenes = np.array([each.scene + 0.5 for each in pool]) / len(survey.scene_starts)
     return np.clip((times + (scenes if len(survey.scene_starts) > 1 else times)) / 2, 0, 1)
 
 
 def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most: int) -> np.ndarray:
-    """The numbers of the candidates considered: of each part of the film the best."""
+    """The indices of the candidates considered: the best of each part of the film."""
     parts = np.minimum((_places(pool, survey) * most / 2).astype(int), most // 2 - 1)
     kept: dict[int, list[int]] = {}
     for number in np.argsort(-values, kind="stable"):
@@ -120,15 +120,17 @@ def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most
 def _best(
     values: np.ndarray, steps: np.ndarray, prices: np.ndarray, places: np.ndarray, wanted: int
 ) -> list[int]:
-    """The numbers of the best choice of `wanted` candidates, by dynamic programming over time.
+    """The indices of the best `wanted` candidates, by dynamic programming over time.
 
-    It has the largest sum of values and of steps from one to the next, less the prices of pairs. Those of
-    all pairs would make every choice depend on all before; of all choices that end with the same candidate
-    only the best one is gone on with, so that others might turn out better, but hardly do.
+    Maximizes the sum of values and steps less the prices of pairs. As prices depend on several earlier
+    choices, this is a beam search that keeps the best path to each candidate, which is nearly optimal.
 
     Args:
-        steps: from one candidate (row) to a later one (column).
-        prices: of showing one (column) so soon behind another (row) that they are neighbours.
+        values: the score of each candidate.
+        steps: the score of going from one candidate (row) to a later one (column).
+        prices: the cost of two candidates as neighbours.
+        places: see `_places`.
+        wanted: how many.
     """
     totals = values - _PACE * (2 * wanted * places - 1).clip(-2, 2) ** 2 / 4
     ways = np.arange(len(values))[:, np.newaxis]
@@ -165,10 +167,10 @@ def _steps(pool: Sequence[Candidate], places: np.ndarray, wanted: int) -> np.nda
 
 
 def scene_values(survey: Survey) -> np.ndarray:
-    """The importance of each scene, 0..1, the most important one 1: of long and rare ones it is high.
+    """The importance of each scene, 0..1, the most important one 1; high for long and rare scenes.
 
-    It is L log(1/W), where L is the scene's length and W the share of the film of all scenes of its kind
-    (Uchihashi and others 1999).
+    L log(1/W), where L is the length of the scene and W the share of its group of scenes in the film
+    (Uchihashi et al. 1999).
     """
     count = len(survey.scene_starts)
     ends = [*survey.scene_starts[1:], max(survey.seconds, survey.scene_starts[-1])]
@@ -180,7 +182,7 @@ def scene_values(survey: Survey) -> np.ndarray:
 
 
 def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
-    """The number of the first scene that looks like each scene."""
+    """For each scene, the index of the first scene that looks like it."""
     histograms = np.zeros((count, len(candidates[0].histogram)) if candidates else (count, 1), np.float32)
     for each in candidates:
         histograms[each.scene] += each.histogram

@@ -1,4 +1,4 @@
-"""Find the key frames of a film that a comic shows."""
+"""Select the key frames of a film."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candid
 
 
 def _better(film: Film, chosen: Sequence[Candidate], options: KeyFrameOptions) -> list[Candidate]:
-    """Each picture, or a better one close to it that looks like none of the others."""
+    """Each frame, or a better one close to it that is no more similar to the others."""
     better = list(chosen)
     for number, each in enumerate(chosen):
         if each.forced:
@@ -114,7 +114,7 @@ def _better(film: Film, chosen: Sequence[Candidate], options: KeyFrameOptions) -
 def _not_more_similar(
     near: Sequence[Candidate], each: Candidate, others: Sequence[Candidate]
 ) -> list[Candidate]:
-    """Those of the pictures near one that look no more like any of the others than that one."""
+    """The frames near one that are no more similar to any of the others than that one."""
     if not others:
         return list(near)
     like = similarity([candidate.thumbnail for candidate in (each, *near, *others)])
@@ -123,7 +123,7 @@ def _not_more_similar(
 
 
 def _sharpest(near: Sequence[Candidate]) -> Candidate:
-    """The sharpest and calmest, of faces the one that looks at us; of equal ones the first."""
+    """The frame with the best sum of sharpness, exposure, stillness, faces and open eyes; else the first."""
     sharp, lit, eyes = (
         max((getattr(each, name) for each in near), default=0.0) or 1.0
         for name in ("sharpness", "clarity", "eyes")

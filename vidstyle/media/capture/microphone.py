@@ -178,8 +178,7 @@ MAX_ALSA_ERRORS = 100
 
 
 def alsa_microphones() -> list[tuple[str, str]]:
-    """ALSA name and description of each capture device: ("hw:1,0", "HD Webcam C270, USB Audio").
-    """
+    """ALSA name and description of each capture device: ("hw:1,0", "HD Webcam C270, USB Audio")."""
     try:
         cards, devices = (SOUND / "cards").read_text(), (SOUND / "pcm").read_text()
     except OSError:
