@@ -1,5 +1,5 @@
 // The angle of a vector, -pi..pi, off by 0.22 degrees at most and the same on all devices; 0 for none.
-// Rajan and others 2006, equation 10.
+// Rajan et al. 2006, equation 10.
 float short_angle(vec2 direction) {
     vec2 sides = abs(direction);
     float slope = min(sides.x, sides.y) / (max(sides.x, sides.y) + 1e-12);

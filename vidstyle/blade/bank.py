@@ -155,7 +155,7 @@ def _problem(bank: Bank) -> str:
         return f"has bins {bins.orientations} x {bins.strengths} x {bins.coherences}; orientations are even"
     ends = (*bins.strength_range, *bins.coherence_range, bank.rho)
     if not np.isfinite(ends).all() or ends[0] >= ends[1] or ends[2] >= ends[3] or not 0 < bank.rho <= 16:
-        return "has ranges of bins that are empty, or a window of no sensible size"
+        return "has an empty range of bins, or a window of an invalid size"
     if filters.dtype != np.float32 or filters.ndim != 4 or filters.shape[2] != filters.shape[3]:
         return (
             f"has filters of shape {filters.shape} and type {filters.dtype}, not parts x bins x size x size"
@@ -164,4 +164,4 @@ def _problem(bank: Bank) -> str:
         return f"has {len(filters)} parts of {filters.shape[2]} x {filters.shape[2]} pixels"
     if filters.shape[1] != bins.count:
         return f"has {filters.shape[1]} filters for {bins.count} bins"
-    return "" if np.isfinite(filters).all() else "has filters with numbers that are none"
+    return "" if np.isfinite(filters).all() else "has filters with values that are not finite"

@@ -168,7 +168,7 @@ def _quantize(tensor, bins, selected):  # type: ignore[no-untyped-def]
         other = np.sqrt(max(a * c - b * b, zero))
         coherence = spread / (total + other + other + least)
         strength = np.sqrt(half * (total + spread))
-        # The arctangent of Rajan and others 2006, equation 10: off by 0.22 degrees at most.
+        # The arctangent of Rajan et al. 2006, equation 10: off by 0.22 degrees at most.
         lower, higher = min(abs(right), abs(up)), max(abs(right), abs(up))
         slope = lower / (higher + least)
         angle = slope * (np.float32(math.pi / 4) + np.float32(0.273) * (one - slope))

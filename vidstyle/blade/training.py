@@ -17,7 +17,7 @@ from vidstyle.blade.reference_filter import ReferenceFilter
 from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
 
 SSIM_WINDOW = 11
-"""Side of the window of structural similarity in pixels, as in Wang and others 2004."""
+"""Side of the window of structural similarity in pixels, as in Wang et al. 2004."""
 
 OnPicture = Callable[[str, int, int], None]
 """Called after each picture with the name of the phase, the pictures done, and their total."""
@@ -111,7 +111,7 @@ def psnr(result: np.ndarray, target: np.ndarray) -> float:
 
 
 def mssim(result: np.ndarray, target: np.ndarray) -> float:
-    """Mean structural similarity, Gaussian window of 1.5 px, borders left out; Wang and others 2004."""
+    """Mean structural similarity, Gaussian window of 1.5 px, borders left out; Wang et al. 2004."""
 
     def blurred(values: np.ndarray) -> np.ndarray:
         return cv2.GaussianBlur(values, (SSIM_WINDOW,) * 2, 1.5, borderType=cv2.BORDER_REPLICATE)

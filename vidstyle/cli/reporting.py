@@ -77,7 +77,7 @@ def conclusion(error: BaseException) -> tuple[int, str]:
             # Of a command that prints: whatever writes a file names it in an error of its own.
             return OutputError.exit_code, str(output_error("standard output", error))
     reason = printable(f"{type(error).__name__}: {error}")
-    return BUG, f"a bug of ours: {reason}; run again with --debug and send us what it says"
+    return BUG, f"internal error: {reason}; run again with --debug and report the output as a bug"
 
 
 def say(line: str) -> None:

@@ -22,7 +22,7 @@ HARDWARE = ("nvenc", "qsv", "amf", "vaapi", "v4l2m2m", "videotoolbox", "mf", "vu
 """What the names of hardware encoders end with, after an underscore."""
 
 LOW_DEPTH_FORMATS = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte", "bgr4_byte", "pal8", "mono")
-"""What the names of formats begin with that hold less than eight bits of a colour."""
+"""Prefixes of the names of formats with less than eight bits per colour."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class QualityOptions:
         crf: its option for the quality, "q" for a fixed quantiser, or "" if it has none.
         preset: its option for the speed, or "".
         quality, speed: the values when none are asked for; "" leaves the encoder's own.
-        speeds: the words that the speed may be; empty: the encoder says so itself.
+        speeds: the accepted presets; empty: the encoder checks them itself.
         options: always set.
     """
 
@@ -100,7 +100,7 @@ def software_encoder(name: str) -> str | None:
 
 
 def encoder_options(encoder: str, crf: float | None, preset: str | None) -> dict[str, str]:
-    """The encoder's own options for a quality and a speed, either of which may be None for the usual.
+    """The encoder's own options for a quality and a speed; None for the default.
 
     Raises:
         UsageError: the encoder has no such setting.
@@ -123,9 +123,9 @@ def encoder_options(encoder: str, crf: float | None, preset: str | None) -> dict
 
 
 def choose_pix_fmt(encoder: str, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> str:
-    """The pixel format for an encoder that none was asked for: 4:2:0 for the codecs that play everywhere.
+    """The default pixel format for an encoder: 4:2:0 for the codecs that play everywhere.
 
-    Other codecs get what keeps most of a source of that depth, chroma step, colour kind and alpha.
+    For other codecs, the one that keeps most of a source of that depth, chroma step, colour kind and alpha.
     """
     codec = av.Codec(encoder, "w")
     names = [video_format.name for video_format in codec.video_formats or ()] or ["yuv420p"]
@@ -149,7 +149,7 @@ def writable_layout(pix_fmt: str) -> PlaneLayout | None:
 
 
 def _loss(layout: PlaneLayout, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> tuple[int, ...]:
-    """Sorts layouts by what they would lose, then by what they would waste."""
+    """Sort key of layouts: what they would lose, then what they would waste."""
     steps = list(zip(layout.step, step, strict=True))
     return (
         layout.planes < 3,
@@ -168,7 +168,7 @@ ENCODERS = (
     "h264_nvenc", "hevc_nvenc", "av1_nvenc", "h264_qsv", "hevc_qsv", "h264_amf", "hevc_amf",
     "h264_videotoolbox", "hevc_videotoolbox", "h264_mf",
 )  # fmt: skip
-"""Those that people ask for by name."""
+"""The encoders that `vidstyle doctor` tries."""
 
 
 def ffmpeg_version() -> str:
@@ -178,12 +178,12 @@ def ffmpeg_version() -> str:
 
 def encoders() -> dict[str, str]:
     """For each encoder "works", or why it does not: one frame is encoded with it."""
-    os.environ.setdefault("SVT_LOG", "0")  # it talks on standard error otherwise
+    os.environ.setdefault("SVT_LOG", "0")  # otherwise it writes to standard error
     return {name: _try_encoder(name) for name in ENCODERS}
 
 
 def decoder_devices() -> list[str]:
-    """The kinds of devices that this build can decode on, whether there is one here or not."""
+    """The kinds of devices that this build can decode on, whether present or not."""
     return list(hwdevices_available())
 
 

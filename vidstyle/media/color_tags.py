@@ -1,4 +1,4 @@
-"""Colour tags of streams (code points of ITU-T H.273), and the encodings that they stand for."""
+"""Colour tags of streams (code points of ITU-T H.273) and the encodings that they denote."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import InputError
 
 UNSPECIFIED = 2
-"""The H.273 code of primaries, transfer or matrix for "not said"."""
+"""The H.273 code for unspecified primaries, transfer or matrix."""
 LIMITED, FULL = 1, 2
-"""FFmpeg's codes of the range; 0 is "not said"."""
+"""FFmpeg's codes of the range; 0 is unspecified."""
 PQ, HLG = 16, 18
 """The transfers of HDR: SMPTE ST 2084 and ARIB STD-B67."""
 BT2020_PRIMARIES = 9
 
 MATRICES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
-"""The matrices that we can do, by H.273 code."""
+"""The supported matrices by H.273 code."""
 UNSUPPORTED_MATRICES = {
     **{8: "YCgCo", 10: "BT.2020 constant luminance", 11: "YDzDx", 12: "chromaticity-derived"},
     **{13: "chromaticity-derived constant luminance", 14: "ICtCp", 15: "IPT-C2", 16: "YCgCo-Re"},
@@ -26,7 +26,7 @@ UNSUPPORTED_MATRICES = {
 HD_LINES, HD_COLUMNS = 720, 1280
 """From this height or this width on, untagged video is taken for BT.709, as players do."""
 JPEG_CODECS = frozenset({"mjpeg", "jpegls", "webp", "amv", "mjpegb", "ljpeg"})
-"""Codecs whose own rules say BT.601 at every size."""
+"""Codecs that are BT.601 at every size by their specification."""
 CENTERED_CODECS = JPEG_CODECS | {"jpeg2000"}
 """Codecs whose 4:2:0 chroma lies between the luma samples, as in JPEG (JFIF); elsewhere it is left-sited."""
 
@@ -60,7 +60,7 @@ class ColorTags:
         tagged.colorspace, tagged.color_range = self.matrix, self.range
 
     def completed(self, encoding: Encoding, height: int) -> ColorTags:
-        """The tags with what was not said filled in as we have understood it.
+        """The tags with unspecified ones filled in from the encoding.
 
         >>> ColorTags().completed(Encoding("bt601"), 576)
         ColorTags(primaries=5, transfer=6, matrix=5, range=1)
@@ -86,7 +86,7 @@ def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, 
     """The matrix, a key of LUMA_WEIGHTS: as tagged, else from the codec or the size of the stored picture.
 
     Raises:
-        InputError: a matrix that we cannot do; `subject` names the source.
+        InputError: an unsupported matrix; `subject` names the source.
     """
     if tags.matrix in UNSUPPORTED_MATRICES:
         name = UNSUPPORTED_MATRICES[tags.matrix]
@@ -99,7 +99,7 @@ def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, 
 
 
 def siting_from_codec(codec: str, tags: ColorTags, step: tuple[int, int]) -> tuple[float, float]:
-    """Where the first chroma sample lies; PyAV does not tell, so the codec and the tags must do.
+    """Position of the first chroma sample, from codec and tags, as PyAV does not expose it.
 
     BT.2020 with PQ or HLG is top-left sited (ITU-R BT.2100, H.265 table E.1 note).
     """

@@ -23,9 +23,9 @@ class DecodedFrame:
     """A frame as the source stores it, with a repaired timestamp.
 
     Attributes:
-        native: as decoded.
+        native: the decoded frame.
         pts, duration: in the time base of the source; `duration` is None where it is unknown.
-        key: whether the source can be entered here.
+        key: whether the source can be entered here (key frame).
         repeated: whether it replaces a frame that could not be decoded.
     """
 
@@ -46,7 +46,7 @@ class Frame:
         time_base: seconds for each unit of `pts`.
         duration: how long it is shown, in `time_base` units, if known.
         native: the decoded frame when `picture` is exactly its planes, else None. Keeping it keeps them.
-        key: whether the source could be entered here.
+        key: whether it was a key frame of the source.
     """
 
     picture: Picture
@@ -63,10 +63,10 @@ class Frame:
 
 
 def to_supported_format(frame: av.VideoFrame, subject: object = "frame") -> av.VideoFrame:
-    """The frame itself, or the same samples in a format that lies as our planes do.
+    """The frame itself, or the same samples in a pixel format with separate planes or packed RGB.
 
     Raises:
-        InputError: a pixel format that we do not read; `subject` names the source.
+        InputError: an unsupported pixel format; `subject` names the source.
     """
     layout = _layout(frame, subject)
     if not layout.reordered_as:
@@ -84,12 +84,12 @@ def picture_from_frame(
 
     Args:
         frame: in a layout of its own or one that `to_supported_format` has made.
-        codec: what it was decoded with; the chroma siting hangs on it.
-        tags: taken instead of the frame's own.
+        codec: name of the decoder, which the chroma siting depends on.
+        tags: used instead of the frame's own.
         subject: names the source in errors.
 
     Raises:
-        InputError: a pixel format or colour matrix that we do not read.
+        InputError: an unsupported pixel format or colour matrix.
     """
     frame = to_supported_format(frame, subject)
     layout = _layout(frame, subject)
@@ -136,10 +136,10 @@ def frame_from_picture(
 
 
 def side_data_of(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
-    """What the stream says beside the frame's pixels, as FFmpeg lays it out, or None."""
+    """Side data of a frame in FFmpeg's layout, or None."""
     try:
         found: Any = frame.side_data.get(cast(Any, kind))
-    except ValueError:  # PyAV 18 refuses the lot where it does not know one kind, such as EXIF
+    except ValueError:  # PyAV 18 fails where it does not know one kind, such as EXIF
         return None
     return None if found is None else bytes(found)
 

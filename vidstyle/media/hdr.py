@@ -1,6 +1,6 @@
-"""HDR pictures brought to SDR: PQ or HLG with BT.2020 colours in, BT.709 out.
+"""Tone mapping of HDR pictures to SDR: from PQ or HLG with BT.2020 primaries to BT.709.
 
-The light is compressed by ITU-R BT.2390's knee on the largest of R, G and B, so that hues stay; reference
+Light is compressed by the knee of ITU-R BT.2390 on the largest of R, G and B, which keeps hues; reference
 white becomes the white of SDR; colours outside BT.709 are clipped.
 """
 
@@ -23,9 +23,9 @@ from vidstyle.media.hdr_kernels import tone_map_colors, tone_map_planes
 
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
 TABLE = 32768
-"""Entries of a curve; enough to take the nearest one for signals of 12 bits."""
+"""Entries of a lookup table; enough for nearest-neighbour lookup of 12-bit signals."""
 DEFAULT_PEAK = 1000.0
-"""What PQ masters are mostly graded to, in cd/m2; taken where the stream does not say."""
+"""The usual peak of PQ masters in cd/m2; the default where the stream declares none."""
 BT2020_TO_BT709 = np.array(
     [[1.660491, -0.587641, -0.072850], [-0.124550, 1.132900, -0.008349], [-0.018151, -0.100579, 1.118730]],
     np.float32,
@@ -35,12 +35,12 @@ BT2020_TO_BT709 = np.array(
 
 @dataclass(frozen=True)
 class ToneMap:
-    """Brings pictures of one transfer and peak to SDR.
+    """Tone-maps pictures of one transfer and peak to SDR.
 
     Attributes:
         transfer: PQ or HLG, by H.273 code.
-        peak: the brightest light of a PQ source, in cd/m2.
-        wide: whether the primaries are BT.2020's; else they are taken for BT.709's.
+        peak: peak luminance of a PQ source in cd/m2.
+        wide: whether the primaries are BT.2020; else BT.709 is assumed.
     """
 
     transfer: int
@@ -49,13 +49,13 @@ class ToneMap:
 
     @classmethod
     def of(cls, frame: av.VideoFrame, tags: ColorTags) -> ToneMap:
-        """For a stream that starts with this frame."""
+        """The tone map for a stream that starts with this frame."""
         peak = HLG_PEAK if tags.transfer == HLG else brightest(frame)
         return cls(tags.transfer, peak, tags.primaries in (0, 2, BT2020_PRIMARIES))
 
     @property
     def description(self) -> str:
-        """The kind of HDR, for people."""
+        """The kind of HDR, for messages."""
         return "HLG" if self.transfer == HLG else f"PQ, up to {self.peak:g} cd/m2"
 
     def apply(self, picture: Picture) -> Picture:
@@ -112,7 +112,7 @@ class ToneMap:
 
 
 def brightest(frame: av.VideoFrame) -> float:
-    """The brightest light that the stream announces, in cd/m2: MaxCLL, else what it was mastered on."""
+    """The declared peak luminance in cd/m2: MaxCLL, else that of the mastering display."""
     light = side_data_of(frame, SideDataType.CONTENT_LIGHT_LEVEL)
     levels = [float(np.frombuffer(light, np.uint32)[0])] if light else []
     mastering = side_data_of(frame, SideDataType.MASTERING_DISPLAY_METADATA)
@@ -124,7 +124,7 @@ def brightest(frame: av.VideoFrame) -> float:
 
 
 def _gain(nits: np.ndarray, peak: float) -> np.ndarray:
-    """What light is to be multiplied with; towards black that is 1."""
+    """The gain of light; 1 towards black."""
     return compressed_nits(nits, peak) / np.maximum(nits, 1e-9) * (nits > 1e-6) + (nits <= 1e-6)
 
 
@@ -140,7 +140,7 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def _in_strips(run: Callable[[int, int], None], height: int, step: int) -> None:
-    """Run over all rows, in as many strips as there are processors, cut where chroma rows begin."""
+    """Run over all rows in one strip for each processor; strips begin at chroma rows."""
     count = min(os.cpu_count() or 1, max(1, height // 64))
     cuts = [round(height * number / count / step) * step for number in range(count)] + [height]
     if count == 1:

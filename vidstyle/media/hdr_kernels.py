@@ -1,4 +1,4 @@
-"""The loops of tone mapping. Curves come as tables; signals and light are floats 0..1."""
+"""Kernels of tone mapping. Curves are lookup tables; signals and light are floats 0..1."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ class RawVideo:
     """The size and format of raw video, which its content does not tell.
 
     Attributes:
-        size: width and height; None: it was not said.
+        size: width and height; None: not given.
         pix_fmt: FFmpeg's name of the pixel format.
     """
 
@@ -27,12 +27,12 @@ class RawVideo:
     pix_fmt: str = "yuv420p"
 
     def check(self) -> None:
-        """Raise UsageError if it cannot be read so."""
+        """Raise UsageError if the size is missing or invalid."""
         if self.size is None:
             raise UsageError("raw video", "its size is not known", "say it with --input-size")
 
     def demuxer_options(self, rate: Fraction) -> dict[str, str]:
-        """What FFmpeg is told to read it at so many frames a second; raises UsageError as `check`."""
+        """Options of FFmpeg's demuxer for this frame rate; raises UsageError as `check` does."""
         self.check()
         assert self.size is not None
         return {
@@ -43,7 +43,7 @@ class RawVideo:
 
 
 MAX_RATE = 1000
-"""Frames a second that may be asked for."""
+"""Maximum frame rate that can be requested."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,14 @@ class ReadOptions:
     Attributes:
         start, end: seconds of the source between which to read; `start` becomes time zero.
         size: width and height to deliver; one of them may be -1 to keep the shape, or -2 to be even too.
-        fps: deliver a constant rate, by the nearest frame.
-        rate: the rate of sources that have none of their own, picture sequences and raw video; None: 25.
+        fps: convert to a constant frame rate, by the nearest frame.
+        rate: frame rate of sources without one: picture sequences and raw video; None: 25.
         hwaccel: the kind of device to decode on, such as "cuda".
-        rotate: degrees clockwise to turn by, instead of what the source asks for.
+        rotate: degrees clockwise, instead of the rotation in the metadata.
         allow_url: whether the source may be a URL.
-        format: of what comes on "-", where its content does not tell: "rawvideo".
-        raw: what raw video is.
-        max_pixels: larger pictures are refused.
+        format: "rawvideo" for raw video on "-".
+        raw: size and pixel format of raw video.
+        max_pixels: larger pictures are rejected.
     """
 
     start: Fraction | None = None
@@ -76,7 +76,7 @@ class ReadOptions:
     max_pixels: int = MAX_PIXELS
 
     def check(self) -> None:
-        """Raise UsageError where the options make no sense, whatever the source."""
+        """Raise UsageError if an option is invalid for every source."""
         if self.start is not None and self.start < 0:
             raise UsageError("start", f"{float(self.start):g} s lies before the film")
         if self.end is not None and self.end <= (self.start or 0):
@@ -94,12 +94,12 @@ class WriteOptions:
     """How to write.
 
     Attributes:
-        codec: a video encoder or codec by FFmpeg's name, or None for what fits the kind of file.
+        codec: FFmpeg's name of a video encoder or codec, or None for the default of the container.
         crf: the quality, on the encoder's own scale; lower is better.
         preset: the encoder's speed preset.
         pix_fmt: the pixel format, or None for one that plays everywhere.
         audio: "copy" (transcoded only where the container requires it), "none", or an encoder's name.
-        new_sound: whether audio is pushed as samples, as that of live sources.
+        new_sound: whether audio is pushed as samples, as by live sources.
         overwrite: whether the output may exist.
         format: the kind of file if its name does not say: "y4m", "nut", "raw", "mkv", or FFmpeg's name.
     """
@@ -121,12 +121,12 @@ class VideoInfo:
     Attributes:
         width, height: upright, as delivered.
         encoding: of the first picture.
-        color_tags: what an encoder is to be told; nothing in them is left unspecified.
-        time_base: of the frames' stamps.
-        rate: frames a second, if known.
-        sample_aspect: width of a pixel for each unit of height; None: square or not said.
-        duration: seconds, and
-        frames: how many, as the headers have it: estimates.
+        color_tags: tags for an encoder; none is unspecified.
+        time_base: of the frames' timestamps.
+        rate: frames per second, if known.
+        sample_aspect: sample aspect ratio (width / height); None: square or unknown.
+        duration: seconds according to the headers, an estimate.
+        frames: number of frames according to the headers, an estimate.
         alpha: whether the pictures have an alpha channel.
         is_rgb: whether they are RGB rather than luma and chroma.
         still: whether the source is a single picture.

@@ -19,11 +19,11 @@ EXIF_ORIENTATIONS = "000 010 011 001 100 110 111 101".split()
 
 @dataclass(frozen=True)
 class Orientation:
-    """How stored rows and columns become upright ones: first transposed, then mirrored.
+    """The transform from stored to upright rows and columns: first transposed, then mirrored.
 
     Attributes:
-        transpose: rows become columns.
-        mirror_x, mirror_y: left and right, top and bottom change places after that.
+        transpose: whether rows become columns.
+        mirror_x, mirror_y: whether it is then mirrored horizontally, vertically.
     """
 
     transpose: bool = False
@@ -41,7 +41,7 @@ class Orientation:
 
     @property
     def is_upright(self) -> bool:
-        """Whether there is nothing to do."""
+        """Whether it is the identity."""
         return not (self.transpose or self.mirror_x or self.mirror_y)
 
     @classmethod
@@ -60,10 +60,10 @@ class Orientation:
 
     @classmethod
     def from_matrix(cls, matrix: bytes) -> Orientation:
-        """From a display matrix: nine native 32-bit integers, of which (a, b, c, d) turn (FFmpeg, display.h).
+        """From a display matrix: nine native 32-bit integers, with (a, b, c, d) the linear part (display.h).
 
-        A column x and a row y are shown at a x + c y across and b x + d y down. Other angles than quarter
-        turns become the nearest one.
+        Column x and row y are displayed at a x + c y across and b x + d y down. Angles are rounded to
+        quarter turns.
         """
         a, b, _, c, d = struct.unpack("=9i", matrix[:36])[:5]
         if abs(a) + abs(d) >= abs(b) + abs(c):
@@ -71,11 +71,11 @@ class Orientation:
         return cls(True, c < 0, b < 0)
 
     def size(self, width: int, height: int) -> tuple[int, int]:
-        """Width and height once upright."""
+        """Width and height after the transform."""
         return (height, width) if self.transpose else (width, height)
 
     def apply(self, picture: Picture) -> Picture:
-        """The picture upright; its planes are copies unless it is so already."""
+        """The upright picture; its planes are copies unless it is the identity."""
         if self.is_upright:
             return picture
         return picture.map_planes(lambda plane, _: self.plane(plane), self.encoding(picture))
@@ -102,13 +102,13 @@ class Orientation:
 
 
 def _mirrored(first: float, step: int, pixels: int) -> float:
-    """Where the first chroma sample lies once the last one has become it, in pixels."""
+    """Position of the first chroma sample after mirroring, in pixels."""
     samples = -(-pixels // step)
     return pixels - 1 - first - (samples - 1) * step
 
 
 def orientation_of(frame: av.VideoFrame) -> Orientation:
-    """How the frame asks to be turned and mirrored."""
+    """The orientation that the metadata of a frame declares."""
     matrix = side_data_of(frame, SideDataType.DISPLAYMATRIX)
     if matrix:
         return Orientation.from_matrix(matrix)

@@ -45,12 +45,12 @@ class PlaneLayout:
         name: FFmpeg's name.
         reordered_as: the format to put it into first, or "".
         kind: "luma" (with or without chroma planes), "packed" RGB or "planar" RGB.
-        planes: how many colour planes there are, alpha not counted.
+        planes: number of colour planes, without alpha.
         depth: bits of a sample.
         step: luma pixels for each chroma sample, across and down.
         alpha: whether there is an alpha channel.
-        full_range: whether the format itself says so; None: the tags say.
-        big_endian: whether samples of two bytes have the high one first.
+        full_range: the range if the format implies it; None: see the tags.
+        big_endian: byte order of samples of two bytes.
     """
 
     name: str
@@ -66,7 +66,7 @@ class PlaneLayout:
 
 @lru_cache(maxsize=256)
 def layout_of(name: str) -> PlaneLayout | None:
-    """The layout of a pixel format, or None for one that we do not read (Bayer, XYZ, floats)."""
+    """The layout of a pixel format, or None for an unsupported one (Bayer, XYZ, floats)."""
     format = VideoFormat(name, 64, 64)
     if name in REORDERED_FORMATS:
         inner = layout_of(REORDERED_FORMATS[name])

@@ -11,14 +11,14 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
 
 MIN_BLUR = 0.1
-"""A Gaussian of this many samples changes nothing."""
+"""Standard deviation of a Gaussian, in samples, below which it is skipped."""
 
 
 def output_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, int]:
-    """Width and height, where one of the two wanted may be -1 to keep the shape, or -2 to be even too.
+    """Width and height; one of `wanted` may be -1 to keep the aspect ratio, or -2 to make it even, too.
 
     Raises:
-        UsageError: no size can be made of it.
+        UsageError: the size is invalid.
 
     >>> output_size((640, -2), 1920, 1078)
     (640, 360)
@@ -40,7 +40,7 @@ def _rounded(length: float, even: bool) -> int:
 
 
 def resized(picture: Picture, width: int, height: int) -> Picture:
-    """The picture at another size: averaged over areas when it shrinks, cubic when it grows."""
+    """The picture at another size: area averaging when shrinking, bicubic when enlarging."""
     old_height, old_width = picture.shape
     if (old_width, old_height) == (width, height):
         return picture
@@ -56,7 +56,7 @@ def resized(picture: Picture, width: int, height: int) -> Picture:
 
 
 def letterboxed(picture: Picture, width: int, height: int) -> Picture:
-    """The whole picture inside another size, as large as it goes, with black bars."""
+    """The picture fitted into another size, with black bars."""
     old_height, old_width = picture.shape
     scale = min(width / old_width, height / old_height)
     inner_width = min(width, max(1, round(old_width * scale)))
@@ -83,7 +83,7 @@ def letterboxed(picture: Picture, width: int, height: int) -> Picture:
 
 
 def square_pixels(color: np.ndarray, sample_aspect: Fraction | None) -> np.ndarray:
-    """An H x W x 3 picture stretched in width so that its pixels are square; None: they are already."""
+    """An H x W x 3 picture stretched in width to square pixels; `sample_aspect` None: unchanged."""
     width = max(1, round(color.shape[1] * (sample_aspect or 1)))
     return color if width == color.shape[1] else _plane(color, (color.shape[0], width))
 

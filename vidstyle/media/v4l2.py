@@ -1,4 +1,4 @@
-"""What Video4Linux says about its devices: their names and modes, asked by its own system calls."""
+"""Video4Linux devices: their names and modes, queried by ioctl."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ FORMATS = {
     **{"YUYV": "yuyv422", "UYVY": "uyvy422", "NV12": "nv12", "YU12": "yuv420p", "422P": "yuv422p"},
     **{"RGB3": "rgb24", "BGR3": "bgr24", "GREY": "gray", "MJPG": "mjpeg", "H264": "h264"},
 }
-"""What we can take, by Video4Linux's four letters and FFmpeg's name for `input_format`; easy ones first."""
+"""Supported formats: Video4Linux's code and FFmpeg's name for `input_format`; cheap to decode first."""
 DEFAULT_SIZES = ((320, 240), (640, 360), (640, 480), (1280, 720), (1920, 1080))
-"""What is listed of a device that does any size within limits."""
+"""Sizes listed for a device that supports any size in a range."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """One way in which a camera delivers.
+    """A mode of a camera.
 
     Attributes:
         format: FFmpeg's name of the pixel format or codec.
         width, height: in pixels.
-        rates: frames a second, fastest first; empty if the device does not say.
+        rates: frames per second, highest first; empty if unknown.
     """
 
     format: str
@@ -52,11 +52,11 @@ class VideoDevice:
     """A camera.
 
     Attributes:
-        path: what to open.
-        name: what it calls itself.
-        can_output: whether pictures can be written to it, as to a virtual camera.
-        can_capture: whether pictures can be read from it.
-        modes: all that we can take, in the device's own order.
+        path: of the device file.
+        name: the device's own name.
+        can_output: whether frames can be written to it, as to a virtual camera.
+        can_capture: whether frames can be read from it.
+        modes: the supported ones, in the device's order.
     """
 
     path: str
@@ -67,7 +67,7 @@ class VideoDevice:
 
 
 def video_devices() -> list[VideoDevice]:
-    """Every Video4Linux device that can be asked, by number; none on other systems."""
+    """Every Video4Linux device that can be queried, by number; none on other systems."""
     if not sys.platform.startswith("linux"):
         return []
     paths = [path for path in Path("/dev").glob("video*") if re.fullmatch(r"video\d+", path.name)]
@@ -76,7 +76,7 @@ def video_devices() -> list[VideoDevice]:
 
 
 def video_device(path: str) -> VideoDevice | None:
-    """The device, or None if it is none or cannot be opened."""
+    """The device, or None if it is not a video device or cannot be opened."""
     try:
         handle = os.open(path, os.O_RDWR | os.O_NONBLOCK)
     except OSError:
@@ -94,7 +94,7 @@ def video_device(path: str) -> VideoDevice | None:
 def _ask(
     handle: int, number: int, layout: str, *values: int | bytes, writes: bool = True
 ) -> tuple[int | bytes, ...]:
-    """One ioctl of Video4Linux on a structure; returns the structure as the driver has filled it in."""
+    """Call an ioctl on a zeroed structure and return the structure that the driver has filled in."""
     import fcntl
 
     content = bytearray(struct.pack(layout, *values))
@@ -104,7 +104,7 @@ def _ask(
 
 
 def _capability(handle: int) -> tuple[str, int]:
-    """The name, and what this very node can do (VIDIOC_QUERYCAP)."""
+    """The name and the capabilities of this device node (VIDIOC_QUERYCAP)."""
     _, card, _, _, flags, own, _ = _ask(
         handle, 0, "=16s32s32sIII12s", b"", b"", b"", 0, 0, 0, b"", writes=False
     )
@@ -139,7 +139,7 @@ def _sizes(handle: int, code: int) -> Iterator[tuple[int, int]]:
 
 
 def _rates(handle: int, code: int, width: int, height: int) -> list[Fraction]:
-    """VIDIOC_ENUM_FRAMEINTERVALS; of a range, its fastest and its slowest."""
+    """VIDIOC_ENUM_FRAMEINTERVALS; of a range, its highest and its lowest rate."""
     rates: set[Fraction] = set()
     for filled in _each(handle, 75, "=IIIII6I8s", code, width, height, 0, 0, 0, 0, 0, 0, 0, b""):
         numbers = [int(number) for number in filled[4:11]]
@@ -149,7 +149,7 @@ def _rates(handle: int, code: int, width: int, height: int) -> list[Fraction]:
 
 
 def _each(handle: int, number: int, layout: str, *values: int | bytes) -> Iterator[tuple[int | bytes, ...]]:
-    """What the driver gives for index 0, 1, 2 ... until it has no more."""
+    """The structures for index 0, 1, 2 ... until the driver has no more."""
     with contextlib.suppress(OSError):
         for index in itertools.count():
             yield _ask(handle, number, layout, index, *values)

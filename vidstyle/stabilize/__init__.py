@@ -1,1 +1,1 @@
-"""Temporal stabilization of restyled films: each frame is blended with the warped frame before it."""
+"""Temporal stabilization of restyled films: each frame is blended with the warped previous one."""

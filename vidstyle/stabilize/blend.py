@@ -1,4 +1,4 @@
-"""Blends a plane of a picture with the plane before, which is warped along the motion first."""
+"""Blends a plane of a frame with that of the previous frame, warped along the motion."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ def warp_and_blend(
     guide: np.ndarray | None = None,
     step: tuple[int, int] = (1, 1),
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Warp the plane before and blend it into this one.
+    """Warp the previous plane and blend it into this one.
 
-    A change counts by its root mean square over 3 x 3 samples. With r for its square over that of the limit,
-    the weight of the plane before is weight * guide / (1 + r^2).
+    Change is the root mean square difference over 3 x 3 samples. With r = (change / limit)^2, the weight of
+    the previous plane is weight * guide / (1 + r^2).
 
     Args:
         plane: H x W, of any type.
         scale: gain and offset that bring its codes to units of the result.
-        before: what this function returned for the plane before, float32 or uint16, contiguous.
-        flow: as in `MotionEstimator`, in luma pixels.
-        weight: of the plane before, 0..1.
-        limit: change at which half of the weight is left, in units of the result; infinite: none matters.
+        before: the result of this function for the previous frame, float32 or uint16, contiguous.
+        flow: see `Warp`, in luma pixels.
+        weight: of the previous plane, 0..1.
+        limit: change that halves the weight, in units of the result; infinite: change is ignored.
         guide: the weights of the luma plane, H x W float32; None: 1.
         step: luma pixels for each sample of this plane, across and down.
 

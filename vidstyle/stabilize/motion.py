@@ -14,21 +14,21 @@ from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
 
 FLOW_SIDE = 480
-"""MotionEstimator is looked for in a copy with at most this many pixels on a side."""
+"""Motion is estimated in a copy of at most this many pixels on a side."""
 FLOW_GRID = 2
-"""Flow is stored for squares of so many pixels of that copy."""
+"""Pixels of that copy between two samples of the stored flow."""
 MAX_GAP = 0.5
 """Seconds without a frame after which stabilization resets."""
 MAX_WEIGHT = 0.9
-"""Weight of the picture before at `steady` 1; more would freeze slow changes."""
+"""Weight of the previous frame at `steady` 1; more would freeze slow changes."""
 RESULT_FACTOR = 0.6
-"""The same for the result, in proportion; the style has been given a stabilized picture already."""
+"""Factor on the weight for the result of a style, whose input is stabilized already."""
 FIXED_RESULT_FACTOR = 0.2
-"""The same where marks are fixed to the page: two sets of them, one warped, would blur into gray."""
+"""The same for styles with marks fixed to the page, which would blur into gray with warped ones."""
 MIN_MOTION = 0.35
-"""Pixels. A result is not warped by less, as each interpolation blurs its lines a little more."""
+"""Minimum motion in pixels for which a result is warped, as each interpolation blurs lines a little more."""
 MAX_RESIDUAL = 0.75
-"""MotionEstimator is believed where it explains the change so much better than standing still does."""
+"""Motion is accepted where its residual is at most this multiple of the residual without motion."""
 MIN_LIMIT = 2.5 / 255
 """Smallest limit of change, for a film without noise."""
 NOISE_FACTOR = 2.5
@@ -39,10 +39,10 @@ NOISE_PERCENTILE = 30
 
 @dataclass(frozen=True)
 class Warp:
-    """How the picture before is warped and blended into this one.
+    """How the previous frame is warped and blended into the current one.
 
     Attributes:
-        weight: of the picture before where nothing has changed, 0..1.
+        weight: of the previous frame where nothing has changed, 0..1.
         limit: change, as part of the way from black to white, that halves the weight.
         flow: where each pixel was, relative to where it is, in pixels of the page to the right and down:
             h x w x 2 float32 on a coarse grid over the page; None where everything stands still.
@@ -56,7 +56,7 @@ class Warp:
 
     @cached_property
     def strong_flow(self) -> np.ndarray | None:
-        """The flow that a result is warped by: none where it is slight."""
+        """The flow that a result is warped by: none below `MIN_MOTION`."""
         if self.flow is None:
             return None
         moves = np.hypot(self.flow[..., 0], self.flow[..., 1]) >= MIN_MOTION
@@ -73,7 +73,7 @@ class MotionEstimator:
 
     def __init__(self, steady: float, is_fixed: bool) -> None:
         self.change_strength(steady, is_fixed)
-        # Its stubs want a flow to begin with, which it does not.
+        # The stubs require an initial flow, the function does not.
         self._estimator: Any = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
         self._reduced: np.ndarray | None = None
         self._shape: tuple[int, int] | None = None
@@ -85,11 +85,11 @@ class MotionEstimator:
         self._result_weight = self._weight * (FIXED_RESULT_FACTOR if is_fixed else RESULT_FACTOR)
 
     def estimate(self, picture: Picture, time: float, scene_cut: bool) -> Warp | None:
-        """The warp of the picture before into this one; None where a scene begins.
+        """The warp of the previous frame into this one; None at a scene cut.
 
         Args:
             time: presentation time in seconds.
-            scene_cut: whether a scene begins with this picture.
+            scene_cut: whether this frame begins a scene.
         """
         before, self._reduced = self._reduced, _reduced_luma(picture)
         elapsed, self._time = time - self._time, time

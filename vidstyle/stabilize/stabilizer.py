@@ -22,8 +22,8 @@ class Stabilized:
     """A stabilized picture for the style, and what `Stabilizer.after` needs for its result.
 
     Attributes:
-        warp: that of the picture before, or None where none was blended in.
-        weights: of the picture before at each pixel, H x W float32, 0..1.
+        warp: of the previous frame, or None if none was blended in.
+        weights: of the previous frame at each pixel, H x W float32, 0..1.
     """
 
     picture: Picture
@@ -32,14 +32,14 @@ class Stabilized:
 
 
 class Stabilizer:
-    """Blends luma and chroma with the picture before, and the result of the style with the result before.
+    """Blends luma and chroma, and then the result of the style, with those of the previous frame.
 
     The first removes noise that a style would turn into flickering lines and steps; the second removes the
     flicker that remains.
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks that lie still on the page, which are not to be warped.
+        is_fixed: whether the style makes marks fixed to the page, which must not be warped.
     """
 
     def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
@@ -54,11 +54,12 @@ class Stabilizer:
         self._motion.change_strength(steady, is_fixed)
 
     def before(self, picture: Picture, time: float | None, scene_cut: bool) -> Stabilized:
-        """The picture that the style is to see: luma and chroma in `stabilized_encoding`.
+        """The stabilized input of the style: luma and chroma in `stabilized_encoding`.
 
         Args:
-            time: presentation time in seconds; None for a picture that stands alone, which stays as it is.
-            scene_cut: whether a scene begins with it.
+            picture: the next frame.
+            time: presentation time in seconds; None for a still, which stays unchanged.
+            scene_cut: whether it begins a scene.
         """
         if time is None:
             return Stabilized(picture)
@@ -84,7 +85,7 @@ class Stabilizer:
         return Stabilized(Picture(encoding, planes["luma"], chroma, alpha=alpha), warp, weights)
 
     def after(self, result: Picture, stabilized: Stabilized) -> Picture:
-        """The picture to be shown, from the result of the style; to be called in the pictures' order."""
+        """Stabilize the result of the style; call it in the order of the frames."""
         warp, weights, old, encoding = stabilized.warp, stabilized.weights, self._result, result.encoding
         planes, gain, floats = dict(_named_planes(result)), result_gain(encoding), encoding.depth == 0
         if warp is None or weights is None or not _same_shapes(planes, old):

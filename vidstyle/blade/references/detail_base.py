@@ -21,7 +21,7 @@ RADIUS = 4
 def detail_base(luma: np.ndarray, contrast: float = 20.0, spread: float = 2.0) -> np.ndarray:
     """Luma without its detail: the average of nearby pixels with similar neighbourhoods.
 
-    The non-local means kernel of Talebi and Milanfar 2016 (Buades and others 2005) over 9 x 9 pixels,
+    The non-local means kernel of Talebi and Milanfar 2016 (Buades et al. 2005) over 9 x 9 pixels,
     comparing squares of 3 x 3, which also flattens the speckles that a bilateral filter leaves. Normalized by
     the sum of its weights; their form without a division can overshoot where many pixels are similar.
 

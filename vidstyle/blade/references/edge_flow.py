@@ -1,7 +1,7 @@
 """Filters that follow the edges: edge tangent flow and the flow-guided difference of Gaussians.
 
 The direction comes from the smoothed structure tensor, which is interpolated as a tensor: angles of opposite
-sign cannot be averaged, tensors can (Kyprianidis and Doellner 2008; Brox and others 2006).
+sign cannot be averaged, tensors can (Kyprianidis and Doellner 2008; Brox et al. 2006).
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def flow_dog_parts(
     """The two pictures of which the flow-guided high-emphasis filter is smooth + p * difference.
 
     That filter, Flow-XDoG before its soft threshold, is (1 + p) G_sigma - p G_1.6sigma across the edge, then
-    a Gaussian along the flow (Kang and others 2009; Winnemoeller and others 2012). The paper (section 5.4.3)
+    a Gaussian along the flow (Kang et al. 2009; Winnemoeller et al. 2012). The paper (section 5.4.3)
     prints the two Gaussians the other way round, which would blur. It goes far beyond 0..1.
 
     Args:
