@@ -86,7 +86,7 @@ def test_a_bug_of_ours_is_one_line_unless_debugging(capfd, monkeypatch):
     monkeypatch.setattr("vidstyle.style.style_names", broken)
     exit_code, _, err = run(capfd, "styles")
     assert (exit_code, err.count("\n")) == (1, 1)
-    assert r"a internal error: RuntimeError: two\nlines" in err and "--debug" in err
+    assert r"internal error: RuntimeError: two\nlines" in err and "--debug" in err
     exit_code, _, err = run(capfd, "styles", "--debug")
     assert exit_code == 1 and "Traceback" in err
 

@@ -69,7 +69,7 @@ class Backend(Protocol):
             rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
 
         Raises:
-            DeviceError: neither the GPU nor the CPU can make it.
+            DeviceError: both the GPU and the CPU have failed.
             StyleError: the style cannot be used.
         """
 
@@ -78,15 +78,15 @@ class Backend(Protocol):
 
 
 def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True) -> Backend:
-    """Open what restyles pictures on a device.
+    """Open a renderer on a device.
 
     Args:
-        style: the style; one that leaves pictures as they are needs no device.
+        style: the style; an empty one needs no device.
         device: "auto" (a real GPU if there is one, else the CPU), "cpu", "gpu" or "gpu:N".
         announce: whether to log which device is used, and why.
 
     Raises:
-        UsageError: another word.
+        UsageError: an unknown device name.
         DeviceError: there is no such device.
         StyleError: the style cannot be used.
     """

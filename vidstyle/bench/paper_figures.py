@@ -1,4 +1,4 @@
-"""The speeds that the paper gives: Garcia-Dorado et al., IET Computer Vision 2020, table 1."""
+"""Speeds published in the paper: Garcia-Dorado et al., IET Computer Vision 2020, table 1."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """Megapixels a second of one of the paper's styles.
+    """Speed of a style of the paper in megapixels per second.
 
     Attributes:
         style: its number.
@@ -27,9 +27,9 @@ SPEEDS = (
     (1323.3, 101.3),
 )
 # fmt: on
-"""On the desktop and the mobile GPU, style by style."""
+"""Speed on the desktop and the mobile GPU for each style."""
 FIGURES = tuple(PaperFigure(number, *speeds) for number, speeds in enumerate(SPEEDS, start=1))
-"""All of them. Single filters the paper gives only as a drawing, from which no numbers can be read."""
+"""All styles. For single filters the paper has only a chart without numbers."""
 
 BLADE_ETF_XEON = 27.1
 """Megapixels a second of one pass of learned ETF on a CPU, a Xeon E5-1650v3 (section 5.4.2)."""
@@ -37,14 +37,14 @@ BLADE_MOBILE = (38.21, 223.03)
 """Megapixels a second of learned 5 x 5 filters on a Pixel 2018, on its CPU and its GPU (section 2.4)."""
 
 ALIKE = {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
-"""Which of its styles ours were made after: the six that the paper describes in words (section 6.1).
+"""The style of the paper that each style is modelled on: the six that the paper describes (section 6.1).
 
-Alike are the look and the filters that the words name: for instance Flow-XDoG, a threshold, Gaussian
-smoothing and a tint in style 1. The values, and how often a filter runs, the paper does not give, and ours
-first adapt to how light the picture is: so the speeds are of like looks, not of equal work. Styles 7 to 13
-are only shown as pictures, and none of ours claims to be one of them."""
+The look and the filters named in the description are the same: Flow-XDoG, a threshold, Gaussian smoothing and
+a tint for style 1. The paper states neither parameters nor the number of passes, and the styles here adapt to
+the brightness of the picture first, so that speeds compare similar looks, not equal work. Styles 7 to 13 of
+the paper are only shown as pictures and have no counterpart."""
 
 
 def figure_for(style: str) -> PaperFigure | None:
-    """The figure of the paper's style that one of ours was made after, if there is one."""
+    """The figure of the paper's style that a style is modelled on, or None."""
     return next((figure for figure in FIGURES if figure.style == ALIKE.get(style)), None)

@@ -14,7 +14,7 @@ from vidstyle.gpu.compile.explain import download_bytes, explain, plan_traffic, 
 from vidstyle.gpu.timing import GpuTimes
 
 NOTHING = "-"
-"""Shown where there is no number."""
+"""Shown in place of a missing number."""
 
 TableRow = dict[str, str]
 """A row of a table: texts by column names."""
@@ -181,7 +181,7 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
 
 
 def _paper_alike(alike: dict[str, int]) -> str:
-    """The styles of the paper that ours are compared with.
+    """Which style of the paper each style is compared with.
 
     >>> _paper_alike({"sketch": 3, "ink": 1})
     'Its style 1 is beside `ink`, 3 beside `sketch`: alike in look, not in the work done.'

@@ -1,4 +1,4 @@
-"""vidstyle live: a camera, a screen or a stream in, restyled as it comes."""
+"""vidstyle live: restyle a camera, a screen or a stream in real time."""
 
 from __future__ import annotations
 

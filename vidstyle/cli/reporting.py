@@ -22,11 +22,11 @@ BUG = VidstyleError.exit_code
 
 
 class Reporting(logging.Handler):
-    """Within the block, notices become lines on standard error, and what is raised one line and an exit code.
+    """Within the block, notices are printed on standard error; exceptions become one line and an exit code.
 
     Attributes:
         debug: whether to show tracebacks too.
-        exit_code: what the program is to end with.
+        exit_code: exit code of the program.
     """
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ class Reporting(logging.Handler):
 
 
 def conclusion(error: BaseException) -> tuple[int, str]:
-    """The exit code and the line for what was raised."""
+    """The exit code and the message for an exception."""
     match error:
         case VidstyleError():
             return error.exit_code, str(error)
@@ -148,7 +148,7 @@ def print_error(line: str) -> None:
 
 
 def _discard(stream: TextIO) -> None:
-    """Let what the stream still holds, and all that follows, go nowhere."""
+    """Discard what the stream still holds and all that follows."""
     with open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), stream.fileno())
     stream.flush()

@@ -1,1 +1,1 @@
-"""A style as a graph of blocks, for people: as text, and as a picture."""
+"""The graph of a style, as text and as SVG."""

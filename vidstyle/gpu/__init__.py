@@ -1,1 +1,1 @@
-"""Everything that touches OpenGL."""
+"""The GPU renderer: styles run with OpenGL."""

@@ -22,7 +22,7 @@ HANG_SECONDS = 10.0
 
 
 class Fallback(Protocol):
-    """What restyles pictures when the GPU no longer does; the methods are those of `Backend`."""
+    """The renderer that takes over when the GPU is lost; see `Backend`."""
 
     def change_style(self, style: Style) -> None: ...
 

@@ -71,8 +71,8 @@ class GpuSession:
     Args:
         device: what to open.
         form: how passes run; None: as the device does best.
-        fused: False makes a pass of every call, to compare with.
-        max_side: a page with a longer side is done in tiles.
+        fused: False makes a pass of every call, for comparison.
+        max_side: a page with a longer side is processed in tiles.
 
     Raises:
         DeviceError: the context cannot be opened.

@@ -1,1 +1,1 @@
-"""A live picture, restyled as it comes: cameras, screens and streams in, windows and streams out."""
+"""Live restyling: from cameras, screens and streams to pages, virtual cameras, files and streams."""

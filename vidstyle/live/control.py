@@ -80,7 +80,7 @@ class Controls:
     The session reads the requests between two frames.
 
     Attributes:
-        names: the styles that can be chosen, each with its variants.
+        names: the available styles, each with its variants.
         style: the style last requested.
         bypassed: whether frames are to be passed through unchanged.
         recording: whether a recording is to be written beside the other targets.
@@ -146,7 +146,7 @@ class Controls:
             self.style = set_values(self.style, values)
 
     def steady(self, value: float) -> None:
-        """Hold what flickers: 0 lets it boil, 1 keeps it still; values beyond are brought there."""
+        """Set temporal smoothing, from 0 (off) to 1 (strongest); values outside are clamped."""
         self.set_values({"steady": round(min(max(value, 0.0), 1.0), 2)})
 
     def bypass(self, on: bool | None = None) -> None:

@@ -89,7 +89,7 @@ def _listen(descriptor: int, controls: Controls, closing: threading.Event) -> No
 
 
 def _is_foreground_terminal(descriptor: int) -> bool:
-    """Whether it is a terminal that we may change; the system stops a background process that does."""
+    """Whether it is a terminal that this process may configure; a background process would be stopped."""
     if os.name != "posix" or not os.isatty(descriptor):
         return False
     try:

@@ -1,4 +1,4 @@
-"""Targets with a thread of their own, so that a slow or broken one holds up no other."""
+"""Targets with a thread of their own, so that a slow or broken one delays no other."""
 
 from __future__ import annotations
 

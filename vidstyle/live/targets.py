@@ -196,7 +196,7 @@ class Delivery:
 
 
 class TargetGroup:
-    """Distributes frames and sound to all targets; none of them holds up another."""
+    """Distributes frames and sound to all targets; none of them delays another."""
 
     def __init__(self, makers: Sequence[Callable[[TargetContext], Target]]) -> None:
         """`makers`: each makes a target once the first frame is known."""

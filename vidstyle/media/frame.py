@@ -177,7 +177,7 @@ def _view(plane: Any, layout: PlaneLayout) -> np.ndarray:
     dtype = np.dtype(np.uint8 if layout.depth <= 8 else ">u2" if layout.big_endian else "<u2")
     several = layout.kind == "packed" or (layout.kind == "luma" and layout.planes == 1)
     view = _samples(plane, dtype, layout.planes + layout.alpha if several else 1)
-    # Rows from the bottom up and foreign byte orders are beyond OpenCV: those are copied.
+    # OpenCV reads neither negative strides nor foreign byte orders: those are copied.
     upside_down, swapped = plane.line_size < 0, layout.big_endian and layout.depth > 8
     return view.astype(np.uint8 if layout.depth <= 8 else np.uint16) if upside_down or swapped else view
 

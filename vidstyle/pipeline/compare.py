@@ -11,12 +11,12 @@ from vidstyle.core.picture import Picture
 from vidstyle.media.options import VideoInfo
 
 Compare = Literal["side", "split"]
-"""side: the source on the left, the result on its right; split: the left half of the one and the right half
-of the other, with a white line between them."""
+"""side: the source on the left, the result on the right; split: the left half of the source and the right
+half of the result, with a white line between them."""
 
 
 def compared_info(info: VideoInfo, how: Compare | None) -> VideoInfo:
-    """What a film of compared pictures is like: twice as wide where they stand side by side."""
+    """The properties of a film of compared pictures: twice as wide if they are side by side."""
     if how != "side":
         return info
     return replace(info, width=_whole_chroma(info.width, info.encoding.step[0]) + info.width)
@@ -34,7 +34,7 @@ def compared(before: Picture, after: Picture, how: Compare) -> Picture:
     if how == "side":
         return _beside(_widened(before, _whole_chroma(width, step) - width), after)
     middle = width // 2 // step * step
-    # Thin, but still there when a 4K film is looked at in a small window.
+    # Thin, but visible when a 4K film is shown in a small window.
     end = min(middle + step * max(1, width // 640 // step), width)
     line = _white(_columns(before, middle, end))
     return _beside(_columns(before, 0, middle), line, _columns(after, end, width))

@@ -13,9 +13,9 @@ class Progress:
 
     Attributes:
         frames: frames handed to the encoder so far.
-        position: how much of the film that is, in seconds.
+        position: their duration in seconds.
         elapsed: seconds since the job began.
-        total_frames, duration: what the input's headers promise, in frames and in seconds; None if unknown.
+        total_frames, duration: frames and seconds according to the input's headers; None if unknown.
     """
 
     frames: int
@@ -36,7 +36,7 @@ class Progress:
 
     @property
     def fraction(self) -> float | None:
-        """The part that is done, 0..1, if the whole is known.
+        """The fraction that is done, 0..1, or None if the total is unknown.
 
         >>> Progress(frames=50, position=2.0, elapsed=1.0, duration=8.0).fraction
         0.25
@@ -47,7 +47,7 @@ class Progress:
 
     @property
     def remaining(self) -> float | None:
-        """Seconds that the rest will take at this rate, if the whole is known."""
+        """Estimated seconds for the rest, or None if the total is unknown."""
         return self.elapsed * (1 / self.fraction - 1) if self.fraction else None
 
     def as_dict(self) -> dict[str, Any]:
@@ -72,10 +72,10 @@ class Summary:
         frames: frames written.
         duration: length of the film written, in seconds.
         elapsed: seconds of work.
-        damage: what was wrong with the input, in one line, or empty.
-        exit_code: 0, or 4 when the input was damaged enough to say so.
-        stopped: whether the job was told to stop before its end.
-        partial: where the frames are that a stopped job had written, if there are any.
+        damage: description of the damage of the input in one line, or empty.
+        exit_code: 0, or 4 if the input was significantly damaged.
+        stopped: whether the job was stopped before its end.
+        partial: the file with the frames that a stopped job had written, or None.
     """
 
     source: str

@@ -18,13 +18,13 @@ from vidstyle.media.write.base import Writer
 from vidstyle.pipeline.bounded_queue import BoundedQueue, QueueClosedError
 
 QUEUE_CAPACITY = 3
-"""Batches that may wait between two stages: enough that none starves, few enough to keep memory small."""
+"""Batches in the queue between two stages: enough that no stage starves, few enough to bound memory."""
 BATCH = 32
 """Items in a batch at most. A batch ends with its frame, so that a run of packets does not fill a queue."""
 WATCH_SECONDS = 0.1
 """How often the calling thread reports progress."""
 END_SECONDS = 2.0
-"""How long the threads may take to end once they are told to (docs/rules.md, Exit codes)."""
+"""Timeout for the threads to end after cancellation (docs/rules.md, Exit codes)."""
 
 Batch = list[Any]
 """Frames and packets in the order of the source."""
@@ -74,7 +74,7 @@ class Stages:
 
     @property
     def alive(self) -> list[str]:
-        """The names of the threads that have not ended. What they work on must not be touched."""
+        """The names of the threads that have not ended; their data must not be released."""
         return [thread.name for thread in self._threads if thread.is_alive()]
 
     def run(self, stop: threading.Event, watch: Callable[[], None]) -> None:
@@ -124,7 +124,7 @@ class Stages:
         self._over.set()
 
     def _halt(self) -> None:
-        """Let nothing more reach the encoder: to close in time is worth more than a few frames."""
+        """Let nothing more reach the encoder: closing the file in time is worth more than a few frames."""
         self._halted.set()
         self._source.close(discard=True)
         self._result.close(discard=True)
@@ -145,7 +145,7 @@ class Stages:
         self._result.close()
 
     def _finish(self, batch: Batch) -> None:
-        """Wait for the batch's frame to be restyled, and pass the batch on."""
+        """Wait until the frame of the batch is restyled, and pass the batch on."""
         self._result.put([*batch[:-1], batch[-1]()] if _is_pending(batch) else batch)
 
     def _write(self) -> None:

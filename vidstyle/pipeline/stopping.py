@@ -21,7 +21,7 @@ class Stop(threading.Event):
 
     @property
     def exit_code(self) -> int:
-        """What a shell expects of a program that this signal ended: 130 or 143."""
+        """The exit code for the signal: 130 or 143."""
         return 128 + (self.cause or 0)
 
 

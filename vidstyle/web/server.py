@@ -40,7 +40,7 @@ SECURITY_HEADERS = {
 }
 
 _quiet = logging.getLogger("vidstyle.web")
-# Malformed requests are no news for the terminal.
+# Malformed requests are not shown in the terminal.
 _quiet.disabled = True
 
 

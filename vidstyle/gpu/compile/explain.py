@@ -1,9 +1,9 @@
-"""What a plan does and what it moves through memory, in figures and in words: without a GPU.
+"""Describes the passes of a plan and their memory traffic, without a GPU.
 
-Every picture that a pass reads counts once however often it looks at a pixel, because the caches serve what
-is read again; every target counts once. So these are the least bytes: a real card moves no fewer, and time on
-it is at least these bytes over its bandwidth. Not counted are the histograms of measured steps, about a
-megabyte for each picture of any size, and the overlap of tiles.
+Every texture that a pass reads or writes counts once, however often it reads a pixel, as caches serve
+repeated reads. The result is a lower bound: time on a card is at least these bytes divided by its bandwidth.
+Not counted are the histograms of measured steps, about a megabyte for a picture of any size, and the overlap
+of tiles.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Traffic:
 
     @property
     def total(self) -> float:
-        """Both ways."""
+        """Bytes read and written."""
         return self.read + self.written
 
     def __add__(self, other: Traffic) -> Traffic:
@@ -55,12 +55,12 @@ class HeldTexture:
 
     @property
     def bytes(self) -> int:
-        """What it takes."""
+        """Size in bytes."""
         return self.height * self.width * self.format.bytes
 
 
 def pass_traffic(plan: Plan, each: Pass) -> Traffic:
-    """What one pass reads and writes. One that samples reads only the pixels of its grid."""
+    """The traffic of a pass. One that samples reads only the pixels of its grid."""
     places = prod(Sampling.of(*each.shape).shape if each.sampled else each.shape)
     most = places if each.sampled else None
     read = sum(_image_bytes(plan, image, most) for image in each.images)
@@ -70,7 +70,7 @@ def pass_traffic(plan: Plan, each: Pass) -> Traffic:
 
 
 def plan_traffic(plan: Plan) -> Traffic:
-    """What all passes together read and write."""
+    """The traffic of all passes together."""
     return sum((pass_traffic(plan, each) for each in plan.passes), Traffic(0, 0))
 
 
@@ -80,8 +80,8 @@ def upload_bytes(plan: Plan) -> float:
 
 
 def download_bytes(plan: Plan) -> float:
-    """Bytes that come back for each pixel of the source's page."""
-    # Of four components in a texture of RGB three come back.
+    """Bytes read back for each pixel of the source's page."""
+    # Of the four components of an RGB texture, three are read back.
     sizes = (
         prod(target.shape) * target.format.bytes * (3 if target.name == "color" else 4) // 4
         for target in result_targets(plan)
@@ -90,16 +90,17 @@ def download_bytes(plan: Plan) -> float:
 
 
 def result_targets(plan: Plan) -> list[RenderTarget]:
-    """The planes of the result that the passes make."""
+    """The planes of the result that the passes write."""
     targets = (target for each in plan.passes for target in write_shader(plan, each).targets)
     return [target for target in targets if target.is_plane]
 
 
 def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
-    """The textures that the passes write, each for several values in turn where that can be.
+    """The textures that the passes write; one is reused for values that are not needed at the same time.
 
     Args:
-        max_side: pixels that a texture's side may have.
+        plan: of a style.
+        max_side: maximum side of a texture in pixels.
     """
     pool = _CountingPool()
     shaders = {each: write_shader(plan, each) for each in plan.passes}
@@ -108,7 +109,7 @@ def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
 
 
 class _CountingPool:
-    """Takes the place of a pool of textures, and only counts what is taken."""
+    """A texture pool that only counts what is taken."""
 
     def __init__(self) -> None:
         self.taken: list[HeldTexture] = []
@@ -119,7 +120,7 @@ class _CountingPool:
 
 
 def _image_bytes(plan: Plan, image: ShaderNode, most: int | None = None) -> int:
-    """Bytes of a picture, or of as many of its pixels as are looked at."""
+    """Bytes of a picture, or of at most `most` of its pixels."""
     pixels = prod(image.shape) if most is None else min(prod(image.shape), most)
     if not image.is_plane:
         return working_format(image).bytes * pixels
@@ -127,7 +128,7 @@ def _image_bytes(plan: Plan, image: ShaderNode, most: int | None = None) -> int:
 
 
 def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
-    """The plan for the commonest pictures: 4:2:0, 8 bit.
+    """The plan for common video: 4:2:0, 8 bit.
 
     Raises:
         StyleError: an asset of the style cannot be read.
@@ -137,7 +138,7 @@ def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
 
 
 def explain(plan: Plan) -> dict[str, Any]:
-    """What the plan does and moves: sizes are width and height, bytes those for each pixel of the source."""
+    """The passes and the traffic of a plan as plain data; bytes are per pixel of the source."""
     names = _names_of_values(plan)
     textures = held_textures(plan, MAX_SIDE)
     return {
@@ -153,7 +154,7 @@ def explain(plan: Plan) -> dict[str, Any]:
 
 
 def calls_of(plan: Plan, each: Pass) -> list[str]:
-    """What a pass computes, in order: functions by their names, "gaussian (across)" for gaussian_across."""
+    """The functions that a pass calls, in order: "gaussian (across)" for gaussian_across."""
     runs = [(call, len(list(alike))) for call, alike in groupby(map(_call, each.nodes))]
     made = [call if count == 1 else f"{count} x {call}" for call, count in runs]
     if each.sampled:
@@ -165,7 +166,7 @@ def calls_of(plan: Plan, each: Pass) -> list[str]:
 
 
 def lines_of(explained: dict[str, Any]) -> Iterator[str]:
-    """What `explain` says, for people."""
+    """The data of `explain` as lines of text."""
     width, height = explained["size"]
     count = len(explained["passes"])
     yield f"{width}x{height}, {explained['form']} form: {count} pass{'' if count == 1 else 'es'}"
@@ -194,7 +195,7 @@ def _explain_pass(plan: Plan, each: Pass, names: dict[ShaderNode, str]) -> dict[
 
 
 def _names_of_values(plan: Plan) -> dict[ShaderNode, str]:
-    """A name for each value between passes: its kind, and a number of its own."""
+    """A name for each value that is stored between passes: its kind and a number."""
     stored = (node for each in plan.passes for node in each.stored)
     return {node: f"{node.kind} {number}" for number, node in enumerate(stored, 1)}
 
@@ -221,7 +222,7 @@ def _target(target: RenderTarget, names: dict[ShaderNode, str]) -> str:
 
 
 def _format_name(coding: Format) -> str:
-    """As OpenGL calls it.
+    """OpenGL's name of a format.
 
     >>> _format_name(Format(4, "nu2"))
     'RGBA16'

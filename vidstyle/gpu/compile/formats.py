@@ -1,4 +1,4 @@
-"""What the numbers in textures stand for."""
+"""Texture formats, and the values that their numbers represent."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from vidstyle.gpu.compile.shader_nodes import ShaderKind, ShaderNode
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of texture.
+    """A texture format.
 
     Attributes:
         components: numbers in a texel.
         dtype: moderngl's name of their type: "f1" and "nu2" are normalized 8 and 16 bit, "f4" is float32.
-        low, span: what the normalized 0 stands for, and how far 1 lies above it.
+        low, span: the value that the normalized 0 represents, and the distance to that of 1.
     """
 
     components: int
@@ -37,7 +37,7 @@ class Format:
 
     @property
     def most(self) -> int:
-        """The integer that the normalized 1 is stored as."""
+        """The integer that stores the normalized 1."""
         return {"f1": 255, "nu2": 65535, "f4": 1}[self.dtype]
 
 
@@ -47,24 +47,24 @@ WORKING: dict[ShaderKind, Format] = {
     "color": Format(4, "nu2", -1.0, 3.0),
     "choices": Format(4, "nu2"),
 }
-"""Textures between passes. Normalized 16 bit, not half floats, which take as much room: near white a half
-float is off by up to 1/4096, and a difference of Gaussians under a soft threshold multiplies that by forty,
-to three levels of 255; these are off by 1/65000 of white in luma and 1/43000 in RGB. The range leaves room
-for the RGB of colours that no screen shows, and for what bicubic and Lanczos resampling put beside sharp
-edges: beside ink on paper almost half of the step, beyond black and white."""
+"""Textures between passes: normalized 16 bit, not half floats of the same size. Near white the error of a
+half float is up to 1/4096, which a difference of Gaussians with a soft threshold multiplies by forty, to
+three levels of 255; here it is 1/65000 of white in luma and 1/43000 in RGB. The range has headroom for
+out-of-gamut RGB and for the overshoot of bicubic and Lanczos resampling, which at a sharp edge is almost half
+of the step."""
 
 
 WIDE = Format(1, "f4")
-"""For luma that goes far beyond black and white, as a difference of Gaussians times twenty does."""
+"""For luma far beyond black and white, such as a difference of Gaussians times twenty."""
 
 
 def working_format(node: ShaderNode) -> Format:
-    """The texture in which a value is kept between passes."""
+    """The format in which a value is stored between passes."""
     return WIDE if node.is_wide else WORKING[node.kind]
 
 
 def plane_format(depth: int, components: int = 1) -> Format:
-    """The texture for a plane of the source or of the result.
+    """The format for a plane of the source or of the result.
 
     Args:
         depth: bits of an integer sample, 0 for float32.
@@ -74,7 +74,7 @@ def plane_format(depth: int, components: int = 1) -> Format:
 
 
 def levels(encoding: Encoding, kind: ShaderKind) -> tuple[float, float]:
-    """The codes that stand for 0 and 1 of a value in a plane; RGB always has the full range."""
+    """The codes of the values 0 and 1 in a plane; RGB always has the full range."""
     if kind == "chroma":
         neutral, span = encoding.chroma_levels
         return neutral, neutral + span

@@ -1,7 +1,7 @@
-"""Reads GLSL files: which functions they define, and what those ask for.
+"""Reads GLSL files: the functions that they define, and their parameters.
 
-The names and types of a function's parameters are all that the runner needs to call it; nothing about
-a shader is said a second time in Python.
+Names and types of the parameters are all that is needed to call a function; nothing about a shader is
+declared a second time in Python.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class ShaderParameter:
 
 @dataclass(frozen=True)
 class Signature:
-    """A GLSL function: where it stands, what it gives and what it asks for.
+    """A GLSL function: its file, its return type and its parameters.
 
     Attributes:
         line: the direction in which a filter reads its picture, (1, 0) or (0, 1); None if all around.
@@ -63,7 +63,7 @@ def read_source(file: str) -> str:
 
 @cache
 def signatures(file: str) -> dict[str, Signature]:
-    """The functions that a file defines, by name, in the order in which they stand.
+    """The functions that a file defines, by name, in the order of the file.
 
     >>> [parameter.name for parameter in signatures("frame/color.glsl")["rgb_from_gray"].parameters]
     ['luma']
@@ -103,7 +103,7 @@ def _parameter(file: str, text: str) -> ShaderParameter:
 
 
 TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
-"""The GLSL type of so many numbers."""
+"""The GLSL type of a value by its number of components."""
 
 _INCLUDE = re.compile(r'^#include "(?P<file>[^"]+)"$')
 _CHANNELS = re.compile(r"\bchannels\b")
@@ -111,7 +111,7 @@ _PLACE = re.compile(r"\b0(?::(?P<colon>\d+)|\((?P<bracket>\d+)\))")
 
 
 class Assembly:
-    """A shader's text while it grows, and the files that it comes from.
+    """The source of a shader under construction, and the files that it comes from.
 
     Args:
         version: of GLSL; 430 makes it a compute shader.
@@ -157,14 +157,14 @@ class Assembly:
             self._add_file(file, _CHANNELS.sub(TYPES.get(channels, ""), source), channels)
 
     def add_template(self, file: str, words: dict[str, str]) -> None:
-        """Append a file with other words in the place of some of its own."""
+        """Append a file with some of its words replaced."""
         source = read_source(file)
         for word, other in words.items():
             source = re.sub(rf"\b{word}(?=_|\b)", other, source)
         self._add_file(file, source, 1)
 
     def name_places(self, message: str) -> str:
-        """A compiler's message with our files and lines in it."""
+        """A compiler's message with the files and lines of the shader sources."""
 
         def named(match: re.Match[str]) -> str:
             line = int(match["colon"] or match["bracket"])

@@ -15,16 +15,17 @@ from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderMeasure, ShaderNod
 from vidstyle.style.nodes import Shape, in_order
 
 RECOMPUTED = 12
-"""Up to so many per-pixel calls are repeated in each pass rather than stored in a texture: arithmetic costs
-less than memory traffic."""
+"""Maximum number of per-pixel calls that are repeated in each pass rather than stored in a texture, as
+arithmetic costs less than memory traffic."""
 
 MAX_STORED = 5
-"""Values that a pass stores at most: OpenGL guarantees eight render targets, and three may be planes."""
+"""Maximum number of values that a pass stores: OpenGL guarantees eight render targets, of which three may be
+planes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Values that leave together as planes of the result.
+    """Values that are written together as planes of the result.
 
     Attributes:
         role: "planes" for luma, with or without chroma, which is averaged to the result's own grid;
@@ -44,12 +45,12 @@ class Pass:
 
     Attributes:
         shape: the page's height and width.
-        stored: what is kept in textures, for later passes.
-        sampled: what is measured, at a grid of pixels only; then nothing else is computed.
-        result: what leaves as planes.
-        before: the passes that must have run.
-        nodes: all that is computed, in order.
-        loads: textures and planes of which it reads each pixel's own value.
+        stored: values stored in textures for later passes.
+        sampled: the value that is measured, at a grid of pixels only; then nothing else is computed.
+        result: values written as planes.
+        before: the passes that it depends on.
+        nodes: all values computed, in order.
+        loads: textures and planes that it reads at each pixel's own position.
     """
 
     shape: Shape
@@ -62,23 +63,23 @@ class Pass:
 
     @property
     def images(self) -> list[ShaderNode]:
-        """All pictures that it reads, each once."""
+        """All pictures that it reads, without repetition."""
         around = [node.around for node in self.nodes if node.around is not None]
         return list(dict.fromkeys([*self.loads, *around]))
 
     @property
     def roots(self) -> list[ShaderNode]:
-        """What it computes for others."""
+        """The values that it computes for other passes and the result."""
         sampled = [self.sampled.of] if self.sampled else []
         return [*self.stored, *(self.result.nodes if self.result else ()), *sampled]
 
     @property
     def is_light(self) -> bool:
-        """Whether it reads no neighbours and looks at every pixel."""
+        """Whether it reads no neighbours and computes every pixel."""
         return self.sampled is None and not any(node.is_heavy for node in self.nodes)
 
     def needs(self, other: Pass) -> bool:
-        """Whether the other one must have run before, itself or by way of others."""
+        """Whether it depends on the other one, directly or indirectly."""
         return other in in_order(self.before, lambda each: each.before)
 
 
@@ -86,7 +87,7 @@ def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
     """The passes that compute the results and the measurements they need, in order.
 
     Args:
-        fused: False keeps the result of every call in a texture, to compare with.
+        fused: False stores the result of every call in a texture, for comparison.
     """
     kept = set() if fused else {node for node in _ordered(results) if not node.is_plane}
     while True:
@@ -98,7 +99,7 @@ def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
 
 
 class _Partition:
-    """One attempt, with some nodes kept in textures from the outset."""
+    """One attempt at a partition, given nodes that are stored in textures."""
 
     def __init__(self, results: Sequence[Result], kept: set[ShaderNode]) -> None:
         nodes = _ordered(results)
@@ -122,14 +123,14 @@ class _Partition:
             each.loads = [node for node in dict.fromkeys(wanted) if node not in each.nodes]
 
     def worth_keeping(self) -> set[ShaderNode]:
-        """Light nodes that are so long in the making that several passes should not repeat it."""
+        """Per-pixel nodes that take too many calls to be repeated in several passes."""
         users = Counter(node for each in self._passes if each.sampled is None for node in each.nodes)
         often = [node for node, count in users.items() if count > 1 and node not in self._stored]
         long = {node for node in often if len(self._calls([node], None)) > RECOMPUTED}
         return long - {other for node in long for other in node.inputs.values()}
 
     def in_order(self) -> list[Pass]:
-        """The passes, each after all that it needs."""
+        """The passes in the order of their dependencies."""
         roots = [each for each in self._passes if each.roots]
         return in_order(roots, lambda each: sorted(each.before, key=self._passes.index))
 
@@ -143,7 +144,7 @@ class _Partition:
         self._measured[measure] = sampling
 
     def _settle(self, node: ShaderNode) -> None:
-        """Find the pass that computes a node, unless it is light: then each pass does that needs it."""
+        """Find the pass that computes a node; light nodes are computed by each pass that needs them."""
         others = [*node.inputs.values(), *([node.around] if node.around else [])]
         measured = {self._measured[node.measure]} if node.measure else set()
         needed = measured.union(*(self._needs[other] for other in others))
@@ -152,7 +153,7 @@ class _Partition:
             home = self._pass_around(node, measured) or self._new_pass(node.shape)
             self._store_elsewhere(node.inputs.values(), home)
         else:
-            # What is around it must be finished: it rides on no pass that makes that, even one of its size.
+            # Its neighbourhood must be complete: it cannot be fused into the pass that computes its input.
             before = measured.union(self._needs[node.around] if node.around else ())
             home = self._ride(node.inputs.values(), before, node.shape)
         if home is None and node in self._stored:
@@ -172,7 +173,7 @@ class _Partition:
             self._store(node, home)
 
     def _pass_around(self, node: ShaderNode, measured: set[Pass]) -> Pass | None:
-        """A pass that reads around the same picture already: each sample then comes from memory once."""
+        """A pass that already filters the same picture: each sample is then read from memory once."""
         assert node.around is not None
         finished = measured | self._needs[node.around]
         beside = set().union(*(self._needs[other] for other in node.inputs.values()))
@@ -184,16 +185,16 @@ class _Partition:
         return None
 
     def _store_elsewhere(self, nodes: Iterable[ShaderNode], home: Pass | None) -> None:
-        """Keep what other passes than this one make of the nodes."""
+        """Store those of the nodes that other passes than this one compute."""
         for node in nodes:
             other = self._homes.get(node)
             if other is not None and other is not home and not other.is_light:
                 self._store(node, other)
 
     def _ride(self, nodes: Iterable[ShaderNode], measured: set[Pass], shape: Shape) -> Pass | None:
-        """The pass of one of these nodes that can go on with them all; what other passes make is stored.
+        """The pass of one of these nodes that can be extended with all; nodes of other passes are stored.
 
-        The widest node's, because the others are then cheaper to keep.
+        It is that of the node with most channels, as the others are cheaper to store.
         """
         nodes = list(nodes)
         riding = [node for node in nodes if node in self._homes and not self._homes[node].is_light]
@@ -209,7 +210,7 @@ class _Partition:
         return home.shape == shape and not any(each is home or each.needs(home) for each in needed)
 
     def _light_pass(self, shape: Shape, needed: set[Pass]) -> Pass:
-        """A pass without neighbours: one that there is already, if it may run late enough."""
+        """A per-pixel pass: an existing one, if the order of dependencies allows it."""
         for each in self._passes:
             if each.is_light and each.shape == shape:
                 if not any(other.needs(each) for other in needed if other is not each):
@@ -233,7 +234,7 @@ class _Partition:
         return self._passes[-1]
 
     def _divide(self, each: Pass, order: list[ShaderNode]) -> None:
-        """Give what a pass cannot keep at once to passes before it."""
+        """Move values that exceed the limit of a pass to new passes before it."""
         while len(each.stored) > MAX_STORED:
             each.stored.sort(key=order.index)
             first = self._new_pass(each.shape)
@@ -246,7 +247,7 @@ class _Partition:
             each.before.add(first)
 
     def _calls(self, roots: list[ShaderNode], home: Pass | None) -> list[ShaderNode]:
-        """What is computed for the roots, in order: not planes, nor what another pass has stored."""
+        """The nodes computed for the roots, in order, without planes and values stored by other passes."""
 
         def is_at_hand(node: ShaderNode) -> bool:
             return node.is_plane or (node in self._stored and self._homes.get(node) is not home)
@@ -258,7 +259,7 @@ class _Partition:
 
 
 def _both_prepare(each: Pass, node: ShaderNode) -> bool:
-    """Whether this one prepares something for a compute group, and a pass has one that does: only one can."""
+    """Whether both the node and one in the pass prepare data for a compute group, which only one can."""
     functions = (other.function for other in (node, *each.nodes) if other.is_heavy)
     return sum(function is not None and function.signature.prepares for function in functions) > 1
 

@@ -19,10 +19,10 @@ Form = Literal["compute", "fragment"]
 
 @dataclass(frozen=True)
 class Plan:
-    """What the GPU does for each picture of one layout.
+    """The passes that restyle pictures of one layout.
 
     Attributes:
-        source: what comes in.
+        source: layout of the pictures.
         target: how the planes of the result are encoded.
         rgb: whether the result is packed RGB.
         form: of all its passes.
@@ -40,17 +40,17 @@ class Plan:
     chroma: Literal["made", "untouched", "gray"]
 
     def fits(self, source: PictureLayout, target: Encoding, rgb: bool) -> bool:
-        """Whether it is for such pictures and such results."""
+        """Whether it is valid for these arguments."""
         return (self.source, self.target, self.rgb) == (source, target, rgb)
 
     @property
     def measures(self) -> list[ShaderMeasure]:
-        """What has to be measured of each picture."""
+        """The measurements that it takes of each picture."""
         return [each.sampled for each in self.passes if each.sampled]
 
     @property
     def planes(self) -> list[ShaderNode]:
-        """The planes of the source that have to be on the GPU."""
+        """The planes of the source that have to be uploaded."""
         images = (image for each in self.passes for image in each.images)
         return list(dict.fromkeys(image for image in images if image.is_plane))
 
@@ -69,11 +69,11 @@ def make_plan(
     Args:
         style: for its ink and paper.
         steps: the style's, prepared for pictures of the source's size.
-        source: what comes in.
-        target: how the planes of the result are encoded.
-        rgb: whether packed RGB of the target's depth is wanted instead.
-        form: how the passes are to run.
-        fused: False makes a pass of every call, to compare with.
+        source: layout of the pictures.
+        target: encoding of the planes of the result.
+        rgb: whether to make packed RGB of the target's depth instead.
+        form: how the passes run.
+        fused: False makes a pass of every call, for comparison.
     """
     lowered = lower(style, steps, source, target, rgb)
     graph = ShaderGraph(form)
@@ -91,10 +91,10 @@ def make_plan(
 
 
 def _results(lowered: LoweredStyle, graph: ShaderGraph, form: Form) -> list[Result]:
-    """What leaves together.
+    """The values that are written together.
 
-    A compute pass averages chroma to the target's grid by itself, because its invocations see what their
-    neighbours have computed; fragments do not, so the average is a pass of its own.
+    A compute pass averages chroma to the target's grid itself, as its invocations share their values;
+    fragments do not, so that averaging is a separate pass.
     """
     shape, target = lowered.source.shape, lowered.target
     if lowered.color is not None:

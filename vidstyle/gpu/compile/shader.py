@@ -1,4 +1,4 @@
-"""The shader of a pass: its text, the textures that it writes, and what has to be bound before it runs."""
+"""The shader of a pass: its source, its render targets, and the uniforms and samplers to be bound."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderKind, ShaderMeasur
 from vidstyle.gpu.compile.shared import Pair
 
 GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
-"""Invocations across and down in a group of a compute pass: more in the direction in which its filters read,
-because neighbours in that direction read the same pixels."""
+"""Size of a work group of a compute pass: longer in the direction in which its filters read, as neighbours in
+that direction read the same pixels."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +52,13 @@ class ImageOf:
 
 @dataclass
 class Shader:
-    """The text of a pass and what has to be bound before it runs.
+    """The source of a shader, and the uniforms and samplers to be bound.
 
     Attributes:
-        assembly: the text, and the files that it comes from.
-        targets: what it writes, in the order of the bindings.
-        uniforms: values by the names of uniforms.
-        samplers: what each reads: a picture, the numbers of a measure, or an asset's arrays.
+        assembly: its source and the files that it comes from.
+        targets: textures that it writes, in the order of the bindings.
+        uniforms: values by name.
+        samplers: by name what each reads: a picture, the percentiles of a measure, or an asset's arrays.
         groups: pixels across and down for each group of a compute pass.
     """
 
@@ -69,12 +69,12 @@ class Shader:
     groups: Pair = GROUPS[None]
 
     def add_sampler(self, name: str, kind: str, what: ImageOf | ShaderMeasure | tuple) -> None:
-        """Declare a sampler, and keep what it reads."""
+        """Declare a sampler and record what it reads."""
         self.assembly.add(f"uniform {kind} {name};")
         self.samplers[name] = what
 
     def add_uniform(self, name: str, parameter: ShaderParameter, value: Any) -> str:
-        """Declare a uniform unless it is there, keep its value, and return its name."""
+        """Declare a uniform unless it exists, record its value, and return its name."""
         count = f"[{parameter.count}]" if parameter.count else ""
         if name not in self.uniforms:
             self.assembly.add(f"uniform {parameter.type} {name}{count};")
@@ -120,13 +120,13 @@ def _declare_plane(
 
 
 def _declare_levels(shader: Shader, name: str, coding: Format, words: dict[str, str]) -> None:
-    """Declare what reads a texture whose numbers stand for a range of values, or for themselves."""
+    """Declare functions that read a texture and map its numbers to values."""
     shader.assembly.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
     shader.assembly.add_template("frame/image.glsl", words)
 
 
 def targets_of(plan: Plan, each: Pass) -> list[RenderTarget]:
-    """What the pass writes, in the order of the bindings."""
+    """The textures that the pass writes, in the order of the bindings."""
     targets = [RenderTarget("working", node, working_format(node), node.shape) for node in each.stored]
     if each.sampled:
         node = each.sampled.of
@@ -155,7 +155,7 @@ def shrinks(plan: Plan, each: Pass) -> bool:
 
 
 def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[int, int] | None) -> None:
-    """Declare them, and `store_0`, `store_1` and so on, which put a value in its place.
+    """Declare render targets, and functions `store_0`, `store_1` and so on that write to them.
 
     Args:
         groups: pixels across and down for each group of a compute pass; None in a fragment pass.

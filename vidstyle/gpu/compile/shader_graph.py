@@ -25,7 +25,7 @@ FILES = {
     "inked_luma": "frame/layers.glsl",
     "inked_chroma": "frame/layers.glsl",
 }
-"""The operations that one GLSL function of the same name computes, and its file."""
+"""The operations that are a GLSL function of the same name, and its file."""
 
 MAX_TAPS = 16
 """Weights of one half of the window that `chosen_filter` takes."""
@@ -47,7 +47,7 @@ class ShaderGraph:
         self._measures: dict[Measure[Node], ShaderMeasure] = {}
 
     def add(self, outputs: Iterable[Node]) -> None:
-        """Make the shader nodes of all that these nodes need."""
+        """Make the shader nodes for these nodes and their inputs."""
         for node in nodes_in_order(outputs):
             self._made[node] = self._make(node)
 
@@ -59,7 +59,7 @@ class ShaderGraph:
         return self._nodes.setdefault(identity_key(node), node)
 
     def recoded(self, chroma: Node) -> ShaderNode:
-        """Chroma on the target's grid; what has other codes is computed anew."""
+        """Chroma on the target's grid, converted where its codes differ."""
         made = self[chroma]
         call = ShaderNode("chroma", made.shape, Function("frame/color.glsl", "same_chroma"), {"chroma": made})
         return self.node(replace(call, grid=made.grid, page=made.page))
@@ -150,7 +150,7 @@ class ShaderGraph:
         run: BankRun = node.values["run"]
         luma = self[node.inputs["luma"]]
         if run.scale != 1:
-            # Exact: a filter chosen otherwise for one of few pixels would show in many.
+            # Exact: at a reduced size, a different choice for one pixel shows in many.
             luma = self.node(replace(luma, is_wide=True)) if not luma.is_plane else luma
         chosen: ShaderNode | None = None
         for _ in range(run.passes):
@@ -189,7 +189,7 @@ class ShaderGraph:
 
 
 def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, tuple[str, ...]]]:
-    """The values with the number of each chosen word in its place, and the words."""
+    """The values with each choice replaced by its number, and the words of the choices."""
     controls = {name: block.parameters[name].control for name in values}
     options = {name: control.options for name, control in controls.items() if isinstance(control, Choice)}
     numbered = {
@@ -216,7 +216,7 @@ def filter_values(run: BankRun) -> dict[str, Any]:
     """The values of `filtered`."""
     padding = [0.0] * (MAX_PARTS - len(run.weights))
     return {
-        # Weights times twenty and more would show the rounding of half floats.
+        # Weights of twenty and more would make the rounding of half floats visible.
         "bank": run.bank.packed if run.is_wide else run.bank.packed_in_half,
         "size": run.bank.size,
         "part_weights": [float(weight) for weight in run.weights] + padding,

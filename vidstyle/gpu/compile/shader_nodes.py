@@ -1,4 +1,4 @@
-"""What the shaders of a style compute at every pixel: calls of GLSL functions."""
+"""The graph that the shaders of a style compute at every pixel: calls of GLSL functions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ShaderKind = Literal["luma", "chroma", "color", "choices"]
 """Kinds of values; "choices" are the numbers of the filters that 2 x 2 pixels choose."""
 
 CHANNELS: dict[ShaderKind, int] = {"luma": 1, "chroma": 2, "color": 3, "choices": 4}
-"""How many numbers a value of each kind has."""
+"""Number of channels of each kind of value."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Function:
 
     @property
     def signature(self) -> Signature:
-        """What its file says of it."""
+        """Its declaration in the file."""
         return signatures(self.file)[self.name]
 
 
@@ -43,16 +43,16 @@ class ShaderNode:
     Attributes:
         kind: what the value is.
         shape: of the picture that it belongs to; for chroma with a grid, in samples of that grid.
-        function: what makes it; None for a plane of the source.
-        inputs: the function's parameters that are values of the same pixel.
-        around: the picture of which the function reads other pixels too, or None.
-        radius: how many pixels around its own it reads there, where sizes are alike.
+        function: the function that computes it; None for a plane of the source.
+        inputs: the function's parameters that are values at the same pixel.
+        around: the picture that the function reads at other pixels, too, or None.
+        radius: pixels around its own that it reads there, if the sizes are equal.
         values: the function's parameters that are the same for all pixels.
-        options: the words that a parameter's number stands for, where it is a choice.
-        measure: the numbers that it is given.
+        options: the words of parameters that are choices.
+        measure: the percentiles that it receives.
         grid: for subsampled chroma, step and siting of its samples; None for chroma at every pixel.
         page: for subsampled chroma, the shape of the luma that it belongs to.
-        is_wide: whether it goes so far beyond black and white that it has to be stored as float32.
+        is_wide: whether its range requires storing it as float32.
     """
 
     kind: ShaderKind
@@ -75,14 +75,14 @@ class ShaderNode:
 
     @property
     def is_enlarged(self) -> bool:
-        """Whether it is chroma brought from its own grid to every pixel, or a pixel's own choice."""
+        """Whether it is upsampled: chroma of a subsampled grid, or the choice of a filter."""
         if self.around is None:
             return False
         return self.around.kind == "choices" or (self.around.grid is not None and self.grid is None)
 
     @property
     def is_heavy(self) -> bool:
-        """Whether it reads so much around a pixel that it is worth a pass, and computed only once."""
+        """Whether it reads a neighbourhood large enough for a pass of its own, and is computed only once."""
         return self.around is not None and not self.is_enlarged
 
 

@@ -1,7 +1,7 @@
-"""Writes the shader of a pass: uniforms, our GLSL files, and the calls of their functions in order.
+"""Writes the shader of a pass: uniforms, included GLSL files, and calls of their functions in order.
 
-The text depends on what is called, not on the values of parameters: those become uniforms, so that moving
-a slider compiles nothing, but where a filter comes to need another amount of shared memory.
+The source does not depend on the values of parameters, which become uniforms: moving a slider compiles
+nothing, unless a filter then needs another amount of shared memory.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
 from vidstyle.gpu.compile.shared import BYTES, Pair, sharing_of
 
 TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
-"""Pixels across and down that a group makes together where chroma is averaged."""
+"""Pixels across and down that a work group computes where chroma is averaged."""
 
 
 def write_shader(plan: Plan, each: Pass) -> Shader:
     """The shader of one pass of a plan, for the plan's form.
 
     Raises:
-        VidstyleError: a GLSL function asks for something that its block does not have.
+        VidstyleError: a GLSL function has a parameter that its block does not declare.
     """
     return _Writer(plan, each).shader
 
@@ -182,10 +182,10 @@ class _Writer:
         if parameter.type == "float":  # a saved picture that may be left out, and has been
             return 1.0
         file = node.function.file if node.function else ""
-        raise VidstyleError(f"shaders/{file}", f"asks for {parameter.name!r}, which nobody has", "correct it")
+        raise VidstyleError(f"shaders/{file}", f"unknown parameter {parameter.name!r}", "correct it")
 
     def _write_prepare(self) -> None:
-        """What all invocations of a compute group do together, before the first pixel."""
+        """Write the function that all invocations of a work group run together before the first pixel."""
         if self._plan.form == "fragment":
             return
         lines = ["load_around(first, area);"] if self._sharing else []

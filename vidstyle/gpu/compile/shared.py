@@ -1,4 +1,4 @@
-"""What a group of a compute pass keeps in shared memory, so that textures are read less often."""
+"""Shared memory of compute passes: the neighbourhood of a work group is read from textures only once."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
 
 MAX_BYTES = 32768
-"""Shared memory for each group that OpenGL promises. Filters that read more than fits read the texture."""
+"""Shared memory of a work group that OpenGL guarantees. Filters that need more read the texture directly."""
 STEP_BYTES = 4096
-"""Room for what a filter prepares is made in such steps."""
+"""The size of the memory that a filter prepares is rounded up to a multiple of this."""
 MIN_BYTES = 8192
-"""Room for pixels is made in powers of two from here on, so that a slider that changes a radius seldom needs
-another shader; with less, threads and not memory limit how many groups share a processor."""
+"""The size of the memory for pixels is rounded up to a power of two, at least this, so that a slider that
+changes a radius seldom needs another shader. With less, occupancy is limited by threads, not by memory."""
 BYTES = {1: 4, 2: 8, 3: 16}
-"""What so many numbers take in shared memory: some drivers keep three as four."""
+"""Bytes of a value in shared memory by its number of channels; some drivers pad three to four."""
 
 Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Sharing:
-    """The pixels around a group's own that are read from a texture once for all its invocations.
+    """The neighbourhood of a work group, which is read from a texture once for all its invocations.
 
     Attributes:
         image: the picture that is read.
-        radius: how many pixels are read beyond the group's own, across and down.
-        line: the direction in which all its filters read, (1, 0) or (0, 1); None if they read all around.
-        prepares: the filter that prepares something for the whole group, or None.
+        radius: pixels that are read beyond those of the group, across and down.
+        line: the direction in which all its filters read, (1, 0) or (0, 1); None for both.
+        prepares: the filter that prepares data for the whole group, or None.
     """
 
     image: ShaderNode
@@ -38,14 +38,14 @@ class Sharing:
     prepares: ShaderNode | None
 
     def capacities(self, area: Pair, used: int) -> tuple[int, int] | None:
-        """How many pixels, and how many values that a filter prepares, a group keeps.
+        """Number of pixels, and of values prepared by a filter, in the shared memory of a group.
 
         Args:
-            area: how many pixels it computes, across and down.
-            used: bytes of shared memory that it needs for other things.
+            area: pixels that the group computes, across and down.
+            used: bytes of shared memory that are needed otherwise.
 
         Returns:
-            None where shared memory is too small for all that it reads.
+            None if shared memory is too small.
         """
         size = BYTES[CHANNELS[self.image.kind]]
         needed = size * prod(side + 2 * radius for side, radius in zip(area, self.radius, strict=True))
@@ -55,19 +55,19 @@ class Sharing:
         return (available // size, prepared // BYTES[3]) if needed <= available else None
 
     def _lines(self, area: Pair) -> int:
-        """How many values are prepared: for each column one between each two rows of pixels that are read."""
+        """Number of values prepared: for each column, one between each two rows of pixels that are read."""
         return 0 if self.prepares is None else area[0] * (area[1] + 2 * self.prepares.radius - 1)
 
 
 def sharing_of(each: Pass) -> Sharing | None:
-    """What a compute pass reads through shared memory; None if it reads no neighbours, or few of many.
+    """What a compute pass reads through shared memory; None if it reads no neighbours, or only few.
 
-    The filters and kinds of values decide; the values of sliders only decide how much memory it takes.
+    This depends on the filters and the kinds of values; sliders only change the amount of memory.
     """
     filters = [node for node in each.nodes if _reads_neighbours(node)]
     lines = {node.function.signature.line for node in filters if node.function}
     line = lines.pop() if len(lines) == 1 else None
-    # Halftone, the one that reads RGB all around, looks at four pixels of it.
+    # Halftone, the only filter that reads RGB in both directions, reads just four pixels.
     if not filters or (line is None and filters[0].kind == "color"):
         return None
     image = filters[0].around
@@ -79,9 +79,9 @@ def sharing_of(each: Pass) -> Sharing | None:
 
 
 def _reads_neighbours(node: ShaderNode) -> bool:
-    """Whether it is a filter: pictures of another size are resampled, which have no radius.
+    """Whether it is a filter. Resampling from another size is not, as it has no radius.
 
-    So is chroma that is brought to its own grid, even where one pixel is a page of both.
+    Nor is chroma resampled to another grid, even if both are a single pixel.
     """
     resamples = node.function is not None and node.function.name in ("resampled", "shrunk_chroma")
     return node.is_heavy and not resamples and node.around is not None and node.around.shape == node.shape

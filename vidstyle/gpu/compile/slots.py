@@ -1,4 +1,4 @@
-"""Which texture each value of a plan is kept in: one serves for several that are not needed at once."""
+"""Allocation of textures to the values of a plan; values that are not needed at the same time share one."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 WASTE = 2
-"""A texture may be this many times larger than the picture in it."""
+"""Maximum ratio of the area of a texture to that of the picture in it."""
 
 
 class TextureSource(Protocol):
-    """What textures are taken from: a pool of them, or what only counts them."""
+    """A pool that textures are taken from, or one that only counts them."""
 
     def take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
-        """A texture of at least this height and width; `exact`: of no other."""
+        """A texture of at least this height and width; `exact`: of exactly this size."""
 
     def give(self, texture: moderngl.Texture, coding: Format) -> None:
         """Take a texture back."""
@@ -40,7 +40,7 @@ class Slots:
 
     def __init__(self, pool: TextureSource, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
         self._pool = pool
-        # A framebuffer takes only textures of one size; what a compute shader writes may be larger.
+        # The textures of a framebuffer have one size; those that a compute shader writes may be larger.
         self._exact = plan.form == "fragment"
         self._shaders = shaders
         self._taken: list[tuple[moderngl.Texture, Format]] = []
@@ -78,7 +78,7 @@ class Slots:
         return texture
 
     def _place(self, plan: Plan, jobs: list[Job]) -> dict[ShaderNode, moderngl.Texture]:
-        """A texture for each stored value, shared by values of which the first is read no more."""
+        """A texture for each stored value, reused once its value is no longer read."""
         needed = shapes_of_stored(plan, jobs)
         found: dict[ShaderNode, moderngl.Texture] = {}
         free: list[tuple[moderngl.Texture, Format]] = []
@@ -99,7 +99,7 @@ class Slots:
 
 
 def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[ShaderNode, Shape]:
-    """How large the texture of each stored value has to be: as large as its largest window."""
+    """Size of the texture of each stored value: that of its largest window."""
     shapes: dict[ShaderNode, Shape] = {}
     for job in jobs:
         for each in job.passes:
@@ -109,7 +109,7 @@ def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[ShaderNode, Shape]:
 
 
 def shapes_of_results(jobs: list[Job], shaders: dict[Pass, Shader]) -> dict[tuple[str, Format], Shape]:
-    """How large the texture of each plane of the result has to be."""
+    """Size of the texture of each plane of the result."""
     shapes: dict[tuple[str, Format], Shape] = {}
     for job in jobs:
         for target in (target for each in job.passes for target in shaders[each].targets if target.is_plane):
@@ -118,13 +118,13 @@ def shapes_of_results(jobs: list[Job], shaders: dict[Pass, Shader]) -> dict[tupl
 
 
 def _grow(shapes: dict[T, Shape], key: T, shape: Shape) -> None:
-    """Make room for a window of this height and width."""
+    """Enlarge a shape to contain a window of this height and width."""
     old = shapes.get(key, (1, 1))
     shapes[key] = max(old[0], shape[0]), max(old[1], shape[1])
 
 
 def ending(plan: Plan, number: int) -> list[ShaderNode]:
-    """The stored values that no pass after this one reads."""
+    """The stored values that no later pass reads."""
     later = {image for each in plan.passes[number + 1 :] for image in each.images}
     now = plan.passes[number]
     alive = {node for each in plan.passes[: number + 1] for node in each.stored}

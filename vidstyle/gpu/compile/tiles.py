@@ -1,4 +1,4 @@
-"""Which part of each picture is needed for a part of the result, and how a page is divided into tiles."""
+"""Tiling: how a page is divided, and which part of each picture a tile of the result depends on."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from vidstyle.gpu.compile.shader_nodes import ShaderNode
 from vidstyle.style.nodes import Shape
 
 RESAMPLING_RADIUS = 5
-"""Pixels beyond its own area that any resampling method reads, one more than Lanczos does."""
+"""Pixels beyond its own area that a resampling method reads at most: one more than Lanczos."""
 MAX_SIDE = 8192
-"""A page with a longer side is done in tiles, even where the device reports larger textures: the limit that
-drivers report does not promise that there is memory for them."""
+"""A page with a longer side is processed in tiles, even where the device supports larger textures, since it
+may lack the memory for them."""
 TILE_STEP = 64
-"""Tiles begin at multiples of so many pixels, which every chroma step and every compute group divides."""
+"""Tiles begin at multiples of this, which chroma steps and sizes of work groups divide."""
 
 
 class Window(NamedTuple):
-    """Part of a page, in pixels: the last row and column are not in it."""
+    """Part of a page in pixels; the end row and column are exclusive."""
 
     top: int
     left: int
@@ -44,19 +44,19 @@ class Window(NamedTuple):
         return self.bottom - self.top, self.right - self.left
 
     def joined(self, other: Window | None) -> Window:
-        """The smallest window that holds both."""
+        """The smallest window that contains both."""
         if other is None:
             return self
         return Window(*map(min, self[:2], other[:2]), *map(max, self[2:], other[2:]))
 
     def within(self, shape: Shape) -> Window:
-        """What of it lies on a page, at least one pixel."""
+        """The part that lies on a page, at least one pixel."""
         top, left = (min(max(start, 0), side - 1) for start, side in zip(self[:2], shape, strict=True))
         bottom, right = map(min, self[2:], shape)
         return Window(top, left, max(bottom, top + 1), max(right, left + 1))
 
     def grown(self, rows: tuple[int, int], columns: tuple[int, int]) -> Window:
-        """It with so many more rows above and below and columns left and right."""
+        """The window enlarged by rows above and below and columns left and right."""
         return Window(
             self.top - rows[0], self.left - columns[0], self.bottom + rows[1], self.right + columns[1]
         )
@@ -72,15 +72,15 @@ class Window(NamedTuple):
 def windows_for(
     passes: Sequence[Pass], wanted: dict[Pass, Window], target: Encoding
 ) -> dict[ShaderNode | Pass, Window]:
-    """The part that each pass has to compute, and that is needed of each plane of the source.
+    """The window that each pass has to compute, and that of each plane of the source that is needed.
 
     Args:
-        passes: those that have to run, in order.
-        wanted: what is wanted of the last ones.
-        target: how the result is encoded.
+        passes: the passes to run, in order.
+        wanted: windows of the last ones.
+        target: encoding of the result.
 
     Returns:
-        the windows of passes and of the source's planes; none for passes that are not needed.
+        Windows of passes and of the source's planes; none for passes that are not needed.
     """
     windows: dict[ShaderNode | Pass, Window] = dict(wanted.items())
     for each in reversed(passes):
@@ -96,7 +96,7 @@ def windows_for(
 
 
 def tiles(shape: Shape, side: int) -> list[Window]:
-    """A page in tiles of at most `side` pixels, a multiple of TILE_STEP, across and down."""
+    """The tiles of a page, with sides of at most `side` pixels, a multiple of TILE_STEP."""
     return [
         Window(top, left, min(top + side, shape[0]), min(left + side, shape[1]))
         for top in range(0, shape[0], side)
@@ -114,7 +114,7 @@ def _read(each: Pass, window: Window) -> Iterator[tuple[ShaderNode, Window]]:
 
 
 def _around(node: ShaderNode, image: ShaderNode, window: Window) -> Window:
-    """What a node reads of the picture around it."""
+    """The window of its input that a node reads for a window of its own."""
     if node.is_enlarged and image.grid is not None:
         return _between(window, image.grid)
     if node.function is not None and node.function.name == "shrunk_chroma":
@@ -148,9 +148,9 @@ class Job:
     """Passes that run one after another over windows of their pages.
 
     Attributes:
-        plan: what they belong to.
+        plan: the plan of the passes.
         windows: of each pass, and of the planes of the source.
-        ends_measure: whether it is the last that samples for a measure.
+        ends_measure: whether it is the last one that samples for a measure.
     """
 
     plan: Plan
@@ -164,19 +164,19 @@ class Job:
 
     @cached_property
     def planes(self) -> dict[ShaderNode, Window]:
-        """The planes of the source and what of them is needed."""
+        """The planes of the source and their windows."""
         return {node: window for node, window in self.windows.items() if isinstance(node, ShaderNode)}
 
     def window_of(self, node: ShaderNode) -> Window:
-        """What of a picture lies in its texture."""
+        """The part of a picture that its texture holds."""
         return self.windows.get(node) or self.windows[self._homes[node]]
 
     def area(self, each: Pass) -> tuple[Pair, Pair, Pair, int]:
-        """Where a pass writes and what it computes, x before y.
+        """The area that a pass computes, x before y.
 
         Returns:
-            the first place in its targets, how many places, the page's pixel at place (0, 0), and how many
-            pixels lie between two places.
+            First texel in its targets, number of texels, pixel of the page at texel (0, 0), and pixels from
+            one texel to the next.
         """
         window = self.windows[each]
         height, width = window.shape
@@ -189,7 +189,7 @@ class Job:
         return (left, top), (right - left, bottom - top), (column, row), sampling.stride
 
     def result_window(self, name: str) -> Window:
-        """Where a plane of the result lies, in its own samples."""
+        """The window of a plane of the result, in its own samples."""
         kind = "chroma" if name in ("blue", "red") else name
         window, role = next(
             (self.windows[each], each.result.role)
@@ -207,7 +207,7 @@ def jobs_of(plan: Plan, max_side: int) -> list[Job]:
     """The jobs for one picture.
 
     Args:
-        max_side: pixels that a texture's side may have; longer pages are done in tiles.
+        max_side: maximum side of a texture in pixels; larger pages are processed in tiles.
     """
     ends = {each: Window.whole(each.shape) for each in plan.passes if each.sampled or each.result}
     whole = Job(plan, windows_for(plan.passes, ends, plan.target))

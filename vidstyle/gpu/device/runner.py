@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import moderngl
 
 BlendWeights = Mapping[tuple[str, int], float]
-"""By layer and number of each measured step the weight of its new percentiles, 0..1."""
+"""The weight of new percentiles, 0..1, by layer and number of the measured step."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Readback:
 
 
 class GpuResources:
-    """What the plans on one context share. Whoever calls it owns the context."""
+    """Resources that the plans on one context share. The caller owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
@@ -107,7 +107,7 @@ class Runner:
 
     @property
     def is_tiled(self) -> bool:
-        """Whether the page is done in tiles."""
+        """Whether the page is processed in tiles."""
         return len(self._jobs) > 1
 
     def start(
@@ -118,7 +118,7 @@ class Runner:
         Args:
             picture: of the plan's layout, or of planes that `stabilizer` brings to it.
             weights: of the new percentiles of each measured step.
-            stabilizer: keeps the film steady; not for a page that is done in tiles.
+            stabilizer: temporal stabilization; not for a page that is processed in tiles.
         """
         found = (self._run_job(job, picture, weights, stabilizer) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]

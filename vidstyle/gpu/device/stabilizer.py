@@ -1,4 +1,4 @@
-"""Stabilization on the GPU, where planes of earlier pictures stay as textures."""
+"""Temporal stabilization on the GPU; planes of the previous frame are kept as textures."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class GpuStabilizer:
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks that lie still on the page.
-        source: how the planes are encoded that come in.
-        target: how those of the result are encoded.
+        is_fixed: whether the style makes marks fixed to the page.
+        source: encoding of the input planes.
+        target: encoding of the planes of the result.
     """
 
     def __init__(
@@ -56,13 +56,13 @@ class GpuStabilizer:
         self._motion.change_strength(steady, is_fixed)
 
     def estimate(self, picture: Picture, time: float, scene_cut: bool) -> None:
-        """Estimate how the planes before are warped into those of this picture, which comes next."""
+        """Estimate the warp of the previous planes into those of this picture, the next one."""
         self._warp = self._motion.estimate(picture, time, scene_cut)
 
     def before(
         self, uploaded: Mapping[str, moderngl.Texture], shapes: Mapping[str, Shape]
     ) -> dict[str, moderngl.Texture]:
-        """The planes that the style sees, of those that were uploaded: "luma", "blue", "red".
+        """Stabilize the uploaded planes "luma", "blue" and "red", for the style.
 
         Args:
             shapes: height and width of each; a texture may be wider.
@@ -71,7 +71,7 @@ class GpuStabilizer:
         return {name: self._stabilized(name, uploaded[name], shapes[name]) for name in names}
 
     def after(self, results: Iterable[tuple[str, moderngl.Texture]]) -> list[moderngl.Texture]:
-        """The planes to be shown, of those that the style has made, by their names."""
+        """Stabilize the planes that the style has made, by name."""
         self._resources.context.memory_barrier()
         return [self._result(name, texture) for name, texture in results]
 

@@ -48,7 +48,7 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
 
     for name, parameter in FIELDS.items():
         if getattr(style, name) is not None:
-            # The height that lengths refer to is no matter of taste.
+            # `height` is the reference for lengths, not a parameter to adjust.
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
             yield place | values(name) | _control(parameter.control, False, [])
     named = _recommended(style, table)
@@ -108,7 +108,7 @@ def _value(table: dict[str, Any], path: str) -> Any:
 
 
 def _variant(style: Style, start: Style) -> str:
-    """The variant that the style is by its name, or all of whose values it has; or ""."""
+    """The variant that the style is: by its name, or because it has all of its values; else ""."""
     chosen = style.name.removeprefix(f"{start.name}:")
     if chosen in start.variants:
         return chosen
