@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ from media import make_clip, read_all
 from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.read.reader import open_reader
 from vidstyle.media.write import atomic as partial
+from vidstyle.media.write import file_lock
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.film_writer import frames_in
 from vidstyle.media.write.writer import WriteOptions, open_writer
@@ -119,6 +122,111 @@ def test_a_nearly_full_disk_stops_the_film_while_it_can_be_closed(tmp_path, monk
                 writer.write(item)
         left = writer.abandon()
     assert left == tmp_path / "out.partial.mp4" and len(read_all(left)) == frames_in(left) > 30
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_run_owns_its_partial_file_until_it_ends(tmp_path, overwrite):
+    file = PartialFile(tmp_path / "a.mp4", None, False)
+    with pytest.raises(UsageError, match=f"a.mp4: process {os.getpid()} is writing it"):
+        PartialFile(tmp_path / "a.mp4", None, overwrite)
+    file.rewrite(lambda source, other: other.write_text("film") == 4)
+    with pytest.raises(UsageError, match="is writing it"):
+        PartialFile(tmp_path / "a.mp4", None, overwrite)
+    file.finish()
+    assert (tmp_path / "a.mp4").read_text() == "film"
+    PartialFile(tmp_path / "a.mp4", None, True).remove()
+    assert (tmp_path / "a.mp4").read_text() == "film"
+
+
+def test_the_lock_of_a_killed_run_is_gone(tmp_path):
+    program = (
+        "import sys, time; from pathlib import Path; from vidstyle.media.write.atomic import PartialFile\n"
+        "file = PartialFile(Path(sys.argv[1]), None, False); print(file.path, flush=True); time.sleep(60)"
+    )
+    command = [sys.executable, "-c", program, str(tmp_path / "a.mp4")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout is not None and "partial" in other.stdout.readline()
+        with pytest.raises(UsageError, match=f"process {other.pid} is writing it"):
+            PartialFile(tmp_path / "a.mp4", None, True)
+        other.kill()
+    PartialFile(tmp_path / "a.mp4", None, False).remove()
+
+
+def test_a_folder_without_locks_is_written_to_all_the_same(tmp_path, monkeypatch):
+    def flock(*_: object) -> None:
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr(file_lock.fcntl, "flock", flock)
+    first, second = (PartialFile(tmp_path / "a.mp4", None, False) for _ in range(2))
+    os.replace(tmp_path / "a.partial.mp4", tmp_path / "away.mp4")
+    third = PartialFile(tmp_path / "a.mp4", None, False)
+    for other in (first, second):
+        with pytest.raises(OutputError, match="removed or replaced"):
+            other.finish()
+        other.remove()
+    third.finish()
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_what_appears_meanwhile_is_not_overwritten(tmp_path, monkeypatch, links):
+    def link(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    if not links:
+        monkeypatch.setattr(os, "link", link)
+    file = PartialFile(tmp_path / "a.mp4", None, False)
+    (tmp_path / "a.mp4").write_text("mine")
+    with pytest.raises(OutputError, match="has appeared meanwhile"):
+        file.finish()
+    assert (tmp_path / "a.mp4").read_text() == "mine" and file.path.exists()
+    (tmp_path / "a.mp4").unlink()
+    file.finish()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
+
+
+def test_a_film_whose_target_appears_is_kept_whole(tmp_path):
+    clip = make_clip(tmp_path / "clip.mp4", frames=10)
+    with open_reader(clip) as reader:
+        writer = open_writer(tmp_path / "out.mp4", reader.info, WriteOptions(), reader)
+        for item in reader:
+            writer.write(item)
+        (tmp_path / "out.mp4").write_text("mine")
+        with pytest.raises(OutputError, match="appeared meanwhile.*the whole film is .*out.partial.mp4"):
+            writer.finish()
+    assert (tmp_path / "out.mp4").read_text() == "mine"
+    assert len(read_all(tmp_path / "out.partial.mp4")) == 10
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_a_partial_file_that_is_taken_away_is_noticed_at_once(tmp_path, monkeypatch, replaced):
+    clip = make_clip(tmp_path / "clip.mp4", frames=60)
+    monkeypatch.setattr(partial, "POLL_SECONDS", 0)
+    with open_reader(clip) as reader:
+        writer = open_writer(tmp_path / "out.mp4", reader.info, WriteOptions(), reader)
+        for item in reader:
+            if writer.frames == 30:
+                writer.partial.unlink()
+                if replaced:
+                    writer.partial.write_text("mine")
+                break
+            writer.write(item)
+        with pytest.raises(OutputError, match="removed or replaced while it was written; nothing is kept"):
+            writer.write(item)
+        assert writer.abandon() is None
+    assert not (tmp_path / "out.mp4").exists()
+    assert (tmp_path / "out.partial.mp4").exists() == replaced
+
+
+def test_a_sequence_is_written_by_one_run_only(tmp_path):
+    clip = make_clip(tmp_path / "clip.mp4", frames=1)
+    with open_reader(clip) as reader:
+        for _ in range(2):
+            writer = open_writer(tmp_path / "%02d.png", reader.info, WriteOptions(), reader)
+            (tmp_path / "01.partial.png").unlink()  # as in the moment between two pictures
+            with pytest.raises(UsageError, match=f"process {os.getpid()} is writing it"):
+                open_writer(tmp_path / "%02d.png", reader.info, WriteOptions(overwrite=True), reader)
+            writer.abandon()
+    assert os.listdir(tmp_path) == ["clip.mp4"]
 
 
 def test_a_system_error_is_said_in_plain_words():

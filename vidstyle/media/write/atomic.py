@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 import shutil
@@ -12,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vidstyle.errors import OutputError, UsageError, output_error
+from vidstyle.media.write.file_lock import lock_file
 
 MIN_FREE = 200 * 2**20
 """Bytes left free on the disk at which writing stops, so that the file can still be closed."""
@@ -24,6 +26,8 @@ _log = logging.getLogger("vidstyle")
 
 class PartialFile:
     """`name.partial.mp4` beside `name.mp4`: renamed to it at success, kept or removed at failure.
+
+    It is locked as long as the run that writes it lasts, so that no other takes it for a leftover.
 
     Attributes:
         target: where the finished file goes; a symbolic link to a file is followed.
@@ -42,25 +46,33 @@ class PartialFile:
             ending: of the partial file's name, if it is of another kind.
 
         Raises:
-            UsageError: the target is the input, exists, or is no file.
+            UsageError: the target is the input, exists, is no file, or is being written by another run.
             OutputError: its folder is missing or cannot be written to.
         """
         self.target = _real(target)
-        self.path = self.target.with_name(_partial_name(self.target.name, ending))
+        self.path = self.target.with_name(partial_name(self.target.name, ending))
+        self._overwrite = overwrite
         _refuse_source(self.target, source)
         _refuse_source(self.path, source)
         if self.target.is_dir():
             raise UsageError(target, "is a folder", "name a file")
-        if os.path.lexists(target) and not overwrite:
-            raise UsageError(target, "exists already", "add -y to overwrite it, or choose another name")
-        self._create(target)
+        self._refuse_existing(target)
         self._checked = 0.0
+        self._lock = lock_file(self.path, target)
+        if not self._lock.is_empty:
+            self._start_anew()
+        try:
+            self._refuse_existing(target)  # the run that had the lock may have ended just now
+        except UsageError:
+            self.remove()
+            raise
 
-    def check_space(self) -> None:
-        """Raise OutputError if the disk is nearly full; it looks once a second."""
+    def check(self) -> None:
+        """Raise OutputError if the file was taken away or the disk is nearly full; it looks once a second."""
         if time.monotonic() - self._checked < POLL_SECONDS:
             return
         self._checked = time.monotonic()
+        self._check_owned()
         if self.free_bytes < 0:
             raise OutputError(self.target, f"less than {MIN_FREE // 2**20} MB are left on the disk")
 
@@ -70,12 +82,21 @@ class PartialFile:
         Raises:
             OSError: it cannot be written; the file is as it was.
         """
-        other = self.path.with_name(_partial_name(self.target.name, mark=".partial.2"))
+        other = self.path.with_name(partial_name(self.target.name, mark=".partial.2"))
+        lock = lock_file(other, self.target)
         try:
             if convert(self.path, other):
+                self._check_owned()
                 os.replace(other, self.path)
+                self._lock, lock = lock, self._lock
         finally:
+            lock.release()
             other.unlink(missing_ok=True)
+
+    @property
+    def exists(self) -> bool:
+        """Whether what was written is still there, and no file of somebody else's."""
+        return self._lock.is_at(self.path)
 
     @property
     def free_bytes(self) -> int:
@@ -83,24 +104,57 @@ class PartialFile:
         return shutil.disk_usage(self.target.parent).free - MIN_FREE
 
     def finish(self) -> None:
-        """Rename the file to its target."""
-        os.replace(self.path, self.target)
+        """Rename the file to its target.
+
+        Raises:
+            OutputError: the target has appeared, and is not to be overwritten; or the file is gone.
+            OSError: it cannot be renamed.
+        """
+        self._check_owned()
+        try:
+            (os.replace if self._overwrite else _rename_to_new)(self.path, self.target)
+        except FileExistsError:
+            raise OutputError(self.target, "has appeared meanwhile, and is not overwritten") from None
+        self.release()
+
+    def release(self) -> None:
+        """Leave the file to others, as it is."""
+        self._lock.release()
 
     def remove(self) -> None:
         """Delete the file."""
-        self.path.unlink(missing_ok=True)
-
-    def _create(self, target: Path) -> None:
-        """Make the empty file, so that a missing right shows before any work is done."""
-        if self.path.exists():
-            _log.warning("%s: left over from an earlier run; it is replaced", self.path)
-        try:
+        if self.exists:
             self.path.unlink(missing_ok=True)
-            os.close(os.open(self.path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-        except FileNotFoundError:
-            raise OutputError(target, "its folder does not exist", "make the folder first") from None
-        except OSError as error:
-            raise output_error(target, error) from error
+        self.release()
+
+    def _refuse_existing(self, target: Path) -> None:
+        if os.path.lexists(target) and not self._overwrite:
+            raise UsageError(target, "exists already", "add -y to overwrite it, or choose another name")
+
+    def _start_anew(self) -> None:
+        """Put an empty file in place of what an earlier run has left."""
+        _log.warning("%s: left over from an earlier run; it is replaced", self.path)
+        self.path.unlink()
+        self.release()
+        self._lock = lock_file(self.path, self.target)
+
+    def _check_owned(self) -> None:
+        if not self.exists:
+            raise OutputError(self.target, f"{self.path.name} was removed or replaced while it was written")
+
+
+def _rename_to_new(path: Path, target: Path) -> None:
+    """Rename a file to a name that nothing has; raises FileExistsError otherwise."""
+    try:
+        os.link(path, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a disk without hard links
+        if os.path.lexists(target):
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target)) from None
+        path.rename(target)
+    else:
+        path.unlink()
 
 
 def is_regular_file(target: Path) -> bool:
@@ -127,7 +181,7 @@ def _refuse_source(path: Path, source: str | Path | None) -> None:
         raise UsageError(path, "is the input itself, and would be overwritten", "choose another output name")
 
 
-def _partial_name(name: str, ending: str | None = None, mark: str = ".partial") -> str:
+def partial_name(name: str, ending: str | None = None, mark: str = ".partial") -> str:
     """The name with a mark before its ending, cut where it would become too long."""
     stem, suffix = os.path.splitext(name)
     suffix = mark + (suffix if ending is None else ending)
@@ -153,8 +207,10 @@ def atomic_file(
     def write(content: bytes) -> None:
         try:
             file.path.write_bytes(content)
-            file.check_space()
+            file.check()
             file.finish()
+        except OutputError:
+            raise
         except OSError as error:
             raise output_error(target, error) from error
 

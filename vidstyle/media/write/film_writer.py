@@ -42,7 +42,7 @@ class FilmWriter(Writer):
         overwrite, ending = self._options.overwrite, self.partial_ending
         self._file = None if piped else PartialFile(self.target, self._source_path, overwrite, ending)
         self.partial = self._file.path if self._file else None
-        self._closed = False
+        self._closed = self._whole = False
         try:
             self._open_streams()
         except BaseException:
@@ -52,7 +52,7 @@ class FilmWriter(Writer):
     def _open_streams(self) -> None:
         """Set up all streams and write the header, so that errors show before decoding."""
         if self._file:
-            self._file.check_space()
+            self._file.check()
         piped = self._file is None
         muxing = self._kind.piped_options if piped else self._kind.options
         self._container = av.open(
@@ -90,7 +90,7 @@ class FilmWriter(Writer):
                 for packet in self._copied.packets(item):
                     self._interleaver.push(packet)
             if self._file:
-                self._file.check_space()
+                self._file.check()
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
 
@@ -109,6 +109,7 @@ class FilmWriter(Writer):
         try:
             self._drain(None, self._cut())
             self._close()
+            self._whole = True
             if self._file:
                 self._put_in_place(self._file)
         except (av.FFmpegError, OSError) as error:
@@ -123,11 +124,10 @@ class FilmWriter(Writer):
             except (av.FFmpegError, OSError) as error:
                 _log.debug("%s: %s", self.name, error)
             self._close_quietly()
-        if self._file is None or not self._file.path.exists():
-            return None
-        if frames_in(self._file.path) == 0:
+        if self._file is None or not self._file.exists or frames_in(self._file.path) == 0:
             self._discard()
             return None
+        self._file.release()
         return self._file.path
 
     def _drain(self, seconds: float | None, end: Fraction | None) -> None:
@@ -155,7 +155,7 @@ class FilmWriter(Writer):
 
     def _put_in_place(self, file: PartialFile) -> None:
         """Give the finished file its name, with its index first where there is room for a copy."""
-        if self._kind.muxer in INDEXED and file.free_bytes > file.path.stat().st_size:
+        if self._kind.muxer in INDEXED and file.exists and file.free_bytes > file.path.stat().st_size:
             try:
                 file.rewrite(partial(move_index_first, surplus=self._video.surplus))
             except OSError as error:
@@ -173,7 +173,9 @@ class FilmWriter(Writer):
             self._close_quietly()
         left = self.abandon()
         kept = "nothing is kept"
-        if left:
+        if left and self._whole:
+            kept = f"the whole film is {left}: rename it"
+        elif left:
             kept = f"the first {frames_in(left, whole)} frames are safe in {left}"
         return write_error(self.name, error, kept)
 

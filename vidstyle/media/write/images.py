@@ -9,9 +9,10 @@ import av
 
 from vidstyle.errors import UsageError
 from vidstyle.media.frame import Frame
-from vidstyle.media.write.atomic import PartialFile
+from vidstyle.media.write.atomic import PartialFile, partial_name
 from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.encoder import encoder_frame
+from vidstyle.media.write.file_lock import lock_file
 
 NUMBER = re.compile(r"%(0?\d*)d")
 """Where the number goes in a pattern."""
@@ -32,7 +33,15 @@ class PictureWriter(Writer):
                 self.name, "is the input itself, and would be overwritten", "choose another name"
             )
         self._written: Path | None = None
-        self._file: PartialFile | None = self._next_file()
+        self._lock_path = self.target.with_name(partial_name(self.target.name, ".lock"))
+        # Each picture is locked by itself; two runs would still write every other one.
+        self._lock = lock_file(self._lock_path, self.target) if self._pattern else None
+        self._file: PartialFile | None = None
+        try:
+            self._file = self._next_file()
+        finally:
+            if self._file is None:
+                self._unlock()
         self.partial = self._file.path
 
     def write(self, item: Frame | av.Packet) -> None:
@@ -47,7 +56,7 @@ class PictureWriter(Writer):
             self.partial = self._file.path
         try:
             self._file.path.write_bytes(self._encoded(item))
-            self._file.check_space()
+            self._file.check()
             self._file.finish()
         except (av.FFmpegError, OSError) as error:
             kept = f"{self.frames} pictures are written" if self.frames else "nothing is kept"
@@ -60,11 +69,18 @@ class PictureWriter(Writer):
         if self._file is not None:
             self._file.remove()
             self._file = self.partial = None
+        self._unlock()
 
     def abandon(self) -> Path | None:
         """See Writer; it names the last picture that is whole."""
         self.finish()
         return self._written
+
+    def _unlock(self) -> None:
+        if self._lock is not None:
+            self._lock_path.unlink(missing_ok=True)
+            self._lock.release()
+            self._lock = None
 
     def _next_file(self) -> PartialFile:
         """The file of the next frame; the first has the number 1."""
