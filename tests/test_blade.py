@@ -226,6 +226,9 @@ BAD = {
     "not square": {"filters": np.zeros((1, 216, 5, 7), np.float32)},
     "NaN": {"filters": np.full((1, 216, 5, 5), np.nan, np.float32)},
     "description that is none": {"about": np.zeros(3, np.uint8)},
+    "description nested too deeply": {"about": np.full(100_000, ord("["), np.uint8)},
+    "bins of infinity": {"bins": np.full(3, np.inf)},
+    "rows of formats": {"format": np.zeros((3, 3), np.int32)},
 }
 
 
@@ -251,10 +254,33 @@ def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
             archive.writestr(f"{entry}.npy", bytes(20 << 20))
     missing = io.BytesIO()
     np.savez(missing, **{key: array for key, array in arrays.items() if key != "rho"})
-    for content in (b"", b"not a zip", whole[:500], pickled.getvalue(), bomb.getvalue(), missing.getvalue()):
+    header = b"\x93NUMPY\1\0\x76\0{'descr': '<f4', 'fortran_order': False, 'shape': (99999999, 99999999), }"
+    hostile = [b"", b"not a zip", whole[:500], pickled.getvalue(), bomb.getvalue(), missing.getvalue()]
+    hostile += [
+        replaced(whole, "filters.npy", header.ljust(127) + b"\n"),
+        replaced(whole, "rho.npy", b"(" * 9999),
+    ]
+    # The fields of the entries in the archive's directory: version, flags, method; then damaged data.
+    hostile += [
+        whole.replace(b"PK\1\2", b"PK\1\2" + field) for field in (b"\x14\3\xff\0", b"\x14\3\x14\0\1\0")
+    ]
+    hostile += [whole[:60] + bytes([byte]) * 300 + whole[360:] for byte in (0, 255)]
+    directory = whole.index(b"PK\1\2")
+    hostile.append(whole[:directory] + whole[directory : whole.index(b"PK\5\6")] * 20 + whole[-22:])
+    for content in hostile:
         path.write_bytes(content)
-        with pytest.raises(ValueError):
+        with pytest.raises(ValueError) as raised:
             load_bank(path)
+        assert len(str(raised.value)) < 200
+
+
+def replaced(whole: bytes, name: str, content: bytes) -> bytes:
+    """The archive with another content of an entry."""
+    made = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(whole)) as old, zipfile.ZipFile(made, "w") as new:
+        for entry in old.namelist():
+            new.writestr(entry, content if entry == name else old.read(entry))
+    return made.getvalue()
 
 
 def test_an_interrupted_save_leaves_the_old_bank(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

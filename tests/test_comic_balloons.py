@@ -156,6 +156,16 @@ def test_text_is_whole_however_it_is_broken() -> None:
             assert block.width <= 130
 
 
+@pytest.mark.parametrize("count", [400, 100_000])
+def test_a_word_of_any_length_is_measured_a_few_times(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = []
+    width = Letters.width
+    monkeypatch.setattr(Letters, "width", lambda *args: measured.append(len(args[1])) or width(*args))
+    blocks = shapes(LETTERS, "mop" * (count // 3), 16, 300)
+    assert all(block.width <= 300 for block in blocks) and bool(blocks) == (count == 400)
+    assert sum(measured) < 30_000
+
+
 def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
     shape = (360, 640)
     return [

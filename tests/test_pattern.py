@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import cv2
@@ -145,3 +146,10 @@ def test_tiles_that_will_not_do_are_named(tmp_path: Path, content: dict[str, byt
         run_luma(style(step("pattern", tiles="tiles"), folder=tmp_path), noise(4, 4))
     assert "'tiles'" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_pipe_among_the_tiles_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    folder = tiles_in(tmp_path, a=np.zeros((4, 4), np.uint8))
+    os.mkfifo(folder / "tiles" / "b.png")
+    with pytest.raises(StyleError, match="b.png is not a file"):
+        run_luma(style(step("pattern", tiles="tiles"), folder=tmp_path), noise(4, 4))

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import zipfile
+import zlib
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +18,35 @@ import numpy as np
 from vidstyle.assets import asset_folder
 from vidstyle.blade.structure_tensor import Bins
 from vidstyle.blade.symmetry import pair_weights
+from vidstyle.core.regular_file import read_regular_file
 
 FORMAT = 1
 """Version of the file format."""
 SIZES = range(3, 16, 2)
 """The allowed filter sizes in pixels."""
 MAX_BYTES = 64 << 20
-"""The largest unpacked size of a file that is read."""
+"""The largest size of a file that is read, packed and unpacked."""
+MAX_ENTRIES = 64
+"""The most entries of the archive: a directory of a million takes half a minute."""
+MAX_ABOUT = 4 << 20
+"""The longest description of a bank, in bytes."""
 ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
+_NPY_HEADER = re.compile(
+    rb"\x93NUMPY\x01\x00..\{'descr': '(<[fi][48]|\|u1)', 'fortran_order': (True|False), "
+    rb"'shape': \(((?:\d{1,9}, ?)*(?:\d{1,9})?)\), \} *\n",
+    re.DOTALL,
+)
+"""What NumPy writes in front of an array; see `numpy.lib.format`."""
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    NotImplementedError,
+    RuntimeError,
+    OSError,
+    UnicodeError,
+)
+"""What `zipfile` raises for archives that are damaged, or written in unusual ways."""
 
 
 @dataclass(frozen=True)
@@ -109,16 +133,31 @@ def load_bank(path: str | Path) -> Bank:
         ValueError: it is not a valid bank.
         OSError: it cannot be read.
     """
+    content = read_regular_file(Path(path), MAX_BYTES)
+    if content.count(b"PK\1\2") > MAX_ENTRIES:
+        raise ValueError(f"is no bank: it holds more than {MAX_ENTRIES} files")
     try:
-        with zipfile.ZipFile(path) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+        with zipfile.ZipFile(BytesIO(content)) as archive:
+            entries = archive.infolist()
+            if sum(entry.file_size for entry in entries) > MAX_BYTES:
                 raise ValueError(f"unpacks to more than {MAX_BYTES >> 20} MiB")
-        with np.load(path, allow_pickle=False) as found:
-            if missing := ARRAYS - set(found.files):
+            if missing := {f"{name}.npy" for name in ARRAYS}.difference(entry.filename for entry in entries):
                 raise ValueError(f"is no bank: {', '.join(sorted(missing))} missing")
-            return _bank_from_arrays({name: found[name] for name in ARRAYS})
-    except (zipfile.BadZipFile, EOFError, KeyError, UnicodeDecodeError) as error:
+            arrays = {name: _array_from_npy(archive.read(f"{name}.npy")) for name in ARRAYS}
+    except _DAMAGED as error:
         raise ValueError(f"is no bank ({error})") from None
+    return _bank_from_arrays(arrays)
+
+
+def _array_from_npy(content: bytes) -> np.ndarray:
+    """The array in a .npy file, read without evaluating its header as Python; ValueError if it is none."""
+    header = _NPY_HEADER.match(content)
+    if header is None:
+        raise ValueError("is no bank: it holds an array of another kind")
+    kind, by_columns, sides = header.groups()
+    shape = [int(side) for side in sides.split(b",") if side.strip()]
+    numbers = np.frombuffer(content, kind.decode(), offset=header.end())
+    return np.array(numbers.reshape(shape, order="F" if by_columns == b"True" else "C"), order="C")
 
 
 @cache
@@ -133,19 +172,26 @@ def shipped_banks() -> dict[str, Path]:
 
 
 def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
-    if arrays["format"].shape != () or arrays["format"] != FORMAT:
-        raise ValueError(f"has format {arrays['format']}; this version reads format {FORMAT}")
-    shapes = {"bins": (3,), "ranges": (2, 2), "rho": ()}
+    kinds = {"format": ((), "i"), "bins": ((3,), "i"), "ranges": ((2, 2), "f"), "rho": ((), "f")}
+    about = arrays["about"]
     if (
-        any(arrays[name].shape != shape for name, shape in shapes.items())
-        or arrays["about"].dtype != np.uint8
+        any((arrays[name].shape, arrays[name].dtype.kind) != kind for name, kind in kinds.items())
+        or about.dtype != np.uint8
+        or about.size > MAX_ABOUT
     ):
-        raise ValueError("is no bank: its arrays have wrong shapes")
-    about = json.loads(arrays["about"].tobytes().decode())
+        raise ValueError("is no bank: its arrays have wrong types or shapes")
+    if arrays["format"] != FORMAT:
+        raise ValueError(f"has format {arrays['format']}; this version reads format {FORMAT}")
+    try:
+        described = json.loads(about.tobytes().decode())
+    except (UnicodeError, RecursionError):
+        raise ValueError("is no bank: its description cannot be read") from None
     ranges = [(float(low), float(high)) for low, high in arrays["ranges"]]
     orientations, strengths, coherences = map(int, arrays["bins"])
     bins = Bins(orientations, strengths, coherences, *ranges)
-    return Bank(bins, float(arrays["rho"]), arrays["filters"], about if isinstance(about, dict) else {})
+    return Bank(
+        bins, float(arrays["rho"]), arrays["filters"], described if isinstance(described, dict) else {}
+    )
 
 
 def _problem(bank: Bank) -> str:

@@ -138,29 +138,31 @@ class SavedRef:
 
 @dataclass(frozen=True)
 class Asset:
-    """A file or folder inside the style's own folder; the block gets its content, or None for an empty path.
+    """A file or folder inside the style's own folder; the block gets its content.
 
     Attributes:
         read: reads the content from the checked path, once for each style; raises ValueError with the
             reason when the content is not valid.
         shipped: the files that come with vidstyle, by the name under which a style may use them.
+        optional: whether the path may be empty; the block then gets None.
     """
 
     help: str
     read: Callable[[Path], object]
     shipped: Callable[[], dict[str, Path]] = dict
+    optional: bool = False
     range_text = "a path inside the style's folder"
 
     def check(self, value: object, is_integer: bool) -> str:
         """The value, if it is a plain relative path. Whether it exists is checked with the style."""
-        text = value if isinstance(value, str) else "/"
+        text = value if isinstance(value, str) and (value or self.optional) else "/"
         path = Path(text)
         if path.is_absolute() or ".." in path.parts or not {"\\", ":", "\0"}.isdisjoint(text):
             raise ValueError(f"{value!r} is not {self.range_text}")
         return text
 
     def schema(self, is_integer: bool) -> dict[str, Any]:
-        return {"type": "string"}
+        return {"type": "string"} if self.optional else {"type": "string", "minLength": 1}
 
 
 Control = Slider | Choice | Switch | Color | SavedRef | Asset

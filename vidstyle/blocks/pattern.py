@@ -14,9 +14,12 @@ import numpy as np
 
 from vidstyle.block import Asset, Choice, PageRegion, Slider, block
 from vidstyle.core.kernels import TIE_LIFT, compiled
+from vidstyle.core.regular_file import read_regular_file
 
 TILE_SIDE = 1024
 """The longest side of a tile in pixels."""
+MAX_TILE_BYTES = 16 << 20
+"""The largest file of a tile."""
 
 DIRECTIONS = {"cross": (0.0, 90.0, 45.0, 135.0), "parallel": (0.0,), "weave": (0.0, 90.0)}
 """Angles of the sets of strokes relative to the first, in degrees; repeated for further sets."""
@@ -27,6 +30,7 @@ def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
 
     Raises:
         ValueError: fewer than two, a link, not a PNG, or larger than TILE_SIDE.
+        OSError: one cannot be read.
     """
     files = sorted(path.glob("*.png"))
     if not 2 <= len(files) <= 32:
@@ -37,12 +41,14 @@ def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
 def _read_tile(file: Path) -> np.ndarray:
     if file.is_symlink():
         raise ValueError(f"{file.name} is a link, which might lead out of the style's folder")
-    with file.open("rb") as stream:
-        head = stream.read(24)
-    size = struct.unpack(">II", head[16:24]) if head[:4] == b"\x89PNG" and len(head) == 24 else (0, 0)
-    if not 0 < max(size) <= TILE_SIDE:
+    try:
+        content = read_regular_file(file, MAX_TILE_BYTES)
+    except ValueError as error:
+        raise ValueError(f"{file.name} {error}") from None
+    is_png = content[:4] == b"\x89PNG" and len(content) >= 24
+    if not is_png or not 0 < max(struct.unpack(">II", content[16:24])) <= TILE_SIDE:
         raise ValueError(f"{file.name} is not a PNG of at most {TILE_SIDE} x {TILE_SIDE} pixels")
-    tile = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+    tile = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
     if tile is None:
         raise ValueError(f"{file.name} is damaged")
     return tile.astype(np.float32) / np.float32(255)
@@ -60,7 +66,7 @@ def pattern(
     wobble: Annotated[float, Slider(0, 1, "irregularity of the strokes")] = 0.5,
     softness: Annotated[float, Slider(0, 1, "part of each level over which its strokes fade in")] = 0.35,
     tiles: Annotated[
-        Any, Asset("folder of .png tiles, one for each level, instead of strokes", read_tiles)
+        Any, Asset("folder of .png tiles, one for each level, instead of strokes", read_tiles, optional=True)
     ] = "",
 ) -> np.ndarray:
     """Draw tones as black hatching on white, with more strokes where it is darker.

@@ -20,6 +20,7 @@ from typing import Any, cast
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
+from vidstyle.core.regular_file import read_regular_file
 from vidstyle.errors import OutputError, StyleError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.model import FIELDS, LAYERS, Style, table_from_style
@@ -75,28 +76,17 @@ def _edit_file(path: Path, table: dict[str, Any]) -> str:
 
 
 def _read_text(path: Path) -> str:
-    content = _read_bytes(path)
-    if len(content) > MAX_FILE:
-        raise StyleError(path, [f"is larger than {MAX_FILE // 1024} KiB, so it is no style"])
+    try:
+        content = read_regular_file(path, MAX_FILE)
+    except OSError as error:
+        raise StyleError(path, [f"cannot be read: {error.strerror}"]) from None
+    except ValueError as error:
+        raise StyleError(path, [str(error)]) from None
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise StyleError(path, [f"line {line} is not UTF-8 text"]) from None
-
-
-def _read_bytes(path: Path) -> bytes:
-    """The file's content, at most one byte more than allowed; pipes and devices are rejected."""
-    try:
-        if path.is_file():
-            with path.open("rb") as file:
-                return file.read(MAX_FILE + 1)
-        path.stat()
-    except OSError as error:
-        raise StyleError(path, [f"cannot be read: {error.strerror}"]) from None
-    except ValueError:
-        raise StyleError(path, ["cannot be read: no file has such a name"]) from None
-    raise StyleError(path, ["is not a file"])
 
 
 def _parse(path: Path, text: str) -> dict[str, Any]:

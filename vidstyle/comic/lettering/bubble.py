@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -37,6 +38,8 @@ _LONGEST = 12.0
 """Maximum length of a tail in font sizes: a longer one might cross somebody else."""
 _SHAPES = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 19, 24, 30)
 """Numbers of lines tried."""
+_LONG_WORD = 32
+"""Letters; no more of a word are measured at once, unless they fit."""
 _WIDE = r"[\u2e80-\u9fff\uac00-\ud7af\uf900-\ufaff\uff00-\uffef]"
 """Characters between which a line may break."""
 _PIECE = re.compile(rf"(\s*)({_WIDE}|(?:(?!{_WIDE})\S)+)")
@@ -216,7 +219,12 @@ def shapes(letters: Letters, text: str, size: int, widest: float) -> list[TextBl
 
     The lines of each are as even as their number allows.
     """
-    pieces = list(_pieces(letters, text, size, widest))
+    pieces, length = list[tuple[str, float]](), 0.0
+    for piece in _pieces(letters, text, size, widest):
+        pieces.append(piece)
+        length += piece[1]
+        if length > _SHAPES[-1] * widest:
+            return []
     blocks: dict[int, TextBlock] = {}
     for count in _SHAPES:
         lines = _narrowest(pieces, count, widest)
@@ -228,14 +236,24 @@ def shapes(letters: Letters, text: str, size: int, widest: float) -> list[TextBl
 
 def _pieces(letters: Letters, text: str, size: int, widest: float) -> Iterator[tuple[str, float]]:
     """Unbreakable pieces with the space before them, and their widths; words that are too wide are split."""
-    for space, word in _PIECE.findall(text):
-        while len(word) > 1 and letters.width(word, size) > widest:
-            count = next(
-                n for n in range(len(word) - 1, 0, -1) if n == 1 or letters.width(word[:n], size) <= widest
-            )
+    for match in _PIECE.finditer(text):
+        space, word = match.groups()
+        while word:
+            count = _fitting(letters, word, size, widest)
             yield space + word[:count], letters.width(space + word[:count], size)
             space, word = "", word[count:]
-        yield space + word, letters.width(space + word, size)
+
+
+def _fitting(letters: Letters, word: str, size: int, widest: float) -> int:
+    """How many of a word's letters are no wider, at least 1; measures few more letters than these."""
+
+    def width(count: int) -> float:
+        return letters.width(word[:count], size)
+
+    most = min(len(word), _LONG_WORD)
+    while most < len(word) and width(most) <= widest:
+        most = min(len(word), 2 * most)
+    return most if width(most) <= widest else max(1, bisect_right(range(most), widest, key=width) - 1)
 
 
 def _narrowest(

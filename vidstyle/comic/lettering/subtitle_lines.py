@@ -13,11 +13,13 @@ from vidstyle.comic.lettering.fonts import NOTES
 from vidstyle.errors import InputError
 from vidstyle.media.read.subtitles import SubtitleEvent, parse_subtitles, read_subtitles
 
-_TAG = re.compile(r"</?[a-zA-Z][^<>]*>|<\d[\d:.]*>|\{\\[^}]*\}")
+# Possessive, and never beyond the next mark, so that their time is linear in the length of the text.
+_TAG = re.compile(r"</?[a-zA-Z][^<>]*+>|<\d[\d:.]*+>|\{\\[^{}]*+\}")
 _ITALIC = re.compile(
-    r"<i(?:\.[^>]*)?>.*?(?:</i>|$)|\{[^}]*\\i1[^}]*\}.*?(?:\{[^}]*\\i0[^}]*\}|$)", re.S | re.I
+    r"<i(?:\.[^<>]*+)?>.*?(?:</i>|$)|\{(?>[^{}]*?\\i1)[^{}]*+\}.*?(?:\{(?>[^{}]*?\\i0)[^{}]*+\}|$)",
+    re.S | re.I,
 )
-_DRAWING = re.compile(r"\{[^}]*\\p[1-9]")
+_DRAWING = re.compile(r"\{[^{}]*\\p[1-9]")
 _DASH = re.compile(r"^\s*[-‐‑–—]+\s*(?=\S)")
 _BRACKETS = re.compile(r"^[\[(][^\])]*[\])]$")
 

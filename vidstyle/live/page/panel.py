@@ -85,7 +85,7 @@ def _control(control: Control, whole: bool, names: list[str]) -> dict[str, Any]:
         case SavedRef():
             kind = {"kind": "choice", "options": [""] * control.optional + names}
         case Asset():
-            kind = {"kind": "choice", "options": ["", *sorted(control.shipped())]}
+            kind = {"kind": "choice", "options": [""] * control.optional + sorted(control.shipped())}
     return kind | {"help": control.help}
 
 

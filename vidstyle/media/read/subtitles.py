@@ -23,7 +23,7 @@ _SPEAKER, _TEXT = 3, 8
 """Fields of an event as the decoders of all text subtitles give it: order, layer, style, name, three margins,
 effect, text."""
 
-_VOICE = re.compile(r"<v(?:\.[^ >]*)?\s+([^>]+)>")
+_VOICE = re.compile(r"<v(?:\.[^ <>]*+)?\s++([^<>]+)>")
 """A cue's voice span (WebVTT, section 3.4)."""
 
 _log = logging.getLogger("vidstyle")

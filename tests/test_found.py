@@ -1,0 +1,73 @@
+"""What tools/fuzz.py has found: each file of tests/fixtures/found is used, or refused by an error of ours."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tools.fuzz import FOUND, KINDS, MAX_MEMORY, Case, Worker, attempt, keep, mutated, whole_files
+from vidstyle.errors import InputError, VidstyleError
+
+
+@pytest.mark.parametrize("path", sorted(FOUND.iterdir()), ids=lambda path: path.name)
+def test_what_was_found_is_used_or_refused(path: Path, tmp_path: Path) -> None:
+    try:
+        attempt(path, tmp_path)
+    except VidstyleError as error:
+        assert "\n" not in str(error)
+
+
+def crash(*_: Path) -> None:
+    os.abort()
+
+
+def hang(*_: Path) -> None:
+    time.sleep(600)
+
+
+def fail(*_: Path) -> None:
+    raise KeyError("foreign")
+
+
+def fill(*_: Path) -> None:
+    bytearray(MAX_MEMORY + 2**24)
+
+
+def refuse(*_: Path) -> None:
+    raise InputError("file", "is damaged")
+
+
+SLOW = pytest.mark.thorough
+
+
+@pytest.mark.parametrize(
+    ("trial", "outcome"),
+    [
+        (crash, "crash"),
+        pytest.param(hang, "hang", marks=SLOW),
+        pytest.param(fill, "memory", marks=SLOW),
+        pytest.param(fail, "KeyError in test_found.py", marks=SLOW),
+        pytest.param(refuse, "refused", marks=SLOW),
+    ],
+)
+def test_what_a_file_does_is_noticed(trial: Callable[[Path, Path], None], outcome: str) -> None:
+    worker = Worker({}, trial)
+    try:
+        assert worker.outcome(Case("style", 1, 1), seconds=2 if trial is hang else 60).startswith(outcome)
+    finally:
+        worker.close()
+
+
+def test_a_seed_finds_the_same_again(tmp_path: Path) -> None:
+    made = []
+    for folder in (tmp_path / "one", tmp_path / "other"):
+        folder.mkdir()
+        whole = whole_files(folder)
+        made.append([mutated(kind, 7, number, whole) for kind in KINDS for number in range(10)])
+    assert made[0] == made[1]
+    keep(Case("style", 7, 3), "crash", {}, tmp_path)
+    assert (tmp_path / "style-7-3.toml").read_bytes() == mutated("style", 7, 3, {})[1]
