@@ -1,4 +1,4 @@
-"""Moments of films that were never made, for the layout of comics."""
+"""Generated moments for the tests of comic layout."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fixtures for all tests, and what holds for a run as a whole: its seed, and its threads."""
+"""Fixtures for all tests, and the seed and the threads of a run."""
 
 from __future__ import annotations
 

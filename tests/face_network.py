@@ -1,4 +1,4 @@
-"""A tiny network in the format of YuNet's models, written here: to it everything red is a face."""
+"""A minimal network in the format of YuNet models, which detects everything red as a face."""
 
 from __future__ import annotations
 

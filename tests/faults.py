@@ -1,4 +1,4 @@
-"""What the tests of bad input share: running the program under watch, and spoiling files."""
+"""Shared by the tests of bad input: running the program under supervision, and corrupting files."""
 
 from __future__ import annotations
 

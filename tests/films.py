@@ -1,4 +1,4 @@
-"""Short films of pictures, made for the tests of what goes on over time."""
+"""Short generated films for the tests of temporal processing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every shipped style made of two small pictures, as golden/ keeps it, and how far off one may be."""
+"""Golden pictures: the result of every shipped style on two small pictures, and the tolerance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tests that hold the GPU to the CPU share: sessions that last, pictures, the rule of agreement."""
+"""Shared by the tests of GPU agreement: cached sessions, pictures, and the tolerance."""
 
 from __future__ import annotations
 

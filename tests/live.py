@@ -1,4 +1,4 @@
-"""What the tests of live sessions share: sources, a clock that they set, sessions, and waiting."""
+"""Shared by the tests of live sessions: sources, an injected clock, sessions, and waiting."""
 
 from __future__ import annotations
 

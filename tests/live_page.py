@@ -1,4 +1,4 @@
-"""What the tests of the live page share: a page with frames to show, and somebody who asks it for things."""
+"""Shared by the tests of the live page: a page with frames, and a client."""
 
 from __future__ import annotations
 

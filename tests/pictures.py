@@ -1,4 +1,4 @@
-"""Small pictures for the tests of planes, blocks and the CPU runner, and a short way to a styled one."""
+"""Small pictures for the tests of planes, blocks and the CPU renderer, and a function that restyles one."""
 
 from __future__ import annotations
 

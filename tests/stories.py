@@ -1,4 +1,4 @@
-"""Films of several shots, made for the tests of comic pages."""
+"""Generated films of several shots for the tests of comic pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bench: it measures everything, and what it tells follows from what it has measured.
+"""Benchmarks: everything is measured, and reports follow from the measurements.
 
 Nothing here depends on how fast this machine is.
 """

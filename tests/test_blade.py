@@ -1,4 +1,4 @@
-"""Banks of learned filters: choosing, filtering, learning, and the file they lie in."""
+"""Banks of learned filters: selection, inference, training, and the file format."""
 
 from __future__ import annotations
 

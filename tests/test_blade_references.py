@@ -1,4 +1,4 @@
-"""The originals of learned filters, against closed forms, invariants and second schemes."""
+"""Reference filters against closed forms, invariants and independent schemes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A style that changes while pictures are restyled: nothing is opened or compiled anew for a slider."""
+"""Changing the style of a running renderer: a slider opens no context and compiles no shader."""
 
 from __future__ import annotations
 

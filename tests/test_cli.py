@@ -1,4 +1,4 @@
-"""The program: what it answers, on which stream, with which exit code."""
+"""The command line: output, streams and exit codes."""
 
 from __future__ import annotations
 

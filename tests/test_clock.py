@@ -1,4 +1,4 @@
-"""Stamps repaired: none missing, none twice, none backwards, and no more changed than must be."""
+"""Repair of timestamps: none missing, repeated or decreasing, and no more changed than necessary."""
 
 from __future__ import annotations
 

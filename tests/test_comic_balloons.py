@@ -1,4 +1,4 @@
-"""Facts of balloons, over many random panels and pages: off faces, in order, within their panels."""
+"""Properties of balloons on many random panels and pages: off faces, in order, within their panels."""
 
 from __future__ import annotations
 

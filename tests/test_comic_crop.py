@@ -1,4 +1,4 @@
-"""Facts of what a panel shows of its picture."""
+"""Properties of crops."""
 
 from __future__ import annotations
 

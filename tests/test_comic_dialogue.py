@@ -1,4 +1,4 @@
-"""Subtitles: what is read of them, whatever people write, and which panel says what."""
+"""Subtitles: parsing of lenient files, and assignment of lines to panels."""
 
 from __future__ import annotations
 

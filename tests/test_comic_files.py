@@ -1,4 +1,4 @@
-"""Comics from end to end: what is written opens again, is the same each time, and harms no file."""
+"""Comics from end to end: output files are valid and reproducible, and existing files are safe."""
 
 from __future__ import annotations
 

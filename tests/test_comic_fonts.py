@@ -1,4 +1,4 @@
-"""Letters that the built-in font lacks are taken from an installed one, if there is one that has them."""
+"""Fallback to installed fonts for characters that the built-in font lacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Facts of comic pages, over a hundred random films."""
+"""Properties of comic pages of a hundred random films."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The moments chosen from a film: sharp, unlike one another, as wished, and in order."""
+"""Key frame selection: sharp, dissimilar, as requested, and in order."""
 
 from __future__ import annotations
 

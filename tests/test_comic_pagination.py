@@ -1,4 +1,4 @@
-"""The pages that are found are the best ones: all others are tried."""
+"""Pagination is optimal: compared with exhaustive search."""
 
 from __future__ import annotations
 

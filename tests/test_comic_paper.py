@@ -1,4 +1,4 @@
-"""Facts of the paper of a comic."""
+"""Paper sizes, margins and gutters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A film that is opened once gives any of its frames, in any order, as often as they are asked for."""
+"""Random access: a film that is opened once delivers any frame, in any order, repeatedly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shots of films: cuts and dissolves are found, flashes and turns of the camera are not."""
+"""Shot detection: cuts and dissolves are found, flashes and pans are not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What looks alike to a reader: one place seen again, but not another place in the same colours."""
+"""Visual similarity: the same place seen again is similar, another place in the same colours is not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Before and after in one picture."""
+"""Source and result in one picture (`--compare`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conversion of pictures: the numbers of a renderer without steps, and nothing copied needlessly."""
+"""Conversion of pictures: the same values as an empty style, and no needless copies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sound, subtitles, covers, fonts, chapters and tags: carried over as they are, or as near as can be."""
+"""Audio, subtitles, covers, fonts, chapters and tags: copied, or converted where the container needs it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Covering arrays cover: any two values of two parameters meet in some row."""
+"""Covering arrays: any two values of two parameters occur together in some row."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The CPU runner: what it leaves alone, and how it encodes."""
+"""The CPU renderer: untouched planes, and the encoding of results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The CPU runner: bands, sizes, lengths, and arrays of any layout."""
+"""The CPU renderer: bands, sizes, lengths, and arrays of any memory layout."""
 
 from __future__ import annotations
 

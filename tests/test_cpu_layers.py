@@ -1,4 +1,4 @@
-"""The CPU runner: how layers are put together, and what is saved between steps."""
+"""The CPU renderer: composition of layers, and saved pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cuts: a new scene is found, movement, noise, flashes and fades are not taken for one."""
+"""Scene cuts: new scenes are detected; motion, noise, flashes and fades are not."""
 
 from __future__ import annotations
 

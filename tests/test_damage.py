@@ -1,4 +1,4 @@
-"""Damaged films: what can be shown is shown, and what cannot be is counted."""
+"""Damaged films: what decodes is delivered, what does not is counted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the documents tell people to type is understood."""
+"""The documents: their commands parse, their links and files exist, generated parts are current."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names that are traps, and outputs that cannot be written: 26 to 30 of "Bad input" in docs/rules.md."""
+"""Hostile file names, and outputs that cannot be written: 26 to 30 of "Bad input" in docs/rules.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Films with something odd about their times, sizes or colours: 11 to 23 of "Bad input" in docs/rules.md."""
+"""Films with unusual timestamps, sizes or colours: 11 to 23 of "Bad input" in docs/rules.md."""
 
 from __future__ import annotations
 

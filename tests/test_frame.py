@@ -1,4 +1,4 @@
-"""Frames become pictures and frames again without one sample changed, and mean what their tags say."""
+"""Round trips between frames and pictures without a changed sample, and interpretation of colour tags."""
 
 from __future__ import annotations
 

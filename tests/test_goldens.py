@@ -1,4 +1,4 @@
-"""Every shipped style still draws what it drew when somebody last looked at it.
+"""Every shipped style still matches its golden pictures.
 
 `tools/renew_goldens.py` renews the pictures after a style, or a block that it uses, was changed on purpose.
 """

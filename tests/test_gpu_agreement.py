@@ -1,4 +1,4 @@
-"""The GPU gives what the CPU gives: every block at every setting, every style, in both forms of passes.
+"""GPU results agree with CPU results: every block at every setting, every style, in both forms of passes.
 
 Settings are combined in pairs, at one size; `-m thorough` tries each of them at all sizes.
 """

@@ -1,4 +1,4 @@
-"""What a plan moves, and what is told about it. Nothing here needs OpenGL."""
+"""Memory traffic of plans, and its description. Nothing here needs OpenGL."""
 
 from __future__ import annotations
 

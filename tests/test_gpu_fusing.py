@@ -1,4 +1,4 @@
-"""Random styles are alike with calls fused into few passes and with a pass for each call."""
+"""Random styles give the same result with calls fused into few passes and with a pass for each call."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every kind of picture goes through the GPU as through the CPU: depths, chroma grids, RGB, alpha."""
+"""Every kind of picture gives the same result on GPU and CPU: depths, chroma grids, RGB, alpha."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Learned blocks on the GPU: the filters that are chosen, and how few passes it takes."""
+"""Learned blocks on the GPU: the selected filters, and the number of passes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan is, without OpenGL: passes, their order, and what becomes a texture."""
+"""Plans, without OpenGL: passes, their order, and the values stored in textures."""
 
 from __future__ import annotations
 

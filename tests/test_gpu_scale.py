@@ -1,4 +1,4 @@
-"""Other working sizes on the GPU: every method there and back, several in a row, and blocks between them."""
+"""Working sizes on the GPU: every resampling method in both directions, repeated, with blocks in between."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compute passes read their pictures through shared memory, and make of them what others make of textures."""
+"""Compute passes that read through shared memory give the same result as those that read textures."""
 
 from __future__ import annotations
 

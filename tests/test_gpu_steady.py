@@ -1,4 +1,4 @@
-"""The GPU keeps films as steady as the CPU does."""
+"""Temporal stabilization on the GPU agrees with that on the CPU."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A page that is too large for the device is done in tiles, and looks as if it were done at once."""
+"""A page that is too large for the device is processed in tiles, with the same result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Films on the GPU: what measured blocks remember, changing sizes and styles, pictures started together."""
+"""Films on the GPU: smoothed measurements, changes of size and style, several pictures in flight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Planes on their way to the GPU and back: the same samples, whatever their layout; nothing stays behind."""
+"""Upload and download of planes: the same samples for every memory layout, and no leaks."""
 
 from __future__ import annotations
 

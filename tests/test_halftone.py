@@ -1,4 +1,4 @@
-"""Halftone: as much ink as asked for, on screens that lie as printers lay them and stay on the page."""
+"""Halftone: the requested amount of ink, on screens at the angles of printing, fixed to the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""HDR light in SDR: the curves against closed forms, the loops against the curves."""
+"""Tone mapping: curves against closed forms, kernels against the curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who may know whom: a file imports only from subjects that stand before its own."""
+"""Layers: a file imports only from packages before its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people ask of a session, by keys and otherwise, and the budget that asks by itself."""
+"""Control of a session by keys and requests, and adaptation of the working size."""
 
 from __future__ import annotations
 

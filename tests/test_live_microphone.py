@@ -1,4 +1,4 @@
-"""Microphones: on the pictures' clock, lost and found, missing; on a tone, and on ALSA where there is one."""
+"""Microphones: on the clock of the frames, lost and reconnected, missing; a tone, and ALSA if present."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The live page: frames one at a time, the newest first, and every message checked before it counts."""
+"""The live page: frames one at a time, always the newest, and validation of every message."""
 
 from __future__ import annotations
 

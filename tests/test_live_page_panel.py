@@ -1,4 +1,4 @@
-"""What the page shows of a style: each value by its path, what it may be, and the options that lead to it."""
+"""The controls of the page: each value with its path and range, and the command line options for it."""
 
 from __future__ import annotations
 

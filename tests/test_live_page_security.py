@@ -1,4 +1,4 @@
-"""The page's server lets in whom it is meant for, on this machine, and gives nothing else away."""
+"""Access control of the page's server: only authorized browsers on this machine, and only the page."""
 
 from __future__ import annotations
 

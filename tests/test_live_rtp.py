@@ -1,4 +1,4 @@
-"""RTP on this machine: whoever joins, whenever, gets a stream that plays."""
+"""RTP on this machine: a stream can be joined at any time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A camera on the network, over RTSP: killed, restarted, frozen, silent, and asked for the wrong thing."""
+"""A network camera over RTSP: killed, restarted, frozen, silent, and with a wrong address."""
 
 from __future__ import annotations
 

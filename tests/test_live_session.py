@@ -1,4 +1,4 @@
-"""Sessions from end to end: frames arrive, the newest wins, styles change, and nothing grows."""
+"""Sessions from end to end: frames arrive, the newest wins, styles change, and memory is constant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sound beside live pictures: it goes along, in step, over gaps and seams."""
+"""Sound of live sources: synchronous, across gaps and loops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where live pictures come from: words, pipes, files and streams; lost, found again, or not to be had."""
+"""Live sources: names, pipes, files and streams; lost, reconnected, or unavailable."""
 
 from __future__ import annotations
 

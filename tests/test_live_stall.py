@@ -1,4 +1,4 @@
-"""Drivers that say nothing: they count as lost, and are opened again, and nobody hangs in them."""
+"""Drivers that deliver no data: they count as lost and are reopened, and nothing blocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What takes over at once, and what is made ready first while the old style goes on."""
+"""Style changes in a session: immediate for values, prepared in the background for another structure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where live pictures go: files, pipes and streams; slow, broken and missing targets."""
+"""Live targets: files, pipes and streams; slow, broken and missing ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a style is lowered to: which planes are converted, resampled, handed on or dropped."""
+"""Lowering of styles: which planes are converted, resampled, passed through or dropped."""
 
 from __future__ import annotations
 

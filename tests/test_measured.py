@@ -1,4 +1,4 @@
-"""What measured blocks remember: the small copy, the time constant, and where they start afresh."""
+"""Measured blocks over time: sampling, the time constant, and resets."""
 
 from __future__ import annotations
 

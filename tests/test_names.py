@@ -1,4 +1,4 @@
-"""A name means one thing: classes and modules of the package."""
+"""Names of classes and modules of the package are unique."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is opened is what was named, and what cannot be opened says why."""
+"""Opening of media: exactly the named file, and errors with a reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turning and fitting: pixels, sizes, chroma steps and sitings move together."""
+"""Orientation and resizing: pixels, sizes, chroma steps and sitings are transformed together."""
 
 from __future__ import annotations
 

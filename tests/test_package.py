@@ -1,4 +1,4 @@
-"""The wheel, installed: it holds what it needs to run, and nothing else."""
+"""The installed wheel: it contains all that it needs to run, and nothing else."""
 
 from __future__ import annotations
 

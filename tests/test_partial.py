@@ -1,4 +1,4 @@
-"""The partial file: what is refused before it is made, and what is left when writing fails."""
+"""Partial files: targets that are rejected before one is created, and what remains when writing fails."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pattern filling: strokes that nest and stay on the page, and the user's own tiles."""
+"""Pattern filling: strokes that nest and are fixed to the page, and tiles of the user."""
 
 from __future__ import annotations
 

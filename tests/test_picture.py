@@ -1,4 +1,4 @@
-"""What the numbers of a picture mean, held against the standards' own figures."""
+"""Encodings of pictures, compared with the figures in the standards."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The road of a film as a function: what arrives, what is told, and how it ends early."""
+"""`render` as a function: results, progress, and early stops."""
 
 from __future__ import annotations
 

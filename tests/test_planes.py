@@ -1,4 +1,4 @@
-"""Between planes and working values: closed forms written here once more, and chroma siting."""
+"""Conversion between planes and working values, compared with closed forms, and chroma siting."""
 
 from __future__ import annotations
 

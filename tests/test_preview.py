@@ -1,4 +1,4 @@
-"""Somebody's own picture in every style: the page, the sheet, and the styles step by step."""
+"""Previews: a picture in every style, as a page or a sheet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the reader delivers: every frame, upright, at its own time, with the other streams beside it."""
+"""The reader: every frame, upright, with its own timestamp, along with the packets of other streams."""
 
 from __future__ import annotations
 

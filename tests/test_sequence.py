@@ -1,4 +1,4 @@
-"""Pictures: single ones, numbered ones, moving ones; turned as their EXIF tags say."""
+"""Single pictures, image sequences and animations; orientation from EXIF tags."""
 
 from __future__ import annotations
 

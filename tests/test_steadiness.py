@@ -1,4 +1,4 @@
-"""Steadiness: the figures of films whose figures are known, and of a style."""
+"""The steadiness study: figures of films for which they are known, and of a style."""
 
 from __future__ import annotations
 

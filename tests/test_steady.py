@@ -1,4 +1,4 @@
-"""What is kept steady, and what is left to move: on the CPU."""
+"""Temporal stabilization on the CPU: noise is removed, motion is kept."""
 
 from __future__ import annotations
 

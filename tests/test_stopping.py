@@ -1,4 +1,4 @@
-"""Signals: the first asks, the second ends at once."""
+"""Signals: the first one stops cleanly, the second one exits at once."""
 
 from __future__ import annotations
 

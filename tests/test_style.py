@@ -1,4 +1,4 @@
-"""What styles are read, what mistakes in them are named, and that no style harms."""
+"""Reading of styles: valid ones, reported mistakes, and safety of untrusted files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Styles changed by hand, recipes written out, and what is derived from the declarations of blocks."""
+"""Overrides of style values, expansion of recipes, and data derived from the declarations of blocks."""
 
 from __future__ import annotations
 

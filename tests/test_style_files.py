@@ -1,4 +1,4 @@
-"""Styles written to files: comments stay, and what is read back is what was saved."""
+"""Saving of styles: comments are preserved, and reading returns the saved style."""
 
 from __future__ import annotations
 

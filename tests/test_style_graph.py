@@ -1,4 +1,4 @@
-"""The graph of a style: what is given to which block, and both drawings of it."""
+"""The graph of a style: its edges, and both drawings."""
 
 from __future__ import annotations
 

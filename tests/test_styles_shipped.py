@@ -1,4 +1,4 @@
-"""The shipped styles as a set: all are there, use every block, say what they are, and look different."""
+"""The shipped styles as a set: they are complete, use every block, have notes, and look different."""
 
 from __future__ import annotations
 

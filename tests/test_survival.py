@@ -1,4 +1,4 @@
-"""What is left of nine difficult films after `plain`: everything, as a player shows it.
+"""Nine difficult films restyled with `plain` keep everything that a player shows.
 
 The player is the arithmetic of tests/media.py: by the tags, else by the size. Every one of ten other
 tools fails at least one of these films.

@@ -1,4 +1,4 @@
-"""Variants: named values on a style, in its own file."""
+"""Variants: named sets of values in the file of a style."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is written: colours, times, sizes, defaults, and an index that comes first."""
+"""The writer: colours, timestamps, sizes, defaults, and the index in front."""
 
 from __future__ import annotations
 

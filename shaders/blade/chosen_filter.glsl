@@ -5,7 +5,7 @@
 shared vec3 tensor_lines[PREPARED_ROOM];
 
 // Each line of the tensor serves all pixels of the group above and below it. The differences themselves are
-// not kept: to read three numbers from shared memory costs more than to make them anew of two.
+// not stored: reading three numbers from shared memory costs more than computing them from two.
 void chosen_filter_prepare(int radius, float window[16]) {
     ivec2 own = ivec2(gl_LocalInvocationID.xy), next = ivec2(gl_WorkGroupSize.xy);
     for (int y = own.y; y < group_size.y + 2 * radius - 1; y += next.y) {
@@ -27,7 +27,7 @@ vec3 tensor_line_at(ivec2 at, int radius, float window[16]) {
 }
 #endif
 
-// The number of the filter that the local structure chooses, in a compute pass.
+// The index of the filter selected by the local structure, in a compute pass.
 float chosen_filter(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
     vec3 tensor = vec3(0.0);
     for (int row = 0; row < 2 * radius; row++) {

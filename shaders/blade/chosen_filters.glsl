@@ -5,7 +5,7 @@ float window_weight(int tap, int radius, float window[16]) {
     return tap < 0 || tap >= 2 * radius ? 0.0 : window[min(tap, 2 * radius - 1 - tap)];
 }
 
-// The numbers of the filters that 2 x 2 pixels choose, row by row, in a fragment pass: their windows share
+// The indices of the filters selected for 2 x 2 pixels, row by row, in a fragment pass: their windows share
 // most of the differences, and four pixels are read at a time. Paper, section 6.3.
 vec4 chosen_filters(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
     vec3 upper_left = vec3(0.0), upper_right = vec3(0.0), lower_left = vec3(0.0), lower_right = vec3(0.0);

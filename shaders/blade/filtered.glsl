@@ -1,5 +1,5 @@
-// A pixel filtered with the filter chosen for it. The bank holds, for each pair of opposite pixels, the
-// weight of their difference from the middle; a part of it keeps `keeps` of a constant.
+// A pixel filtered with the filter selected for it. The bank holds, for each pair of opposite pixels, the
+// weight of their difference from the middle; `part_sums` are the responses of the parts to a constant 1.
 float filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
         float part_sums[8], float identity) {
     int number = int(chosen * 1024.0 + 0.5);

@@ -1,7 +1,7 @@
 #include "lib/hard_light.glsl"
 #include "lib/quotient.glsl"
 
-// A saved picture laid over the current one.
+// A saved picture blended over the current one.
 channels blend(channels picture, channels other, int mode, float opacity, float mask) {
     channels mixed = other;
     if (mode == blend_mode_multiply)

@@ -1,12 +1,12 @@
 #include "lib/box_along.glsl"
 #include "lib/halftone_screen.glsl"
 
-// The mean over a cell along the rows.
+// Horizontal pass of the mean over a cell.
 vec3 halftone_across(ivec2 at, float cell) {
     return box_along(at, ivec2(1, 0), cell);
 }
 
-// The mean over a cell down the columns of that.
+// Vertical pass on its result.
 vec3 halftone_down(ivec2 at, float cell) {
     return box_along(at, ivec2(0, 1), cell);
 }

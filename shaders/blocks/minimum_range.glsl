@@ -1,7 +1,7 @@
-// A flat picture's range of luma widened about its middle to a least range, in levels of 255; any other
-// picture as it is. A range of less than 8 levels counts as 8. Paper, section 4.2 D.
+// Luma expanded about its middle to a minimum range, in levels of 255; pictures with a larger range are
+// unchanged. A range of less than 8 levels counts as 8. Paper, section 4.2 D.
 float minimum_range(float luma, vec2 measured, float dynamic_range) {
-    // Compared in levels, where 8 against 8 comes out even whatever a division rounds to.
+    // Compared in levels, so that rounding of a division cannot make 8 differ from 8.
     float present = max((measured.y - measured.x) * 255.0, 8.0);
     if (present >= dynamic_range)
         return luma;

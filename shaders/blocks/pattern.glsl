@@ -1,8 +1,8 @@
 #include "lib/hatched_tone.glsl"
 #include "lib/tiled_tone.glsl"
 
-// The tones as hatching in black on white, more strokes the darker it is; or as tiles. Paper, section 4.2 B.
-// `layout` is a word of GLSL itself, hence the underscore.
+// Tones as black hatching on white, with more strokes where it is darker; or as tiles. Paper, section 4.2 B.
+// `layout` is a keyword of GLSL, hence the underscore.
 float pattern(
     float luma, ivec2 at, int levels, float spacing, float width, float angle, int layout_, float wobble,
     float softness, sampler2DArray tiles, ivec2 tiles_sizes[32], int tiles_count) {

@@ -1,4 +1,4 @@
-// The length of the luma gradient: 3 x 3 Sobel divided by 4, cut off at white. Paper, section 4.2 B.
+// Magnitude of the luma gradient: 3 x 3 Sobel divided by 4, clipped at white. Paper, section 4.2 B.
 float sobel(ivec2 at, float gain, bool invert) {
     float above_left = picture_at(at + ivec2(-1, -1)), below_right = picture_at(at + ivec2(1, 1));
     float above_right = picture_at(at + ivec2(1, -1)), below_left = picture_at(at + ivec2(-1, 1));

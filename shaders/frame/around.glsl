@@ -1,4 +1,4 @@
-// A picture around the pixels that a group computes: each pixel is read from the texture once, for all.
+// The neighbourhood of a work group in shared memory: each pixel is read from the texture once.
 shared VALUE around[AROUND_ROOM];
 ivec2 group_first, group_size, around_first, around_size;
 

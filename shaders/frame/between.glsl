@@ -1,4 +1,4 @@
-// Chroma at a pixel, linearly between the samples around it.
+// Chroma at a pixel, interpolated linearly between the samples around it.
 vec2 IMAGE_between(ivec2 at, ivec2 step, vec2 siting) {
     vec2 position = (vec2(at) - siting) / vec2(step);
     // An axis without subsampling has one sample on each pixel, whatever the siting of the other.

@@ -1,6 +1,6 @@
-// The integer sample that stands for a value, as what a normalized texture stores: halves are rounded up, also
-// those that rounding has left a little below, as `vidstyle.core.planes.store` does; and what leaves the range of
-// numbers is cut off there.
+// The integer sample of a value, as stored in a normalized texture. Halves are rounded up, including values that
+// rounding has left slightly below a half, as in `vidstyle.core.planes.store`; values are clamped to the range of
+// the samples.
 channels code(channels value, float black, float white, float top, float most) {
     return clamp(floor(value * (white - black) + black + 0.503), 0.0, top) / most;
 }

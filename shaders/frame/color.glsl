@@ -18,7 +18,7 @@ vec3 rgb_from_gray(float luma) {
     return vec3(luma);
 }
 
-// Chroma whose samples lie where the result's do: only the codes change.
+// Chroma on the grid of the result: only the codes change.
 vec2 same_chroma(vec2 chroma) {
     return chroma;
 }

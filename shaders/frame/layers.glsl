@@ -1,14 +1,14 @@
-// Luma that is the same everywhere.
+// Constant luma.
 float constant_luma(float level) {
     return level;
 }
 
-// Chroma that is the same everywhere.
+// Constant chroma.
 vec2 constant_chroma(vec2 tint) {
     return tint;
 }
 
-// A transparent picture on coloured paper.
+// A picture multiplied by the colour of the paper.
 vec3 on_paper(vec3 color, vec3 paper) {
     return clamp(color * paper, 0.0, 1.0);
 }

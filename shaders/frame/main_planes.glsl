@@ -1,4 +1,4 @@
-// Chroma that the group has computed; beyond the page's border the border is repeated.
+// Chroma that the group has computed; the page's border is repeated.
 shared vec2 tile_chroma[AREA.x * AREA.y];
 ivec2 tile_corner;
 
@@ -9,8 +9,8 @@ vec2 chroma_at(ivec2 at) {
 
 #include "frame/shrunk_chroma.glsl"
 
-// Each group computes a tile of pixels with the rim that its chroma samples reach, each pixel once, and
-// averages its chroma out of shared memory.
+// Each group computes a tile of pixels with the margin that its chroma samples cover, each pixel once, and
+// averages its chroma from shared memory.
 void main() {
     ivec2 start = ivec2(gl_WorkGroupID.xy) * TILE;
     tile_corner = origin + start - RIM_BEFORE;

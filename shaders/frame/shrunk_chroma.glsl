@@ -1,5 +1,5 @@
 // Chroma averaged over the area of one sample of a subsampled plane: a box of one step, centred on the
-// sample. Two equal weights where it lies between pixels, 1-2-1 where it lies upon one.
+// sample. Two equal weights if it is centred between pixels, 1-2-1 if on a pixel.
 vec2 shrunk_chroma(ivec2 at, ivec2 step, vec2 siting) {
     vec2 centre = vec2(at * step) + siting;
     vec2 extent = 0.5 * vec2(step);

@@ -1,4 +1,4 @@
-// The plain mean of the picture along a line of 2 int(cell / 2) + 1 pixels.
+// The mean of the picture along a line of 2 int(cell / 2) + 1 pixels.
 vec3 box_along(ivec2 at, ivec2 next, float cell) {
     int radius = int(0.5 * cell);
     vec3 sum = vec3(0.0);

@@ -1,9 +1,9 @@
 #include "lib/short_angle.glsl"
 
-// The number of the filter that a smoothed structure tensor chooses, in 1024ths, so that a texture can keep
-// it: orientation, strength and coherence in uniform bins. Paper, section 5.3. `bins` are the numbers of
-// bins, `start` and `density` where the ranges of strength and coherence begin and how many bins a unit of
-// them holds.
+// The index of the filter that a smoothed structure tensor selects, in 1024ths, so that a texture can store it:
+// orientation, strength and coherence in uniform bins. Paper, section 5.3. `bins` are the numbers of bins;
+// `start` and `density` are the start of the ranges of strength and coherence and the number of bins per unit
+// of them.
 float filter_number(vec3 tensor, vec3 bins, vec2 start, vec2 density) {
     tensor *= 0.5;
     vec2 direction = vec2(2.0 * tensor.y, tensor.x - tensor.z);

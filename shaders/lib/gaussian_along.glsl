@@ -1,7 +1,7 @@
-// The mean of the picture along a line of pixels, with the weights of a bell that ends at three sigma.
+// The Gaussian mean of the picture along a line of pixels, truncated at three sigma.
 channels gaussian_along(ivec2 at, ivec2 next, float sigma) {
-    // Each weight comes from the one before by a ratio that itself falls steadily: one exponential for all.
-    // The floor keeps sigma 0, which takes no step, from dividing by zero.
+    // Each weight follows from the previous one by a ratio that decreases by a constant factor: one exponential.
+    // The lower limit keeps sigma 0, which has no neighbours, from dividing by zero.
     float ratio = exp(-0.5 / max(sigma * sigma, 1e-6));
     float fall = ratio * ratio, weight = 1.0, total = 1.0;
     channels sum = picture_at(at);

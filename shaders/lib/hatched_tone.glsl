@@ -3,8 +3,8 @@
 #include "lib/tone_position.glsl"
 #include "lib/unit_direction.glsl"
 
-// Black strokes on white: set n is there where luma is below its border. The sets turn by 0, 90, 45 and 135
-// degrees, as many of these as `turns` says, then over again halfway between those that are there.
+// Black strokes on white: set n is drawn where luma is below its border. The sets are rotated by 0, 90, 45 and
+// 135 degrees, the first `turns` of these; further sets repeat them, halfway between the existing strokes.
 float hatched_tone(
     float luma, ivec2 at, int levels, float spacing, float width, float angle, int turns, float wobble,
     float softness) {

@@ -10,7 +10,7 @@ float cubic_weight(float distance) {
 float lanczos_weight(float distance) {
     float turn = 3.14159265 * distance;
     float weight = 4.0 * sin(turn) * sin(0.25 * turn) / max(turn * turn, 1e-9);
-    // A GPU's sine of so small an angle may be too coarse to be divided by it: a parabola is as good there.
+    // The sine of such a small angle may be too inaccurate on a GPU to divide by it; a parabola is as good there.
     float top = 1.0 - 1.74774 * distance * distance;
     return distance >= 4.0 ? 0.0 : distance < 0.02 ? top : weight;
 }

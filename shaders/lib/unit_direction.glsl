@@ -1,5 +1,5 @@
-// Cosine and sine of an angle of -90 to 90 degrees, to the last bit of float32: a GPU's own are so much
-// coarser that strokes far from the page's corner would move.
+// Cosine and sine of an angle of -90 to 90 degrees, accurate to the last bit of float32: the GPU's own are so
+// inaccurate that strokes far from the page's corner would move.
 vec2 unit_direction(float degrees) {
     bool steep = abs(degrees) > 45.0;
     float x = (steep ? 90.0 - abs(degrees) : degrees) * 0.01745329252;

@@ -1,4 +1,4 @@
-// A plane of `size` and the white of its codes, how much of the one before is blended in, and luma's weights.
+// Size of a plane, its maximum code, the weight of the previous plane, and the weights of luma.
 uniform sampler2D plane;
 uniform ivec2 size;
 uniform float white;
@@ -6,7 +6,7 @@ uniform float blend_weight;
 uniform sampler2D guide;
 uniform vec2 luma_step;
 
-// The flow at a pixel of a page, linear between the points of its coarse grid.
+// The flow at a pixel of a page, interpolated linearly on its coarse grid.
 vec2 flow_at(ivec2 at, sampler2D flow) {
     ivec2 grid = textureSize(flow, 0), last = grid - 1;
     vec2 place = (vec2(at) + 0.5) * vec2(grid) / vec2(size) - 0.5;
@@ -17,7 +17,7 @@ vec2 flow_at(ivec2 at, sampler2D flow) {
     return mix(above, below, part.y);
 }
 
-// A texture between its texels, linear; the border is repeated.
+// A texture, interpolated bilinearly; the border is repeated.
 vec4 texel_between(sampler2D image, vec2 place, ivec2 last) {
     place = clamp(place, vec2(0.0), vec2(last));
     ivec2 low = ivec2(place), high = min(low + 1, last);
@@ -27,12 +27,12 @@ vec4 texel_between(sampler2D image, vec2 place, ivec2 last) {
     return mix(above, below, part.y);
 }
 
-// What lay at a pixel of the plane in the plane before.
+// The warped previous plane at a pixel.
 vec4 warped_at(sampler2D before, ivec2 at, sampler2D flow) {
     return texel_between(before, vec2(at) + flow_at(at, flow) / luma_step, size - 1);
 }
 
-// The weight that luma was blended with at a sample of a plane.
+// The weight with which luma was blended at a sample of a plane.
 float luma_weight_at(ivec2 at) {
     return texelFetch(guide, min(at * ivec2(luma_step), textureSize(guide, 0) - 1), 0).r;
 }

@@ -1,6 +1,6 @@
 #version 330
 
-// One more sample in this bin; blending adds them up.
+// Counts a sample in its bin, by additive blending.
 
 out float count;
 

@@ -1,6 +1,6 @@
 #version 330
 
-// Puts sample number gl_VertexID on its bin, of which there is one for each 16-bit value.
+// Places sample gl_VertexID on its bin; there is a bin for each 16-bit value.
 
 uniform sampler2D samples;
 uniform int width;

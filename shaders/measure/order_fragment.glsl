@@ -1,6 +1,6 @@
 #version 330
 
-// The sample of rank ranks[x] + y among all samples in order, as 0..1.
+// The sample of rank ranks[x] + y among all sorted samples, 0..1.
 
 uniform sampler2D bins;
 uniform sampler2D rows;
@@ -8,8 +8,8 @@ uniform vec4 ranks;
 
 out float value;
 
-// How far to go from `start` in steps of `along` until more than `rank` samples lie behind, 255 at most;
-// `rank` becomes the one that remains.
+// Number of bins to the right of `start`, at most 255, after which more than `rank` samples are passed; `rank`
+// is reduced by the samples before that bin.
 int place(sampler2D counts, ivec2 start, inout float rank) {
     int step_number = 0;
     float count = texelFetch(counts, start, 0).r;

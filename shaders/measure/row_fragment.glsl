@@ -1,6 +1,6 @@
 #version 330
 
-// How many samples lie in row x of the bins.
+// Number of samples in row x of the bins.
 
 uniform sampler2D bins;
 

@@ -1,6 +1,6 @@
 #version 330
 
-// The percentiles between their neighbours in order, and the remembered numbers moved towards them.
+// The percentiles, interpolated between neighbouring samples, and smoothed over time.
 
 uniform sampler2D ordered;
 uniform sampler2D remembered;
@@ -23,7 +23,7 @@ vec4 neighbours(int which) {
 void main() {
     vec4 below = neighbours(0);
     numbers = low + span * (below + fractions * (neighbours(1) - below));
-    // What is remembered may still be undefined, even not a number, when all is taken of the new.
+    // With a weight of 1 the previous values may still be undefined, even NaN.
     if (weight < 1.0) {
         vec4 before = texelFetch(remembered, ivec2(0), 0);
         numbers = before + weight * (numbers - before);

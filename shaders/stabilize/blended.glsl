@@ -1,6 +1,6 @@
 #include "lib/warped_at.glsl"
 
-// The plane blended with the warped one before, and the weights of that.
+// The plane blended with the warped previous one, and the weights of the latter.
 
 uniform sampler2D warped;
 uniform vec2 scale;

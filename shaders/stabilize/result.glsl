@@ -1,6 +1,6 @@
 #include "lib/warped_at.glsl"
 
-// A plane of the result blended with the warped one before: as it is kept, and as codes.
+// A plane of the result blended with the warped previous one: as stored for the next frame, and as codes.
 
 layout(location = 0) out vec4 kept;
 layout(location = 1) out vec4 codes;

@@ -1,6 +1,6 @@
 #include "lib/warped_at.glsl"
 
-// The plane before, warped, and the square of how much each sample has changed since.
+// The previous plane, warped, and the squared change of each sample.
 
 uniform sampler2D before;
 uniform sampler2D flow;
