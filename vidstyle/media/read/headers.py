@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 HEADER_BYTES = 2**18
-"""Bytes of a file that are enough to find its size and its EXIF tags in."""
+"""Bytes at the start of a file that contain the size of the picture and its EXIF tags."""
 EXIF_ORIENTATION = 0x0112
 
 

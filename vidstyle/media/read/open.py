@@ -35,7 +35,7 @@ FORMATS = f"{FILM_FORMATS},{PICTURE_FORMATS},{OTHER_FORMATS}"
 
 PLAYLISTS = (b"ffconcat", b"#EXTM3U", b"<MPD", b"[playlist]")
 MAX_PIXELS = 64 * 2**20
-"""The usual cap on the pixels of one picture: 8192 x 8192."""
+"""Default limit on the pixels of a picture: 8192 x 8192."""
 NETWORK_SECONDS = 10
 URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 LENIENT: dict[str, Any] = {} if int(av.__version__.split(".")[0]) >= 19 else {"metadata_errors": "replace"}
@@ -92,13 +92,13 @@ def open_media(
 
 
 def is_url(source: object) -> bool:
-    """Whether the text names something on the network: it has a scheme, and no such file exists."""
+    """Whether the text is a URL: it has a scheme, and no file has this name."""
     text = str(source)
     return bool(URL.match(text)) and not os.path.lexists(text)
 
 
 def public_name(url: str) -> str:
-    """The URL without what opens doors: passwords, queries, and the key of an RTMP stream.
+    """The URL without credentials: passwords, queries, and the key of an RTMP stream.
 
     >>> public_name("rtsp://me:secret@camera/1?token=5"), public_name("rtmp://host:1935/live/key-123")
     ('rtsp://camera/1', 'rtmp://host:1935/live/...')

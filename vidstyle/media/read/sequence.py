@@ -27,11 +27,11 @@ log = logging.getLogger("vidstyle")
 
 PATTERN = re.compile(r"%(0\d+)?d")
 MAX_ANIMATION = 4
-"""An animated WebP is decoded at one go: so many times the pixels of the largest picture are let in."""
+"""An animated WebP is decoded as a whole; its maximum size, as a multiple of the largest picture."""
 
 
 def is_pattern(source: str | os.PathLike[str]) -> bool:
-    """Whether the name stands for numbered files: it has one %d or %05d, and no file is called so itself.
+    """Whether the name is a pattern for numbered files: it has one %d or %05d, and no file has this name.
 
     >>> is_pattern("frames/%05d.png"), is_pattern("frames/00001.png")
     (True, False)

@@ -45,13 +45,13 @@ class VideoSource(Protocol):
 log = logging.getLogger("vidstyle")
 
 MAX_PLAUSIBLE_RATE = 480
-"""Streams in milliseconds without a rate of their own average to a thousand frames a second."""
+"""Maximum plausible frame rate: streams with a time base of milliseconds may claim a thousand."""
 STILL_BRANDS = frozenset({"avif", "heic", "heix", "mif1"})
 """MP4 files of these brands hold pictures (MPEG-H part 12)."""
 
 
 def choose_stream(container: av.container.InputContainer, name: str) -> av.video.stream.VideoStream:
-    """The stream to restyle: the longest video that is not a cover picture.
+    """The video stream to restyle: the longest that is not a cover picture.
 
     Raises:
         InputError: there is none, or this build cannot decode it.
@@ -97,7 +97,7 @@ def may_be_still(container: av.container.InputContainer) -> bool:
 
 
 def frame_rate(stream: av.video.stream.VideoStream) -> Fraction | None:
-    """Frames a second, as far as the header or the first packets tell."""
+    """Frames per second according to the header or the first packets, or None."""
     average, guessed = stream.average_rate, stream.guessed_rate
     return Fraction((average if average and average <= MAX_PLAUSIBLE_RATE else guessed) or 0) or None
 

@@ -1,4 +1,4 @@
-"""The lines of a film's subtitles, as far as they are text."""
+"""Reads text subtitles."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ _log = logging.getLogger("vidstyle")
 
 @dataclass(frozen=True)
 class SubtitleEvent:
-    """What is written on the screen for a while.
+    """A subtitle event.
 
     Attributes:
-        start, end: in seconds, on the clock of the film's pictures.
-        text: with the marks of ASS in it.
-        speaker: where the subtitles say whose words these are, else empty.
+        start, end: in seconds, on the clock of the video.
+        text: with ASS markup.
+        speaker: the speaker's name if the subtitles state it, else empty.
     """
 
     start: float

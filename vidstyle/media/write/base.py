@@ -22,12 +22,12 @@ class Writer(ABC):
     """Writes one output. Ends with `finish` or `abandon`; as a context manager, with whichever is right.
 
     Attributes:
-        encoding: what pictures are to be delivered in.
-        wants_rgb: whether it wants RGB pictures rather than luma and chroma.
-        target: the file wanted.
+        encoding: the encoding in which it expects pictures.
+        wants_rgb: whether it expects RGB pictures rather than luma and chroma.
+        target: the output.
         name: the same, for messages.
-        partial: the file that is being written meanwhile, if it is another.
-        frames: how many frames have been taken.
+        partial: the temporary file that is written, if there is one.
+        frames: number of frames accepted.
     """
 
     partial: Path | None = None
@@ -52,7 +52,7 @@ class Writer(ABC):
 
     @abstractmethod
     def _open(self) -> None:
-        """Create the file and check all that can be checked before a frame is decoded."""
+        """Create the file, and check what can be checked before the first frame is decoded."""
 
     @abstractmethod
     def write(self, item: Frame | av.Packet) -> None:
@@ -97,7 +97,7 @@ class Writer(ABC):
 
 
 def write_error(name: object, error: Exception, kept: str) -> OutputError:
-    """The error to report when writing has failed; `kept` says what is left on the disk."""
+    """The error to report when writing has failed; `kept` describes what is left on the disk."""
     if isinstance(error, OutputError):
         return OutputError(error.subject, error.reason, kept)
     if isinstance(error, OSError):

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from vidstyle.errors import UsageError
 
 Way = Literal["film", "gif", "picture"]
-"""How a file is made: packet by packet; at the end, with a palette for all; one file for each picture."""
+"""How a file is written: packet by packet; at the end, with a common palette; one file for each picture."""
 
 PCM = "pcm_s16le pcm_s16be pcm_s24le pcm_s24be pcm_s32le pcm_s32be pcm_u8 pcm_f32le"
 PCM_LITTLE = "pcm_s16le pcm_s24le pcm_s32le pcm_u8 pcm_f32le pcm_f64le"
@@ -18,22 +18,22 @@ PCM_LITTLE = "pcm_s16le pcm_s24le pcm_s32le pcm_u8 pcm_f32le pcm_f64le"
 
 @dataclass(frozen=True)
 class ContainerKind:
-    """One kind of file.
+    """A container format.
 
     Attributes:
         muxer: FFmpeg's name for it.
-        endings: the file name endings that mean it, the usual one first.
-        codec, pix_fmt: the encoder and the pixel format used when none is named; "": what fits the source.
+        endings: its file name extensions, the usual one first.
+        codec, pix_fmt: default encoder and pixel format; "": depends on the source.
         video: canonical names of the video codecs that players accept in it; empty: any.
-        way: how it is made.
+        way: how it is written.
         alpha: the encoder and pixel format for pictures with alpha, or None where it has none.
         audio: canonical names of audio codecs that players accept in it.
-        new_audio: the encoder for sound that must be encoded anew, or "" if it holds no sound.
+        new_audio: the encoder for audio that must be transcoded, or "" if it holds no audio.
         subtitles: canonical names of the subtitle codecs it holds; text becomes the first of them.
         data: canonical names of data codecs it holds.
         attachments: whether it holds fonts and other files.
         covers, chapters: whether it holds a cover picture, and chapters.
-        strict_rate: whether its frames come at one rate, without times of their own.
+        strict_rate: whether it has a constant frame rate and no timestamps.
         options: for the muxer; `piped_options` where it cannot seek.
         piped: whether it can be written to a pipe.
     """
@@ -126,14 +126,14 @@ PIPE_FORMATS = {"y4m": "yuv4mpegpipe", "raw": "rawvideo", "mkv": "matroska", "ts
 
 
 def kind_of(target: str, format_name: str | None, still: bool) -> ContainerKind:
-    """The kind of file that the target's ending means, or that `format_name` says.
+    """The container of the target's extension, or that of `format_name`.
 
     Args:
         target: a path, or "-" for standard output, which wants a `format_name`.
         still: whether a single picture goes in or each goes to a file of its own.
 
     Raises:
-        UsageError: an unknown ending or format; it names those that come near.
+        UsageError: an unknown extension or format; the message suggests similar ones.
     """
     if format_name is not None:
         return _kind_by_format(format_name, target)

@@ -16,8 +16,8 @@ from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.write.video_plan import VideoPlan
 
 MIN_TO_REORDER = 3
-"""Frames from which on one may be decoded before its turn. Of fewer, libx265 gives decoding times that are
-anything: it never comes to set the delay that it takes from them."""
+"""Minimum number of frames for reordering. With fewer, libx265 returns arbitrary decoding timestamps, as it
+never sets the delay that it subtracts from them."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -28,8 +28,8 @@ class VideoEncoder:
     Attributes:
         stream: in the container.
         end: when the last frame taken ends, in seconds.
-        surplus: seconds that the last packet was given beyond its frame's own.
-        moved: how many frames came at a time that was taken already, and were shown a tick later.
+        surplus: seconds by which the last packet is longer than its frame.
+        moved: number of frames whose timestamp was taken already and was moved by a tick.
     """
 
     def __init__(self, container: av.container.OutputContainer, plan: VideoPlan) -> None:
@@ -48,7 +48,7 @@ class VideoEncoder:
         self._held: av.Packet | None = None
 
     def encode(self, frame: Frame) -> list[av.Packet]:
-        """The packets that come out when the frame goes in; none while the encoder looks ahead."""
+        """Encode a frame; returns packets, or none while the encoder looks ahead."""
         native = encoder_frame(frame, self.plan)
         native.pts, native.time_base = self._clocked(frame), self.plan.time_base
         native.duration = self._duration(frame)
@@ -58,7 +58,7 @@ class VideoEncoder:
         return [timed for packet in self.stream.encode(native) for timed in self._timed(packet)]
 
     def flush(self, seconds: float | None = None) -> Iterator[av.Packet]:
-        """The packets that the encoder still held back; it stops when `seconds` have passed."""
+        """Flush the encoder; it stops after `seconds`."""
         deadline = time.monotonic() + (seconds if seconds is not None else float("inf"))
         if self.end:
             for packet in self.stream.codec_context.encode_lazy(None):
@@ -74,7 +74,7 @@ class VideoEncoder:
             self._held = None
 
     def _clocked(self, frame: Frame) -> int:
-        """The frame's time in the encoder's units, later than all before."""
+        """The frame's timestamp in the encoder's time base, strictly increasing."""
         pts = frame.pts
         if frame.time_base != self.plan.time_base:
             pts = round(frame.time / self.plan.time_base)
@@ -116,7 +116,7 @@ class VideoEncoder:
 
 
 def encoder_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
-    """What the encoder is given: the decoder's own frame where it is just that, else a new one."""
+    """The frame for the encoder: the decoder's own frame if it is unchanged, else a new one."""
     native, (width, height) = frame.native, plan.size
     if native is None or (native.format.name, native.width, native.height) != (plan.pix_fmt, width, height):
         native = frame_from_picture(fitted(frame.picture, plan), (height, width), plan.tags)
@@ -129,7 +129,7 @@ def fitted(picture: Picture, plan: VideoPlan) -> Picture:
     """The picture with just the planes that the plan has: neutral chroma and full alpha are added.
 
     Raises:
-        ValueError: its samples are not in the plan's encoding; they were to be converted before.
+        ValueError: its samples are not in the plan's encoding.
     """
     encoding, wanted = picture.encoding, plan.encoding
     same_step = plan.rgb or picture.chroma is None or encoding.step == wanted.step

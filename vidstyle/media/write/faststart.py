@@ -24,7 +24,7 @@ def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)
 
     Args:
         source, target: paths.
-        surplus: seconds by which the last sample of the pictures is too long in the index.
+        surplus: seconds by which the last video sample is too long in the index.
 
     Returns:
         False, with nothing written, where the index is first already or the file is not laid out as expected.
@@ -76,7 +76,7 @@ def _shift_table(index: bytearray, start: int, width: int, shift: int) -> bool:
 
 
 def _shorten_pictures(index: bytearray, surplus: Fraction) -> None:
-    """Take the surplus from the last sample of the pictures, and from their length before the edit list."""
+    """Subtract the surplus from the last video sample and from the duration of the track."""
     for name, start, end in _inside(index, 8, len(index)):
         if name != b"trak" or index.find(b"vide", start, end) < 0:
             continue

@@ -16,7 +16,7 @@ from vidstyle.media.write.film_writer import FilmWriter
 TICK = Fraction(1, 100)
 """The unit of time in a GIF, in seconds."""
 MIN_TICKS = 2
-"""Ticks; browsers show frames that are shorter five times as long."""
+"""Minimum ticks of a frame; browsers show shorter ones five times as long."""
 
 
 class GifWriter(FilmWriter):
@@ -30,7 +30,7 @@ class GifWriter(FilmWriter):
 
 
 def write_gif(source: Path, target: Path) -> bool:
-    """Write the film at `source` as a GIF, with the 256 colours that suit it best; always True.
+    """Write the film at `source` as a GIF with the best palette of 256 colours; returns True.
 
     Raises:
         OSError: `target` cannot be written.
@@ -51,7 +51,7 @@ def write_gif(source: Path, target: Path) -> bool:
 
 
 def _palette_mapper(like: av.VideoFrame, colors: av.VideoFrame) -> Callable[[av.VideoFrame], av.VideoFrame]:
-    """What maps frames to a palette with error diffusion (FFmpeg's paletteuse)."""
+    """A filter that maps frames to a palette with error diffusion (FFmpeg's paletteuse)."""
     graph = Graph()
     frames, palette = _buffer(graph, like), _buffer(graph, colors)
     use = graph.add("paletteuse", "diff_mode=rectangle")
@@ -69,7 +69,7 @@ def _palette_mapper(like: av.VideoFrame, colors: av.VideoFrame) -> Callable[[av.
 
 
 def _palette(source: Path) -> av.VideoFrame:
-    """The colours that suit the whole film, as a frame of 16 x 16 pixels."""
+    """The palette for the whole film, as a frame of 16 x 16 pixels."""
     graph: Graph | None = None
     for frame, _, _ in _timed(source):
         if graph is None:
@@ -96,7 +96,7 @@ def _add_stream(container: av.container.OutputContainer, like: av.VideoFrame) ->
 
 
 def _timed(source: Path) -> Iterator[tuple[av.VideoFrame, int, int]]:
-    """Each frame with its start and length in ticks; frames that would be too short are left out."""
+    """Each frame with its start and duration in ticks; frames that would be too short are dropped."""
     with av.open(str(source), format="matroska") as container:
         waiting: tuple[av.VideoFrame, int] | None = None
         length = MIN_TICKS

@@ -45,7 +45,7 @@ class PictureWriter(Writer):
         self.partial = self._file.path
 
     def write(self, item: Frame | av.Packet) -> None:
-        """See Writer; packets are left out, since pictures make no sound."""
+        """See Writer; packets of other streams are ignored."""
         if not isinstance(item, Frame):
             return
         if self._file is None:
@@ -72,7 +72,7 @@ class PictureWriter(Writer):
         self._unlock()
 
     def abandon(self) -> Path | None:
-        """See Writer; it names the last picture that is whole."""
+        """See Writer; returns the last complete picture."""
         self.finish()
         return self._written
 
@@ -91,7 +91,7 @@ class PictureWriter(Writer):
         context = av.CodecContext.create(self._plan.encoder, "w")
         assert isinstance(context, av.VideoCodecContext)
         self._plan.configure(context)
-        context.thread_count = 1  # more would each hold a picture back
+        context.thread_count = 1  # each further thread would delay a picture
         packets = context.encode(encoder_frame(frame, self._plan)) + context.encode(None)
         return b"".join(bytes(packet) for packet in packets)
 

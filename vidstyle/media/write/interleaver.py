@@ -11,18 +11,18 @@ from fractions import Fraction
 import av
 
 OUTPUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EROFS)
-"""System errors that are the output's fault, and not that of a packet."""
+"""System errors that are caused by the output, not by a packet."""
 MAX_QUEUED_BYTES = 32 * 2**20
-"""Bytes of copied packets that wait for the pictures at most."""
+"""Maximum bytes of copied packets that wait for video packets."""
 
 _log = logging.getLogger("vidstyle")
 
 
 class Interleaver:
-    """Gives packets to a container in the order of their decoding times.
+    """Writes packets to a container in the order of their decoding timestamps.
 
-    The muxer's own interleaving holds packets for up to ten seconds when a stream, subtitles say, has none;
-    what it holds is lost when the program is killed. So copied packets wait here for the pictures.
+    The muxer's own interleaving buffers packets for up to ten seconds while a stream, such as subtitles, has
+    none, and they are lost when the program is killed. So copied packets wait here for video packets.
 
     Attributes:
         moved: how many copied packets came too early for their stream and were put right.
@@ -80,7 +80,7 @@ class Interleaver:
             self._write(heapq.heappop(self._waiting)[2])
 
     def finish(self, end: Fraction | None) -> None:
-        """Write all that waits; with an `end` in seconds, what begins after it is left out."""
+        """Write all queued packets; those that begin after `end`, in seconds, are dropped."""
         self._wait(*self._sounds.values())
         self._sounds.clear()
         while self._waiting:
@@ -105,7 +105,7 @@ class Interleaver:
         except av.FFmpegError as error:
             if error.errno in OUTPUT_ERRORS:
                 raise
-            # Not ours to repair, and no reason to lose the pictures.
+            # It cannot be repaired here, and is no reason to lose the video.
             self.dropped += 1
             _log.debug("a packet of stream %d was refused: %s", packet.stream_index, error)
 

@@ -21,7 +21,7 @@ from vidstyle.media.v4l2 import video_device
 from vidstyle.media.write.base import StandardOutput
 
 RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
-"""What goes to a pipe: names for `--format`, and FFmpeg's muxers."""
+"""Formats for pipes: names for `--format`, and FFmpeg's muxers."""
 JOINABLE_MUXERS = ("mpegts", "rtp_mpegts")
 """Muxers of streams that viewers may join at any time."""
 REPEAT_HEADERS = "dump_extra=freq=all"
@@ -41,11 +41,11 @@ class StreamOptions:
 
     Attributes:
         rate: frames per second; frames are numbered by it.
-        format: of a pipe: "y4m", "nut" or "raw"; None: the first, which all players know.
-        pix_fmt: of a virtual camera or a raw pipe, or None for the usual one.
+        format: of a pipe: "y4m", "nut" or "raw"; None: the first, which all players support.
+        pix_fmt: of a virtual camera or a raw pipe, or None for the default.
         codec: the encoder of a network stream, or None for H.264.
-        bitrate: of a network stream, in bits a second, or None for what the quality takes.
-        sound: whether a network stream gets sound.
+        bitrate: of a network stream, in bits per second, or None for constant quality.
+        sound: whether a network stream has audio.
     """
 
     rate: Fraction = Fraction(30)
@@ -60,7 +60,7 @@ class Stream:
     """One open stream; frames are encoded and written without delay.
 
     Attributes:
-        needs_every: whether frames have no times of their own, so that none may be left out.
+        needs_every: whether frames have no timestamps, so that none may be dropped.
     """
 
     def __init__(
@@ -69,9 +69,9 @@ class Stream:
         """Open it and write its header.
 
         Args:
-            name: for people.
-            target: what FFmpeg opens, or an open file.
-            first: a picture like those that will come: its size and tags count.
+            name: for messages.
+            target: a URL or path for FFmpeg, or an open file.
+            first: the first picture, for its size and tags.
 
         Raises:
             OutputError: it cannot be opened.
@@ -116,7 +116,7 @@ class Stream:
         return stream
 
     def write(self, frame: av.VideoFrame, number: int) -> float:
-        """Write a picture as that of one number; numbers grow. Returns when it is shown, in seconds.
+        """Write a frame with an increasing number. Returns its presentation time in seconds.
 
         Raises:
             OutputError: the stream is lost.
@@ -172,7 +172,7 @@ class Stream:
 
 
 def _even(frame: av.VideoFrame) -> tuple[int, int]:
-    """The size without an odd last column and row, which formats with shared chroma cannot have."""
+    """The size without an odd last column and row, which formats with subsampled chroma cannot have."""
     return max(2, frame.width // 2 * 2), max(2, frame.height // 2 * 2)
 
 
@@ -181,7 +181,7 @@ STREAM_FORMATS = {
     **{"rtmp": "flv", "rtmps": "flv", "srt": "mpegts", "udp": "mpegts", "tcp": "mpegts"},
     **{"rtp": "rtp_mpegts", "rtsp": "rtsp", "http": "mpegts", "https": "mpegts"},
 }
-"""What a URL of each scheme is given: the muxer."""
+"""The muxer for each scheme of a URL."""
 
 
 def open_pipe(options: StreamOptions, first: av.VideoFrame) -> Stream:
@@ -209,7 +209,7 @@ def open_stream(url: str, options: StreamOptions, first: av.VideoFrame) -> Strea
 
     Raises:
         UsageError: as `check_url`, or there is no such encoder.
-        OutputError: nobody is there.
+        OutputError: the connection is refused.
     """
     muxer = check_url(url)
     if options.codec:
@@ -221,7 +221,7 @@ def check_url(url: str) -> str:
     """The muxer for a URL or a playlist.
 
     Raises:
-        UsageError: a scheme that we do not write.
+        UsageError: an unsupported scheme.
     """
     scheme = url.partition(":")[0].lower()
     muxer = "hls" if url.endswith(".m3u8") else STREAM_FORMATS.get(scheme)
@@ -233,15 +233,15 @@ def check_url(url: str) -> str:
 
 
 CAMERA_FORMATS = {"yuyv422": "yuyv422", "nv12": "nv12", "yuv420p": "yuv420p", "i420": "yuv420p"}
-"""Pixel formats that the readers of virtual cameras understand; browsers and calls want the first."""
+"""Pixel formats that readers of virtual cameras support; browsers and video calls need the first."""
 
 
 def open_virtual_camera(path: str, options: StreamOptions, first: av.VideoFrame) -> Stream:
-    """Begin to write to one.
+    """Open a virtual camera for writing.
 
     Raises:
-        UsageError: a pixel format that cameras do not have.
-        DeviceError: it is not there, or is no virtual camera.
+        UsageError: a pixel format that virtual cameras do not have.
+        DeviceError: it does not exist, or is not a virtual camera.
     """
     pix_fmt = CAMERA_FORMATS.get(options.pix_fmt or "yuyv422")
     if pix_fmt is None:
@@ -255,7 +255,7 @@ def open_virtual_camera(path: str, options: StreamOptions, first: av.VideoFrame)
 
 
 def check_virtual_camera(path: str) -> None:
-    """Raise DeviceError if nothing can be written there; it says what brings a virtual camera about."""
+    """Raise DeviceError if it cannot be written to; the message tells how to create a virtual camera."""
     device = video_device(path)
     if device is not None and device.can_output:
         return

@@ -1,4 +1,4 @@
-"""Decides how a film's pictures are encoded, and tries whether the encoder agrees."""
+"""Chooses encoder, pixel format and settings of a film's video, and checks that the encoder accepts them."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from vidstyle.media.pixel_formats import PlaneLayout
 from vidstyle.media.write.containers import ContainerKind
 
 UNTAGGED = ("png", "apng", "tiff", "bmp", "webp")
-"""Codecs of pictures that viewers take for sRGB, and would show otherwise if a film's tags were in them."""
+"""Picture codecs that viewers assume to be sRGB; with the colour tags of a film they would look different."""
 RGB_MATRIX = 0
-"""The H.273 code for no matrix at all."""
+"""The H.273 code of the identity matrix."""
 MAX_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
-"""The finest time, in parts of a second, of codecs that write times into the pictures."""
+"""Maximum denominator of the time base of codecs that store times in the video stream."""
 DEFAULT_RATE = Fraction(25)
 MAX_DELAY_SECONDS = 1
-"""Of film that an encoder may hold back, since they are lost when the program is killed."""
+"""Maximum delay of an encoder in seconds of film, which is lost when the program is killed."""
 VERYFAST_LOOKAHEAD, SLOW_LOOKAHEAD = 10, 40
-"""Frames that x264 looks ahead by its presets; slower ones than "medium" more."""
+"""Lookahead of x264 in frames: of the default preset "veryfast" and of "medium"; slower ones have more."""
 X264_REORDERED = 3
-"""Frames that x264 holds to bring B-frames into order."""
+"""Frames that x264 delays for reordering B-frames."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -45,11 +45,11 @@ class VideoPlan:
     """How pictures are encoded.
 
     Attributes:
-        encoder, codec: its name, and the canonical name of what it makes.
-        pix_fmt: what the encoder is given, and how that lies in memory.
-        size: width and height as encoded, padded to what the chroma step asks for.
-        encoding: of the pictures that it wants.
-        tags: of its colours.
+        encoder, codec: name of the encoder, and canonical name of its codec.
+        pix_fmt: pixel format of the frames for the encoder, and its layout.
+        size: width and height as encoded, padded to a multiple of the chroma step.
+        encoding: of the pictures that it expects.
+        tags: its colour tags.
         time_base, rate: of its frames; `rate` is a hint.
         options: for the encoder.
     """
@@ -68,7 +68,7 @@ class VideoPlan:
 
     @property
     def rgb(self) -> bool:
-        """Whether it wants RGB pictures."""
+        """Whether it expects RGB pictures."""
         return self.layout.kind != "luma"
 
     def configure(self, context: av.VideoCodecContext) -> None:
@@ -85,7 +85,7 @@ class VideoPlan:
 
 
 def plan_video(target: str, kind: ContainerKind, info: VideoInfo, options: WriteOptions) -> VideoPlan:
-    """The plan for a film, with an encoder that has been tried on this very size and format.
+    """The plan for a film, with an encoder that has been opened with this size and format.
 
     Raises:
         UsageError: the container does not hold the codec, or the encoder refuses size, format or settings.
@@ -151,7 +151,7 @@ def _layout(pix_fmt: str) -> PlaneLayout:
 
 
 def _padded(length: int, step: int) -> int:
-    """The length, up to the next multiple.
+    """The length rounded up to a multiple.
 
     >>> _padded(641, 2), _padded(640, 2)
     (642, 640)
@@ -160,7 +160,7 @@ def _padded(length: int, step: int) -> int:
 
 
 def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str) -> Encoding:
-    """The source's matrix, range and siting, as far as they mean something in the new layout."""
+    """The source's matrix, range and siting, as far as they apply to the new layout."""
     if layout.kind != "luma":
         return Encoding("bt709", True, layout.depth, (1, 1))
     if codec == "mjpeg":  # JFIF knows no other
@@ -175,7 +175,7 @@ def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str) -> Encoding:
 
 
 def _tags(info: VideoInfo, encoding: Encoding, layout: PlaneLayout, kind: ContainerKind) -> ColorTags:
-    """What says so: the source's own tags, and the usual ones where it has none."""
+    """The tags for the encoding: the source's own, and the defaults where it has none."""
     if layout.kind != "luma" and kind.video and kind.video[0] in UNTAGGED:
         return ColorTags(UNSPECIFIED, UNSPECIFIED, RGB_MATRIX, FULL)
     matrix = info.color_tags.matrix if encoding.matrix == info.encoding.matrix else UNSPECIFIED
@@ -189,7 +189,7 @@ def _siting(encoding: Encoding) -> dict[str, str]:
 
 
 def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction) -> Fraction:
-    """The source's, unless the container knows but a rate, or the codec no time so fine."""
+    """The source's time base, unless the container has a constant rate or the codec a coarser one."""
     if kind.strict_rate:
         return 1 / rate
     finest = MAX_TIME_BASES.get(codec)
@@ -199,7 +199,7 @@ def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction)
 
 
 def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]:
-    """Settings that keep few frames inside an encoder, whose threads and lookahead each hold some back."""
+    """Settings that limit the delay of an encoder, to which its threads and lookahead add."""
     held = int(rate * MAX_DELAY_SECONDS)
     if encoder in ("libvpx", "libvpx-vp9"):
         return {"lag-in-frames": str(min(25, max(1, held)))}
@@ -215,9 +215,9 @@ def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]
 
 
 def _try(target: str, plan: VideoPlan) -> None:
-    """Open the encoder as it will be used, and close it again."""
+    """Open and close the encoder with the settings of the plan."""
     if plan.encoder == "libsvtav1":
-        os.environ.setdefault("SVT_LOG", "1")  # it talks on standard error otherwise
+        os.environ.setdefault("SVT_LOG", "1")  # otherwise it writes to standard error
     if plan.encoder in ("rawvideo", "wrapped_avframe"):
         return
     context = av.CodecContext.create(plan.encoder, "w")

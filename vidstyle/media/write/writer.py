@@ -18,12 +18,12 @@ __all__ = ["WriteOptions", "Writer", "open_writer"]
 def open_writer(
     target: str | Path, info: VideoInfo, options: WriteOptions, source: Reader | None = None
 ) -> Writer:
-    """A writer for the target, with everything checked that can be checked before a frame is decoded.
+    """A writer for the target; checks what can be checked before the first frame is decoded.
 
     Args:
         target: a path whose ending says what to write; `%05d.png` for one file for each picture; "-" for
             standard output, which wants `options.format`.
-        info: of the pictures that will come.
+        info: description of the video.
         options: how to write.
         source: where they come from; its other streams, chapters and tags are carried over.
 
