@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import itertools
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache
 
 import av
 import pytest
+from waiting import LONG, eventually
 
 from vidstyle.errors import DeviceError
 from vidstyle.live import hot_swap
 from vidstyle.live.control import Controls, LiveOptions
-from vidstyle.live.meter import MONOTONIC, Clock
 from vidstyle.live.session import LiveSession, LiveSummary
 from vidstyle.live.target import LiveFrame, Target, TargetContext
-from vidstyle.media.capture.input import CapturedFrame, LiveInput, LiveSource
+from vidstyle.media.capture.input import LiveSource
+from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.capture.sources import GeneratedPicture
 from vidstyle.style import load_style
 
-LONG = 20.0
-"""Seconds after which a test gives up: far more than anything takes, for the machine may be busy."""
 SMALL = (160, 90)
 POSTER = {"format": 1, "name": "few", "background": [{"block": "luma_posterize", "levels": 3}]}
 
@@ -42,66 +38,77 @@ def generated(rate: int = 30, size: tuple[int, int] = SMALL) -> LiveSource:
 
 
 class FakeClock(Clock):
-    """Time that passes only when somebody says so."""
+    """Time that passes only when somebody says so.
+
+    Attributes:
+        looks: how often somebody asked for the time.
+    """
 
     def __init__(self) -> None:
         self._now = 1000.0
+        self.looks = 0
 
     def now(self) -> float:
+        self.looks += 1
         return self._now
+
+    def wall(self) -> float:
+        return self._now + 10**9
 
     def advance(self, seconds: float) -> None:
         self._now += seconds
 
     def wait(self, event: threading.Event, seconds: float) -> bool:
-        deadline = self._now + seconds
-        while not event.is_set() and self._now < deadline:
-            event.wait(0.001)
-        return event.is_set()
+        return self._wait(event.is_set, seconds, event.wait)
 
     def wait_for(
         self, condition: threading.Condition, predicate: Callable[[], bool], seconds: float | None
     ) -> bool:
-        deadline = float("inf") if seconds is None else self._now + seconds
-        while not predicate() and self._now < deadline:
-            condition.wait(0.001)
-        return predicate()
+        return self._wait(predicate, float("inf") if seconds is None else seconds, condition.wait)
+
+    def _wait(self, is_over: Callable[[], bool], seconds: float, pause: Callable[[float], object]) -> bool:
+        deadline = self._now + seconds
+        while not is_over() and self._now < deadline:
+            pause(0.001)
+        return is_over()
 
 
-@cache
-def _frames(size: tuple[int, int]) -> list[av.VideoFrame]:
-    with av.open(f"testsrc2=size={size[0]}x{size[1]}:rate=10:duration=6", format="lavfi") as container:
-        return [frame.reformat(format="yuv420p") for frame in container.decode(video=0)]
+BEGIN = FakeClock().now()
+"""When the time of such a clock begins."""
 
 
-@dataclass
-class Stepped:
-    """A moving picture by a clock of its own: a second passes for `rate` pictures that are taken."""
+class SimulatedClock(FakeClock):
+    """Time that passes when all threads of a session wait: it is then the next moment that one waits for.
 
-    rate: Fraction = Fraction(30)
-    size: tuple[int, int] = SMALL
-    name: str = "stepped"
-    reconnects: bool = False
-    clock: FakeClock = field(default_factory=FakeClock)
-    taken: Callable[[], int] = lambda: 0
+    So a session goes as fast as it can, everything happens at the moment that it is due, and nothing is late
+    for want of a faster machine.
+    """
 
-    codec = "rawvideo"
-    sample_aspect = None
-    has_sound = False
+    THREADS = tuple(f"vidstyle {name}" for name in ("session", "capture", "microphone", "style", "to "))
 
-    def open(self, stopping: threading.Event) -> LiveInput:
-        self._stopping = stopping
-        return self  # type: ignore[return-value]
+    def __init__(self) -> None:
+        super().__init__()
+        self._waits: dict[threading.Thread, tuple[Callable[[], bool], float]] = {}
+        self._lock = threading.Lock()
 
-    def __iter__(self) -> Iterator[CapturedFrame]:
-        for number, native in enumerate(itertools.cycle(_frames(self.size)), 1):
-            self.clock.advance(float(1 / self.rate))
-            yield CapturedFrame(native, self.clock.now())
-            while self.taken() < number:
-                if self._stopping.wait(0.0005):
-                    return
+    def _wait(self, is_over: Callable[[], bool], seconds: float, pause: Callable[[float], object]) -> bool:
+        deadline = self._now + seconds
+        with self._lock:
+            self._waits[threading.current_thread()] = is_over, deadline
+        while not is_over() and self._now < deadline:
+            with self._lock:
+                self._pass()
+            pause(0.001)
+        with self._lock:
+            del self._waits[threading.current_thread()]
+        return is_over()
 
-    def close(self) -> None: ...
+    def _pass(self) -> None:
+        threads = {each for each in threading.enumerate() if each.name.startswith(self.THREADS)}
+        moment = min(deadline for _, deadline in self._waits.values())
+        is_idle = not any(is_over() for is_over, _ in self._waits.values())
+        if threads <= self._waits.keys() and is_idle and self._now < moment < float("inf"):
+            self._now = moment
 
 
 @dataclass
@@ -115,12 +122,14 @@ class Kept:
     arrived: list[float] = field(default_factory=list)
     newest: av.VideoFrame | None = None
     closed: int = 0
-    clock: Clock = MONOTONIC
+    context: TargetContext | None = None
+    """What it was opened for; None before."""
 
     def offer(self, frame: LiveFrame) -> None:
         self.numbers.append(frame.number)
         self.captured.append(frame.captured)
-        self.arrived.append(self.clock.now())
+        assert self.context is not None
+        self.arrived.append(self.context.clock.now())
         self.newest = frame.video
 
     def close(self) -> None:
@@ -136,16 +145,15 @@ class Running:
         makers: Sequence[Callable[[TargetContext], Target]],
         style: object,
         options: LiveOptions,
+        clock: Clock,
     ) -> None:
         self.controls = Controls(load_style(style), ["plain", "poster", "newsprint"])  # type: ignore[arg-type]
         self.stop = threading.Event()
         self.summary: LiveSummary | None = None
         self.error: BaseException | None = None
-        clock = source.clock if isinstance(source, Stepped) else MONOTONIC
+        self.clock = clock
         self._session = LiveSession(source, self.controls, makers, options, clock)
-        if isinstance(source, Stepped):
-            source.taken = lambda: self._session._frames
-        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread = threading.Thread(target=self._run, name="vidstyle session", daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
@@ -154,6 +162,10 @@ class Running:
         except BaseException as error:
             self.error = error
 
+    def join(self) -> None:
+        """Wait for its thread."""
+        self._thread.join(LONG)
+
     def end(self) -> LiveSummary:
         """Stop it and return how it went."""
         self.stop.set()
@@ -161,7 +173,7 @@ class Running:
 
     def wait(self) -> LiveSummary:
         """Let it come to its own end."""
-        self._thread.join(LONG)
+        self.join()
         assert not self._thread.is_alive()
         if self.error is not None:
             raise self.error
@@ -174,35 +186,32 @@ def session(
     source: LiveSource,
     *targets: Target | Callable[[TargetContext], Target],
     style: object = "plain",
+    clock: Clock | None = None,
     **options: object,
 ) -> Iterator[Running]:
-    """A running session; at the end all its threads have to be gone."""
+    """A running session, in simulated time unless a clock is given; at its end all threads are gone."""
     before = set(threading.enumerate())
     makers = [target if not hasattr(target, "offer") else _handing(target) for target in targets]
-    running = Running(source, makers, style, LiveOptions(device="cpu", **options))  # type: ignore[arg-type]
+    running = Running(source, makers, style, LiveOptions(device="cpu", **options), clock or SimulatedClock())  # type: ignore[arg-type]
     try:
         yield running
     finally:
         running.stop.set()
-        running._thread.join(LONG)
+        running.join()
     eventually(lambda: not own_threads() - before)
 
 
-def _handing(target: object) -> Callable[[TargetContext], Target]:
-    return lambda context: target  # type: ignore[return-value]
+def _handing(target: Kept) -> Callable[[TargetContext], Target]:
+    def make(context: TargetContext) -> Target:
+        target.context = context
+        return target
+
+    return make
 
 
 def own_threads() -> set[threading.Thread]:
     """The threads that we have started and that still run."""
     return {thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")}
-
-
-def eventually(fact: Callable[[], object], what: object = "") -> None:
-    """Wait until something is so; fail if that never comes."""
-    deadline = time.monotonic() + LONG
-    while not fact():
-        assert time.monotonic() < deadline, what() if callable(what) else what or "it never came to be"
-        time.sleep(0.01)
 
 
 def before_opening(name: str, do: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> None:

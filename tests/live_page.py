@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import http.client
 import json
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,24 +11,24 @@ from urllib.parse import urlsplit
 
 import av
 import numpy as np
+from waiting import LONG, guard
 from websockets.sync.client import ClientConnection, connect
 
 from vidstyle.live.control import Controls
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page import PageTarget
 from vidstyle.live.target import LiveFrame
+from vidstyle.media.capture.monotonic import MONOTONIC, Clock
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.style import load_style
 
-LONG = 20.0
-"""Seconds after which a test gives up: far more than anything takes, for the machine may be busy."""
 
-
-def live_frame(number: int = 0, size: tuple[int, int] = (64, 48)) -> LiveFrame:
+def live_frame(number: int = 0, size: tuple[int, int] = (64, 48), captured: float = 0.0) -> LiveFrame:
     """A frame with a ramp in it, brighter from one frame to the next."""
     width, height = size
     ramp = np.linspace(0, 150, width)[None, :, None] * np.ones((height, 1, 3)) + number % 100
     picture = av.VideoFrame.from_ndarray(ramp.astype(np.uint8), format="rgb24").reformat(format="yuv420p")
-    return LiveFrame(picture_from_frame(picture), time.monotonic(), number)
+    return LiveFrame(picture_from_frame(picture), captured, number)
 
 
 class Visitor:
@@ -95,24 +94,29 @@ class Window:
     def say(self, **message: Any) -> None:
         self.socket.send(json.dumps(message))
 
-    def picture(self, seconds: float = LONG) -> tuple[int, bytes]:
-        """Number and JPEG of the next picture; TimeoutError if none comes in this time."""
-        data = self._next(lambda data: isinstance(data, bytes), seconds)
+    @property
+    def pictures(self) -> int:
+        """How many came and are not looked at yet."""
+        return sum(isinstance(data, bytes) for data in self._unread)
+
+    def picture(self) -> tuple[int, bytes]:
+        """Number and JPEG of the next picture."""
+        data = self._next(lambda data: isinstance(data, bytes))
         assert isinstance(data, bytes)
         return int.from_bytes(data[:8], "big"), data[8:]
 
     def news(self, name: str) -> Any:
         """The next news of this name; with "done" comes "error", if there is one."""
-        news = json.loads(self._next(lambda data: isinstance(data, str) and name in json.loads(data), LONG))
+        news = json.loads(self._next(lambda data: isinstance(data, str) and name in json.loads(data)))
         return news if name == "done" else news[name]
 
-    def _next(self, is_wanted: Callable[[str | bytes], bool], seconds: float) -> str | bytes:
+    def _next(self, is_wanted: Callable[[str | bytes], bool]) -> str | bytes:
         """The first that is wanted; what else comes is there for later."""
-        until = time.monotonic() + seconds
+        left = guard()
         for place, data in enumerate(self._unread):
             if is_wanted(data):
                 return self._unread.pop(place)
-        while not is_wanted(data := self.socket.recv(max(0.0, until - time.monotonic()))):
+        while not is_wanted(data := self.socket.recv(left())):
             self._unread.append(data)
         return data
 
@@ -124,21 +128,13 @@ class Window:
 
 @contextmanager
 def showing(
-    style: object = "ink", names: list[str] | None = None
+    style: object = "ink", names: list[str] | None = None, clock: Clock = MONOTONIC
 ) -> Iterator[tuple[PageTarget, Controls, Visitor]]:
     """A page with one frame, what it steers, and somebody to ask it."""
     controls = Controls(load_style(style), names)  # type: ignore[arg-type]
-    page = PageTarget(controls)
+    page = PageTarget(controls, meter=LatencyMeter(clock))
     try:
         page.offer(live_frame())
         yield page, controls, Visitor(page)
     finally:
         page.close()
-
-
-def eventually(is_so: Any) -> bool:
-    """Whether it comes true in time."""
-    until = time.monotonic() + LONG
-    while not is_so() and time.monotonic() < until:
-        time.sleep(0.01)
-    return bool(is_so())

@@ -3,52 +3,50 @@
 from __future__ import annotations
 
 import threading
-import time
 
 import pytest
+from waiting import LONG, eventually, is_waiting
 
 from vidstyle.pipeline.bounded_queue import BoundedQueue, QueueClosedError
 
 
 def test_items_arrive_in_order_and_the_producer_waits_for_capacity():
     queue = BoundedQueue[int](capacity=2)
-    lying: list[int] = []
-    given = 0
+    given: list[int] = []
 
     def give():
-        nonlocal given
         for number in range(50):
             queue.put(number)
-            given = number + 1
+            given.append(number)
         queue.close()
 
     giver = threading.Thread(target=give)
     giver.start()
-    taken = []
+    taken: list[int] = []
+    lying = []
     for number in queue:
-        time.sleep(0.001)
         taken.append(number)
-        lying.append(given - len(taken))
+        eventually(lambda: len(given) == 50 or len(given) >= len(taken) + 2 and is_waiting(giver))
+        lying.append(len(given) - len(taken))
     giver.join()
     assert taken == list(range(50))
-    assert max(lying) <= 2
+    assert max(lying) == 2
 
 
 def test_closing_wakes_a_giver_that_waits():
     queue = BoundedQueue[int](capacity=1)
     queue.put(1)
-    raised = threading.Event()
 
     def give():
         with pytest.raises(QueueClosedError):
             queue.put(2)
-        raised.set()
 
-    threading.Thread(target=give).start()
-    time.sleep(0.05)
-    assert not raised.is_set()
+    giver = threading.Thread(target=give)
+    giver.start()
+    eventually(lambda: is_waiting(giver))
     queue.close()
-    assert raised.wait(1)
+    giver.join(LONG)
+    assert not giver.is_alive()
     assert list(queue) == [1]
 
 
@@ -57,8 +55,9 @@ def test_closing_wakes_a_taker_that_waits():
     taken: list[int] = []
     taker = threading.Thread(target=lambda: taken.extend(queue))
     taker.start()
+    eventually(lambda: is_waiting(taker))
     queue.close()
-    taker.join(1)
+    taker.join(LONG)
     assert not taker.is_alive()
     assert taken == []
 

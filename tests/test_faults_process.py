@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import array
+import fcntl
+import mmap
 import os
 import random
 import re
 import signal
 import subprocess
 import sys
-import time
+import termios
 from pathlib import Path
+from typing import IO
 
 import pytest
 from faults import Program, own_threads, packets, video
 from media import make_clip
+from waiting import LONG, eventually
 
 from vidstyle import cli
 from vidstyle.cpu.renderer import CpuRenderer
@@ -21,8 +26,6 @@ from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
 
 ROOT = Path(__file__).parent.parent
-LONG = 60
-"""Seconds after which a program is taken to hang."""
 RENDER = [sys.executable, "-m", "vidstyle", "render", "--style", "plain"]
 
 
@@ -68,8 +71,8 @@ def test_31_and_32_a_signal_closes_the_film(long_clip: Path, tmp_path: Path, num
 def test_31_a_second_signal_ends_at_once_and_the_film_still_plays(long_clip: Path, tmp_path: Path):
     process = start(long_clip, tmp_path / "out.mp4", 60)
     process.send_signal(signal.SIGINT)
-    time.sleep(0.02)  # Two signals of one kind at once are one.
-    process.send_signal(signal.SIGINT)
+    # Two signals of one kind at once are one, so that some more are sent.
+    eventually(lambda: process.poll() is not None or process.send_signal(signal.SIGINT))
     process.communicate(timeout=LONG)
     assert process.returncode == 130
     assert len(video(tmp_path / "out.partial.mp4")) > 5
@@ -130,12 +133,20 @@ def test_35_a_slow_reader_loses_nothing_and_fills_no_memory(long_clip: Path, tmp
         assert process.stdout is not None
         while part := process.stdout.read(500_000):
             file.write(part)
-            time.sleep(0.02)
+            # Never faster than the writer, who has filled the pipe and waits.
+            eventually(lambda: is_full(process.stdout) or process.poll() is not None)
             memory.append(resident(process.pid))
     assert process.returncode == 0
     assert len(video(target)) == 100
     settled = [size for size in memory if size][len(memory) // 3 :]
     assert max(settled) - min(settled) < 10 * 2**20
+
+
+def is_full(pipe: IO[bytes]) -> bool:
+    """Whether no more fits into a pipe, or not another page."""
+    waiting = array.array("i", [0])
+    fcntl.ioctl(pipe, termios.FIONREAD, waiting)
+    return waiting[0] > fcntl.fcntl(pipe, fcntl.F_GETPIPE_SZ) - mmap.PAGESIZE
 
 
 def resident(pid: int) -> int:

@@ -77,6 +77,21 @@ def wrong_imports(path: Path) -> Iterator[str]:
             yield f"{subject} must not know {other}"
 
 
+@pytest.mark.parametrize(
+    ("folder", "known"),
+    [
+        ("vidstyle/media/capture", ["monotonic.py"]),
+        ("vidstyle/live", []),
+        ("tests", ["waiting.py"]),
+        ("examples", []),
+    ],
+)
+def test_the_time_is_known_in_one_place(folder: str, known: list[str]):
+    """What depends on time takes a clock as an argument, and a test waits for a condition."""
+    files = (ROOT / folder).rglob("*.py")
+    assert known == [each.name for each in files if "time" in {name.split(".")[0] for name in imports(each)}]
+
+
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_file_imports_only_from_before_itself(path: Path) -> None:
     if path.parent.name == "vidstyle" and path.name in ("__init__.py", "__main__.py"):

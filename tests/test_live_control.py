@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from live import LONG, eventually
+from waiting import LONG, eventually
 
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.live.control import Controls

@@ -6,27 +6,27 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import av
 import numpy as np
 import pytest
-from live import Kept, eventually, generated, session
+from faults import times
+from live import BEGIN, Kept, SimulatedClock, generated, session
+from media import make_clip
+from waiting import LONG, eventually
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.live.capture import MicrophoneCapture
-from vidstyle.live.control import Controls, LiveOptions
-from vidstyle.live.session import LiveSession
 from vidstyle.live.targets import TargetGroup, TargetOptions, target_maker
 from vidstyle.media.audio import RATE, AudioChunk
-from vidstyle.media.capture import microphone
 from vidstyle.media.capture import microphone as alsa
-from vidstyle.media.capture.microphone import Microphone
-from vidstyle.style import load_style
+from vidstyle.media.capture.microphone import Microphone, capture_time
+from vidstyle.media.capture.monotonic import MONOTONIC, Clock
+from vidstyle.media.capture.sources import File
 
 PIECE = 0.02
 """Seconds."""
@@ -36,31 +36,38 @@ IN_STEP = 0.022
 
 @dataclass
 class Whistle:
-    """A source of sound that is loud within some spans of time, and breaks off when it is told to."""
+    """A source of sound that is loud in some spans of time, and away in one.
+
+    Attributes:
+        loud, away: the spans, in seconds after the clock's beginning.
+        opened: when it was opened, in the same way.
+    """
 
     loud: tuple[tuple[float, float], ...] = ()
+    away: tuple[float, float] = (0.0, 0.0)
     name: str = "whistle"
     reconnects: bool = True
-    there: bool = True
-    opened: int = 0
+    opened: list[float] = field(default_factory=list)
 
-    def open(self, stopping: threading.Event) -> Whistle:
-        if not self.there:
+    def open(self, stopping: threading.Event, clock: Clock) -> Whistle:
+        self._stopping, self._clock = stopping, clock
+        if not self._is_there():
             raise DeviceError(self.name, "no such microphone")
-        self.opened += 1
-        self._stopping = stopping
+        self.opened.append(clock.now() - BEGIN)
         return self
 
+    def _is_there(self) -> bool:
+        return not self.away[0] <= self._clock.now() - BEGIN < self.away[1]
+
     def __iter__(self) -> Iterator[AudioChunk]:
-        begin = time.monotonic()
-        while not self._stopping.wait(PIECE):
-            if not self.there:
+        begin = self._clock.now()
+        while not self._clock.wait(self._stopping, PIECE):
+            if not self._is_there():
                 raise InputError(self.name, "was lost: no such device")
-            while begin + PIECE < time.monotonic():
-                moments = begin + np.arange(round(PIECE * RATE)) / RATE
-                level = sum((moments >= first) & (moments < last) for first, last in self.loud)
-                yield AudioChunk(np.tile(np.float32(0.5) * level, (2, 1)).astype(np.float32), begin)
-                begin += PIECE
+            moments = begin - BEGIN + np.arange(round(PIECE * RATE)) / RATE
+            level = sum((moments >= first) & (moments < last) for first, last in self.loud)
+            yield AudioChunk(np.tile(np.float32(0.5) * level, (2, 1)).astype(np.float32), begin)
+            begin += PIECE
 
     def close(self) -> None: ...
 
@@ -82,80 +89,83 @@ def sounds(film: Path) -> tuple[np.ndarray, float]:
     return track[: round(end * RATE)], gap
 
 
+ALWAYS = (0.0, float("inf"))
+
+
 def test_what_is_heard_lies_in_the_film_when_it_was_heard(tmp_path: Path):
     film, kept = tmp_path / "film.mkv", Kept()
-    now = time.monotonic()
-    spans = tuple((now + second, now + second + 0.2) for second in (1.5, 2.1, 2.7))
-    with session(
-        generated(), kept, target_maker(str(film), TargetOptions()), microphone=Whistle(spans)
-    ) as running:
-        eventually(lambda: kept.captured and kept.captured[-1] > spans[-1][1] + 0.3)
-        running.end()
+    spans = (1.5, 1.7), (2.1, 2.3), (2.7, 2.9)
+    maker = target_maker(str(film), TargetOptions())
+    with session(generated(), kept, maker, microphone=Whistle(spans), seconds=3.2) as running:
+        running.wait()
     track, gap = sounds(film)
     loud = np.flatnonzero(np.abs(track) > 0.2) / RATE
     begins = [loud[0], *loud[1:][np.diff(loud) > 0.15]]
-    wanted = [first - kept.captured[0] for first, _ in spans]
+    wanted = [BEGIN + first - kept.captured[0] for first, _ in spans]
     assert begins == pytest.approx(wanted, abs=IN_STEP) and gap < 0.1
 
 
 def test_a_lost_microphone_is_silent_and_comes_back(tmp_path: Path, caplog: pytest.LogCaptureFixture):
     film, kept = tmp_path / "film.mkv", Kept()
-    whistle = Whistle(((0.0, float("inf")),))
-    with session(generated(), kept, target_maker(str(film), TargetOptions()), microphone=whistle) as running:
-        eventually(lambda: len(kept.numbers) > 10)
-        whistle.there = False
-        eventually(lambda: "there is silence until it is back" in caplog.text)
-        count = len(kept.numbers)
-        eventually(lambda: len(kept.numbers) > count + 30)
-        whistle.there = True
-        eventually(lambda: "whistle: back after" in caplog.text)
-        count = len(kept.numbers)
-        eventually(lambda: len(kept.numbers) > count + 15)
-        running.end()
-    assert whistle.opened == 2
+    whistle = Whistle((ALWAYS,), away=(1.0, 2.0))
+    maker = target_maker(str(film), TargetOptions())
+    with session(generated(), kept, maker, microphone=whistle, seconds=3.0) as running:
+        running.wait()
+    assert "there is silence until it is back" in caplog.text
+    # It is tried after a quarter, then a half, then a whole second.
+    assert whistle.opened == pytest.approx([0.0, 2.75], abs=0.2)
+    assert f"whistle: back after {whistle.opened[1] - 1.0:.1f} s" in caplog.text
     track, gap = sounds(film)
     quiet = np.flatnonzero(np.abs(track) < 0.05) / RATE
     assert gap < 0.1, "there is no sound at all, in place of silence"
-    assert 0.8 < len(quiet) / RATE < 6 and np.abs(track[-RATE // 4 : -RATE // 8]).min() > 0.2
-    assert max(np.diff(kept.arrived)) < 1, "pictures waited for sound"
+    assert len(quiet) / RATE == pytest.approx(whistle.opened[1] - 1.0, abs=0.1)
+    assert np.abs(track[-RATE // 8 : -RATE // 16]).min() > 0.2
+    assert max(np.diff(kept.arrived)) < 1 / 30 + 1e-6, "pictures waited for sound"
 
 
 def test_there_is_silence_all_the_while():
     """Not only once the sound is back: who plays a stream waits for its sound."""
     pieces: list[AudioChunk] = []
-    whistle = Whistle(((0.0, float("inf")),))
-    listening = MicrophoneCapture(whistle, pieces.append)  # type: ignore[arg-type]
+    late: list[float] = []
+    clock = SimulatedClock()
+
+    def take(piece: AudioChunk) -> None:
+        pieces.append(piece)
+        late.append(clock.now() - piece.time - piece.samples.shape[1] / RATE)
+
+    whistle = Whistle((ALWAYS,), away=(0.5, float("inf")))
+    listening = MicrophoneCapture(whistle, take, clock)  # type: ignore[arg-type]
     listening.start()
     listening.wait()
-    whistle.there = False
-    lost = time.monotonic()
-    eventually(lambda: pieces[-1].time > lost + 1.2)
-    listening.close(2.0)
+    eventually(lambda: pieces[-1].time > BEGIN + 2)
+    listening.close(LONG)
     ends = [piece.time + piece.samples.shape[1] / RATE for piece in pieces]
     assert [piece.time for piece in pieces[1:]] == pytest.approx(ends[:-1], abs=0.001)
     assert np.abs(pieces[-1].samples).max() == 0 < np.abs(pieces[0].samples).max()
+    assert max(late) < 0.001, "silence comes up to the present"
 
 
-@pytest.mark.parametrize("microphone", [None, Microphone("test")])
-def test_the_sound_of_the_source_gives_way(microphone: Microphone | None, monkeypatch: pytest.MonkeyPatch):
-    heard, piece = [], AudioChunk(np.zeros((2, 10), np.float32), 0.0)
+@pytest.mark.parametrize("microphone", [None, Whistle()])
+def test_the_sound_of_the_source_gives_way(
+    microphone: Whistle | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """That of the film can be heard, that of the microphone cannot."""
+    heard: list[AudioChunk] = []
     monkeypatch.setattr(TargetGroup, "push_audio", lambda self, chunk: heard.append(chunk))
-    options = LiveOptions(device="cpu", microphone=microphone)
-    live = LiveSession(generated(), Controls(load_style("plain")), [], options)
-    live._push_source_audio(piece)
-    live._processor.close(2.0)
-    assert heard == ([] if microphone else [piece])
+    film = make_clip(tmp_path / "film.mp4", frames=15, size=(64, 48), audio_tracks=1)
+    with session(File(str(film)), microphone=microphone) as running:
+        running.wait()
+    assert any(np.abs(chunk.samples).max() > 0.01 for chunk in heard) is (microphone is None)
+    assert heard
 
 
 def test_a_tone_is_on_our_clock():
-    stopping = threading.Event()
-    opened = Microphone("test").open(stopping)
-    before = time.monotonic()
+    stopping, clock = threading.Event(), SimulatedClock()
+    opened = Microphone("test").open(stopping, clock)
     pieces = []
     for chunk in opened:
-        assert chunk.time + chunk.samples.shape[1] / RATE <= time.monotonic() + 0.001, (
-            "it was given too early"
-        )
+        end = chunk.time + chunk.samples.shape[1] / RATE
+        assert end == pytest.approx(clock.now()), "it is given out when it ends"
         pieces.append(chunk)
         if len(pieces) == 30:
             stopping.set()
@@ -163,21 +173,17 @@ def test_a_tone_is_on_our_clock():
     begins = [chunk.time for chunk in pieces]
     ends = [chunk.time + chunk.samples.shape[1] / RATE for chunk in pieces]
     assert begins[1:] == pytest.approx(ends[:-1], abs=1e-6), "it has gaps"
-    assert abs(begins[0] - before) < 0.2 and time.monotonic() - before > 0.5
+    assert begins[0] == pytest.approx(BEGIN) and clock.now() - BEGIN > 0.5
 
 
 @pytest.mark.parametrize(
-    ("clock", "age", "taken"),
-    [(time.time, 0.5, 0.5), (time.monotonic, 0.5, 0.5), (time.time, 5.0, 0.1), (time.time, -1.0, 0.1)],
+    ("stamp", "taken"),
+    [(10**9 - 0.5, 0.5), (1000.0 - 0.5, 0.5), (10**9 - 5.0, 0.1), (10**9 + 1.0, 0.1)],
     ids=["clock on the wall", "our clock", "too old", "to come"],
 )
-def test_stamps_of_known_clocks_are_used(clock, age: float, taken: float):
+def test_stamps_of_known_clocks_are_used(stamp: float, taken: float):
     """Of others, a piece is taken to have ended when it came."""
-    opened = Microphone("test").open(threading.Event())
-    opened._zero = None
-    now = time.monotonic()
-    assert opened._taken(clock() - age, 0.1, now) == pytest.approx(now - taken, abs=0.02)
-    opened.close()
+    assert capture_time(stamp, 0.1, now=1000.0, wall=10**9) == pytest.approx(1000.0 - taken)
 
 
 CARDS = """ 0 [PCH            ]: HDA-Intel - HDA Intel PCH
@@ -204,9 +210,23 @@ def test_what_can_be_heard_is_listed(two_cards: None, capfd: pytest.CaptureFixtu
         ("hw:0,0", "HDA Intel PCH, ALC892 Analog"),
         ("hw:2,0", "C270 HD WEBCAM, USB Audio"),
     ]
-    assert microphone._full_name("c270") == "hw:2,0" and microphone._full_name("default") == "default"
     assert cli.main(["live", "--list"]) == 0
     assert "hw:2,0  C270 HD WEBCAM, USB Audio  (microphone)" in capfd.readouterr().out
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="ALSA is Linux's")
+def test_a_part_of_its_name_will_do(two_cards: None, monkeypatch: pytest.MonkeyPatch):
+    opened = []
+
+    def open_alsa(name: str, rate: int) -> None:
+        opened.append(name)
+        raise OSError(0, "no such device")
+
+    monkeypatch.setattr(alsa, "open_alsa", open_alsa)
+    for name in ("c270", "default"):
+        with pytest.raises(DeviceError):
+            Microphone(name).open(threading.Event(), MONOTONIC)
+    assert opened == ["hw:2,0", "default"]
 
 
 @pytest.mark.skipif("alsa" not in av.formats_available, reason="no ALSA in this build")
@@ -222,7 +242,7 @@ def test_a_microphone_that_is_missing_is_one_line(two_cards: None, capfd: pytest
 
 def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
     film = tmp_path / "film.mp4"
-    whistle = Whistle(there=False)
+    whistle = Whistle(away=ALWAYS)
     with (
         pytest.raises(DeviceError, match="no such microphone"),
         session(generated(), target_maker(str(film), TargetOptions()), microphone=whistle) as running,
@@ -231,11 +251,12 @@ def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
     assert not list(tmp_path.iterdir())
 
 
-def test_one_that_says_nothing_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("vidstyle.live.capture.FIRST_CHUNK_SECONDS", 0.1)
-    listening = MicrophoneCapture(Whistle(), lambda chunk: None)  # type: ignore[arg-type]  # never started: silent
-    with pytest.raises(DeviceError, match="gave no sound in 0.1 s"):
+def test_one_that_says_nothing_is_not_waited_for_for_ever():
+    clock = SimulatedClock()
+    listening = MicrophoneCapture(Whistle(), lambda chunk: None, clock)  # type: ignore[arg-type]  # never started: silent
+    with pytest.raises(DeviceError, match="gave no sound in 5 s"):
         listening.wait()
+    assert clock.now() - BEGIN == 5
 
 
 def test_no_sound_and_a_microphone(capfd: pytest.CaptureFixture[str]):
@@ -248,17 +269,18 @@ def test_the_command_records_a_microphone(tmp_path: Path):
     arguments = ["live", "test", "--size", "64x48", "--microphone", "test", "--style", "plain"]
     assert cli.main([*arguments, "--to", str(film), "--duration", "1.2", "--no-keys"]) == 0
     track, gap = sounds(film)
-    assert gap < 0.1 and len(track) / RATE == pytest.approx(1.2, abs=0.4)
+    assert gap < 0.1 and len(track) / RATE == pytest.approx(times(film)[-1] - times(film)[0], abs=0.4)
     assert np.abs(track).max() > 0.05
 
 
 HEAR = """
-import sys, threading, time
+import sys, threading
 from vidstyle.media.capture.microphone import Microphone
-from vidstyle.style import load_style
-opened = Microphone(sys.argv[1]).open(threading.Event())
+from vidstyle.media.capture.monotonic import MONOTONIC
+opened = Microphone(sys.argv[1]).open(threading.Event(), MONOTONIC)
+before = MONOTONIC.now()
 chunk = next(iter(opened))
-print(abs(time.monotonic() - chunk.time) < 2.5, chunk.samples.shape[0])
+print(before - 2.5 < chunk.time < MONOTONIC.now(), chunk.samples.shape[0])
 opened.close()
 """
 
@@ -273,6 +295,6 @@ def test_the_real_alsa(tmp_path: Path):
         env={**os.environ, "ALSA_CONFIG_PATH": str(settings)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=LONG,
     )
     assert (run.returncode, run.stdout, run.stderr) == (0, "True 2\n", "")

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import logging
 import socket
-import time
 from collections.abc import Iterator
 
 import pytest
-from live_page import LONG, Visitor, eventually, showing
+from live import FakeClock
+from live_page import Visitor, showing
+from waiting import LONG, eventually
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
-from vidstyle.live.page import PageTarget
+from vidstyle.live.page import PageTarget, viewer
 from vidstyle.live.page.page_target import STATIC
 from vidstyle.style import load_style
 from vidstyle.web import server
 
 
 @pytest.fixture
-def page() -> Iterator[PageTarget]:
+def page(monkeypatch: pytest.MonkeyPatch) -> Iterator[PageTarget]:
+    """Its server gives up on a request later than a test: one that waits for anything fails."""
+    monkeypatch.setattr(server, "OPEN_SECONDS", 10 * LONG)
     with showing() as (page, _, _):
         yield page
 
@@ -30,9 +33,7 @@ def visitor(page: PageTarget) -> Iterator[Visitor]:
     """Whatever a test does to the server, it answers the next one at once."""
     visitor = Visitor(page)
     yield visitor
-    begin = time.monotonic()
     assert visitor.ask("/")[0] == 200
-    assert time.monotonic() - begin < 1
 
 
 def refused_socket(visitor: Visitor, origin: str | None = "", cookie: str | None = None) -> int:
@@ -162,11 +163,9 @@ def test_nothing_is_changed_by_plain_requests(visitor: Visitor, method: str) -> 
 
 
 def test_nothing_can_be_uploaded(visitor: Visitor) -> None:
-    begin = time.monotonic()
     headers = visitor.headers(Content_Length=str(3 << 30))
     assert visitor.ask("/", headers, "POST", bytes(1 << 20))[0] in (0, 400, 413)
     assert visitor.ask("/", headers, "GET", bytes(1 << 20))[0] in (0, 400, 413)
-    assert time.monotonic() - begin < LONG / 4
 
 
 @pytest.mark.parametrize(
@@ -210,14 +209,19 @@ def test_messages_have_a_limit(visitor: Visitor) -> None:
     assert caught.value.rcvd is not None and caught.value.rcvd.code == 1009
 
 
-def test_a_flood_of_messages_ends_the_socket(visitor: Visitor, page: PageTarget) -> None:
-    with visitor.look() as window:
+def test_a_flood_of_messages_ends_the_socket(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So many in a second are answered, and with the next second the count begins anew."""
+    monkeypatch.setattr(viewer, "MAX_MESSAGES", 20)
+    clock = FakeClock()
+    with showing(clock=clock) as (page, _, visitor), visitor.look() as window:
+        for _ in range(2):
+            clock.advance(1)
+            for _ in range(20):
+                assert window.ask(do="bypass", on=True) == ""
         with pytest.raises(ConnectionClosed) as caught:
-            for _ in range(10_000):
-                window.say(do="bypass", on=True)
-            window.news("never")
+            window.ask(do="bypass", on=True)
+        eventually(lambda: page.state == "no browser")
     assert caught.value.rcvd is not None and caught.value.rcvd.code == 1008
-    assert eventually(lambda: page.state == "no browser")
 
 
 def test_long_headers_are_refused(visitor: Visitor) -> None:
@@ -229,7 +233,7 @@ def test_so_many_browsers_and_no_more(visitor: Visitor, page: PageTarget) -> Non
     with visitor.look(), visitor.look(), visitor.look(), visitor.look() as last:
         assert last.news("status")
         assert refused_socket(visitor) == 429
-    assert eventually(lambda: page.state == "no browser")
+    eventually(lambda: page.state == "no browser")
     with visitor.look() as window:
         assert window.news("status")
 

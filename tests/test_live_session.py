@@ -6,36 +6,33 @@ import itertools
 import logging
 import os
 import threading
-import time
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
-from live import LONG, POSTER, SMALL, Kept, Stepped, before_opening, eventually, generated, refuse, session
+from live import POSTER, SMALL, Kept, SimulatedClock, before_opening, generated, refuse, session
 from media import rgb_from_frame
+from waiting import LONG, eventually
 
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Status
+from vidstyle.media.capture.monotonic import MONOTONIC
 
 
-def slow_down(
-    monkeypatch: pytest.MonkeyPatch,
-    seconds: Callable[[Picture], float],
-    sleep: Callable[[float], None] = time.sleep,
-) -> None:
-    """Let every style but plain take this long for a picture."""
-    original = CpuRenderer.run
+def slow_down(monkeypatch: pytest.MonkeyPatch, seconds: Callable[[Picture], float]) -> SimulatedClock:
+    """Let every style but plain take this long for a picture, by the clock that is returned."""
+    original, clock = CpuRenderer.run, SimulatedClock()
 
     def run(self: CpuRenderer, picture: Picture, *given: object, **named: object) -> Picture:
         if not self.style.is_plain:
-            sleep(seconds(picture))
+            clock.wait(threading.Event(), seconds(picture))
         return original(self, picture, *given, **named)  # type: ignore[arg-type]
 
     monkeypatch.setattr(CpuRenderer, "run", run)
+    return clock
 
 
 def gray_levels(kept: Kept) -> int:
@@ -47,21 +44,20 @@ def gray_levels(kept: Kept) -> int:
 
 
 def test_frames_arrive_in_order_and_are_counted():
-    source = Stepped()
-    kept = Kept(clock=source.clock)
-    with session(source, kept, frames=30) as running:
+    kept = Kept()
+    with session(generated(), kept, frames=30) as running:
         summary = running.wait()
     assert summary.frames == 30 and kept.numbers == list(range(30)) and kept.closed == 1
     assert kept.captured == sorted(set(kept.captured))
     assert all(taken <= there for taken, there in zip(kept.captured, kept.arrived, strict=True))
     # 30 pictures at 30 a second take a second, whatever the style could do.
-    assert kept.arrived[-1] - kept.arrived[0] > 0.8
+    assert kept.arrived[-1] - kept.arrived[0] == pytest.approx(29 / 30)
     assert summary.size == SMALL and summary.rate == 30
 
 
 def test_what_goes_out_is_plain_video():
     kept = Kept()
-    with session(Stepped(), kept, style=POSTER, frames=3, size=(81, -2)) as running:
+    with session(generated(), kept, style=POSTER, frames=3, size=(81, -2)) as running:
         running.wait()
     assert kept.newest is not None
     assert (kept.newest.format.name, kept.newest.width, kept.newest.height) == ("yuv420p", 81, 46)
@@ -71,7 +67,7 @@ def test_what_goes_out_is_plain_video():
 
 def test_another_shape_gets_bars_and_is_not_stretched():
     kept = Kept()
-    with session(Stepped(), kept, frames=3, size=(160, 160)) as running:
+    with session(generated(), kept, frames=3, size=(160, 160)) as running:
         assert running.wait().size == (160, 160)
     assert kept.newest is not None
     luma = kept.newest.to_ndarray(format="gray").astype(int)
@@ -79,26 +75,23 @@ def test_another_shape_gets_bars_and_is_not_stretched():
 
 
 def test_the_newest_wins_when_the_style_is_slow(monkeypatch: pytest.MonkeyPatch):
-    slow_down(monkeypatch, lambda picture: 0.12)
-    kept = Kept()
-    with session(generated(), kept, style=POSTER, frames=12, budget=False) as running:
+    clock, kept = slow_down(monkeypatch, lambda picture: 0.12), Kept()
+    with session(generated(), kept, style=POSTER, clock=clock, frames=12, budget=False) as running:
         summary = running.wait()
-    assert summary.dropped >= 12
-    # One picture waits while one is restyled: none is older than two turns and a bit.
+    # 3.6 pictures come while one is restyled.
+    assert summary.dropped == pytest.approx(11 * 2.6, abs=1)
+    # The newest has waited for one thirtieth of a second at most when its turn comes.
     delays = [there - taken for taken, there in zip(kept.captured[1:], kept.arrived[1:], strict=True)]
-    assert np.median(delays) < 0.12 + 0.12
+    assert 0.12 <= min(delays) and max(delays) <= 0.12 + 1 / 30 + 1e-9
 
 
 def test_the_budget_gives_up_size_and_takes_it_back(monkeypatch: pytest.MonkeyPatch):
-    source, kept = Stepped(Fraction(10)), Kept()
-    slow = threading.Event()
+    slow, kept = threading.Event(), Kept()
     slow.set()
-    slow_down(
-        monkeypatch,
-        lambda picture: 0.4 * picture.shape[0] ** 2 / SMALL[1] ** 2 if slow.is_set() else 0,
-        source.clock.advance,
+    clock = slow_down(
+        monkeypatch, lambda picture: 0.4 * picture.shape[0] ** 2 / SMALL[1] ** 2 if slow.is_set() else 0
     )
-    with session(source, kept, style=POSTER) as running:
+    with session(generated(10), kept, style=POSTER, clock=clock) as running:
         eventually(lambda: "works at" in running.controls.status().degraded)
         assert kept.newest is not None and (kept.newest.width, kept.newest.height) == SMALL
         slow.clear()
@@ -111,7 +104,7 @@ def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
     go = threading.Event()
     before_opening("poster", lambda: go.wait(LONG), monkeypatch)
     kept = Kept()
-    with session(Stepped(), kept, style=POSTER) as running:
+    with session(generated(), kept, style=POSTER) as running:
         eventually(lambda: len(kept.numbers) > 3)
         few, count = gray_levels(kept), len(kept.numbers)
         running.controls.choose("poster")
@@ -128,7 +121,7 @@ def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
 def test_values_are_set_while_it_runs():
     kept = Kept()
     steps = [{"block": "luma_posterize", "levels": 16, "softness": 0}]
-    with session(Stepped(), kept, style=POSTER | {"background": steps}) as running:
+    with session(generated(), kept, style=POSTER | {"background": steps}) as running:
         eventually(lambda: len(kept.numbers) > 3)
         many = gray_levels(kept)
         running.controls.set_values({"luma_posterize.levels": 2})
@@ -138,7 +131,7 @@ def test_values_are_set_while_it_runs():
 
 def test_a_style_is_told_when_it_changes_and_values_are_not(caplog: pytest.LogCaptureFixture):
     kept = Kept()
-    with caplog.at_level(logging.INFO, "vidstyle"), session(Stepped(), kept, style=POSTER) as running:
+    with caplog.at_level(logging.INFO, "vidstyle"), session(generated(), kept, style=POSTER) as running:
         for levels in range(4, 9):
             count = len(kept.numbers)
             running.controls.set_values({"luma_posterize.levels": levels})
@@ -152,7 +145,7 @@ def test_a_style_is_told_when_it_changes_and_values_are_not(caplog: pytest.LogCa
 
 def test_bypass_and_back():
     kept = Kept()
-    with session(Stepped(), kept, style={"format": 1, "lines": [{"block": "sobel"}]}) as running:
+    with session(generated(), kept, style={"format": 1, "lines": [{"block": "sobel"}]}) as running:
         eventually(lambda: len(kept.numbers) > 3)
         running.controls.bypass()
         is_colorful = lambda: np.ptp(rgb_from_frame(kept.newest), axis=2).max() > 100  # noqa: E731
@@ -166,7 +159,7 @@ def test_bypass_and_back():
 def test_a_style_that_cannot_be_had_leaves_the_old_one_running(monkeypatch: pytest.MonkeyPatch):
     before_opening("poster", refuse, monkeypatch)
     kept = Kept()
-    with session(Stepped(), kept, style=POSTER) as running:
+    with session(generated(), kept, style=POSTER) as running:
         eventually(lambda: kept.numbers)
         running.controls.choose("poster")
         eventually(lambda: running.controls.status().message == "gpu:7: is gone; few goes on")
@@ -181,7 +174,7 @@ def test_snapshots_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.chdir(tmp_path)
     kept = Kept()
-    with session(Stepped(), kept) as running:
+    with session(generated(), kept) as running:
         eventually(lambda: kept.numbers)
         running.controls.snapshot()
         running.controls.record(True)
@@ -197,20 +190,20 @@ def test_snapshots_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_quit_and_time_end_it():
-    with session(Stepped(), Kept()) as running:
+    with session(generated(), Kept()) as running:
         running.controls.quit()
         running.wait()
-    with session(Stepped(), Kept(), seconds=0.5) as running:
-        assert 0.4 < running.wait().elapsed < 5
+    with session(generated(), Kept(), seconds=0.5) as running:
+        assert 0.5 <= running.wait().elapsed <= 0.6 + 1e-9, "the end is looked for ten times a second"
 
 
 def test_the_status_tells_how_it_is():
     kept = Kept()
-    with session(Stepped(), kept, style=POSTER) as running:
+    with session(generated(), kept, style=POSTER) as running:
         assert running.controls.status().style == "few"
         eventually(lambda: running.controls.status().rate > 5)
         status: Status = running.controls.status()
-        assert (status.source, status.source_state, status.size) == ("stepped", "running", SMALL)
+        assert (status.source, status.source_state, status.size) == ("test", "running", SMALL)
         assert status.targets == (("kept", "running"),) and status.frames > 1
         running.end()
     assert running.controls.status().source_state == "ended"
@@ -227,12 +220,12 @@ def test_a_failed_target_ends_the_session_only_if_it_is_the_last():
     failing, kept = Failing(), Kept()
     with (
         pytest.raises(OutputError, match="disk: is full"),
-        session(Stepped(), failing, kept, frames=20) as running,
+        session(generated(), failing, kept, frames=20) as running,
     ):
         running.wait()
     assert len(kept.numbers) == 20
     alone = Failing()
-    with pytest.raises(OutputError), session(Stepped(), alone, frames=20) as running:
+    with pytest.raises(OutputError), session(generated(), alone, frames=20) as running:
         running.wait()
     assert len(alone.numbers) < 20
 
@@ -244,7 +237,7 @@ def test_memory_stays_as_it_is():
         pytest.skip("memory is counted from /proc")
     samples = []
     kept = Kept()
-    with session(generated(500, (640, 360)), kept, style=POSTER, budget=False) as running:
+    with session(generated(500, (640, 360)), kept, style=POSTER, clock=MONOTONIC, budget=False) as running:
         for _ in range(8):
             count = len(kept.numbers)
             eventually(lambda count=count: len(kept.numbers) > count + 40)

@@ -18,8 +18,8 @@ from vidstyle.media.capture.sources import File
 
 BEEP = 0.7
 """When the film flashes and beeps, in seconds."""
-IN_STEP = 0.08
-"""Seconds by which sound and picture may differ: two pictures of a test that may be busy, and a bit."""
+IN_STEP = 0.05
+"""Seconds by which sound and picture may differ: a picture, and a bit."""
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def test_a_stream_has_its_sound_in_step(clapper: Path):
     maker = target_maker(f"tcp://127.0.0.1:{receiver.port}", TargetOptions())
     with session(File(str(clapper)), maker) as running:
         running.wait()
-    receiver._thread.join(10)
+    receiver.finish()
     receiver.hang_up()
     flash, beep = flash_and_beep(io.BytesIO(bytes(receiver.content)))
     assert abs(flash - beep) < IN_STEP

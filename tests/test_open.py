@@ -45,7 +45,7 @@ def test_sound_alone(tmp_path):
     with av.open(str(path), "w", format="mp4") as container:
         stream = container.add_stream("aac", rate=48000)
         stream.layout = "stereo"
-        media._write_sound(container, stream, 300, 1)
+        media.write_sound(container, stream, 300, 1)
     assert reason_of(path) == "no video stream"
 
 

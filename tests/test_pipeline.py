@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
-import time
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,14 +14,16 @@ import numpy as np
 import pytest
 from faults import own_threads, packets, times, video
 from media import make_clip, make_picture, rgb_from_frame, rms_error
+from waiting import LONG, eventually
 
 import vidstyle
 from vidstyle.errors import DeviceError, StyleError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
+from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import first_frames, render
-from vidstyle.pipeline.stages import QUEUE_CAPACITY, Stages, batches
+from vidstyle.pipeline.stages import QUEUE_CAPACITY, batches
 
 ROOT = Path(__file__).parent.parent
 POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
@@ -46,17 +48,34 @@ def test_the_picture_is_restyled(clip: Path, tmp_path: Path):
     assert np.mean(np.minimum(levels, 255 - levels) < 40) > 0.9
 
 
+def watch_writing(monkeypatch: pytest.MonkeyPatch, watch: Callable[[Frame], object]) -> None:
+    """Let something see every frame before it is written."""
+    original = FilmWriter.write
+
+    def write(self: FilmWriter, item: object) -> None:
+        if isinstance(item, Frame):
+            watch(item)
+        original(self, item)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(FilmWriter, "write", write)
+
+
 def test_plain_hands_over_the_decoders_own_frames(
     clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    written = []
-    monkeypatch.setattr("vidstyle.pipeline.stages.Stages._count", lambda self, frame: written.append(frame))
+    written: list[Frame] = []
+    watch_writing(monkeypatch, written.append)
     render(clip, tmp_path / "out.mp4", "plain")
     assert len(written) == 90 and all(frame.native is not None for frame in written)
 
 
 def test_the_queues_are_short(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    read, ahead = [], []
+    """Before the first frame is written, as many are read as can be; then the writer goes on."""
+    # Two queues, and what each of the three threads has in its hands.
+    most = 2 * QUEUE_CAPACITY + 3
+    read: list[int] = []
+    written: list[int] = []
+    ahead: list[int] = []
     original = Reader.__iter__
 
     def iterate(self: Reader):
@@ -65,18 +84,16 @@ def test_the_queues_are_short(clip: Path, tmp_path: Path, monkeypatch: pytest.Mo
                 read.append(item.pts)
             yield item
 
-    def count(self, frame: Frame) -> None:
-        time.sleep(0.005)
+    def watch(frame: Frame) -> None:
+        eventually(lambda: len(read) == min(90, len(written) + most))
         written.append(frame.pts)
-        ahead.append(len(read) - len(written))
+        ahead.append(len(read) - len(written) + 1)
 
-    written: list[int] = []
     monkeypatch.setattr(Reader, "__iter__", iterate)
-    monkeypatch.setattr("vidstyle.pipeline.stages.Stages._count", count)
+    watch_writing(monkeypatch, watch)
     render(clip, tmp_path / "out.mp4", "plain")
     assert written == read and len(read) == 90
-    # Two queues, and what each of the three threads has in its hands.
-    assert max(ahead) <= 2 * QUEUE_CAPACITY + 3
+    assert max(ahead) == most
 
 
 def test_a_run_of_packets_does_not_fill_the_queue():
@@ -108,24 +125,24 @@ def test_first_frames_lets_the_source_go(clip: Path):
 
 
 def test_stopping_keeps_what_is_done(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    original, halt = Reader.__iter__, Stages._halt
-    stop, halted = threading.Event(), threading.Event()
+    original, abandon = Reader.__iter__, FilmWriter.abandon
+    stop, abandoned = threading.Event(), threading.Event()
 
     def iterate(self: Reader):
         for number, item in enumerate(original(self)):
             if number == 60:
-                assert halted.wait(60)
+                assert abandoned.wait(LONG)
             yield item
 
-    def noted_halt(self: Stages) -> None:
-        halt(self)
-        halted.set()
+    def noted_abandon(self: FilmWriter) -> Path | None:
+        abandoned.set()
+        return abandon(self)
 
     def watch(progress: Progress) -> None:
         if progress.frames:
             stop.set()
 
-    monkeypatch.setattr(Stages, "_halt", noted_halt)
+    monkeypatch.setattr(FilmWriter, "abandon", noted_abandon)
     monkeypatch.setattr(Reader, "__iter__", iterate)
     summary = render(clip, tmp_path / "out.mp4", "plain", stop=stop, on_progress=watch)
     assert summary.stopped and summary.partial == tmp_path / "out.partial.mp4"

@@ -14,10 +14,10 @@ import numpy as np
 
 from vidstyle.errors import DeviceError, VidstyleError
 from vidstyle.live.latest import DropOldestQueue
-from vidstyle.live.meter import MONOTONIC, Clock
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, CaptureSource, LiveInput, LiveSource, T
 from vidstyle.media.capture.microphone import AudioInput, Microphone
+from vidstyle.media.capture.monotonic import MONOTONIC, Clock
 
 MIN_RETRY_SECONDS, MAX_RETRY_SECONDS = 0.25, 1.0
 """Delay before a lost source is opened again: at first, and at most."""
@@ -97,7 +97,7 @@ class ReconnectingSource(ABC, Generic[T]):
             self._wait(delay)
 
     def _open_and_read(self) -> None:
-        with closing(self._source.open(self._stopping)) as opened:
+        with closing(self._source.open(self._stopping, self._clock)) as opened:
             self._opened = self._clock.now()
             self._read(opened)
 

@@ -128,9 +128,9 @@ class HotSwapRenderer:
             renderer = open_renderer(style, self._device, announce=False)
             renderer.run(picture, time, target)
         except VidstyleError as error:
-            self._notify(f"{error}; {self.style.name} goes on")
             with self._lock:
                 self._pending = None if self._pending is style else self._pending
+            self._notify(f"{error}; {self.style.name} goes on")
             return
         with self._lock:
             replaced, self._ready = self._ready, (style, renderer)

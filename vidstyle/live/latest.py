@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from typing import Generic, TypeVar
 
-from vidstyle.live.meter import MONOTONIC, Clock
+from vidstyle.media.capture.monotonic import MONOTONIC, Clock
 
 T = TypeVar("T")
 

@@ -1,36 +1,14 @@
-"""The time that a live session goes by, and the latency and rate of its frames."""
+"""The latency and rate of the frames of a live session."""
 
 from __future__ import annotations
 
 import threading
-import time
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import accumulate
 
-
-class Clock:
-    """Monotonic time in seconds, and waiting by it; tests replace it by one that they set themselves."""
-
-    def now(self) -> float:
-        """The present time, comparable with `time.monotonic`."""
-        return time.monotonic()
-
-    def wait(self, event: threading.Event, seconds: float) -> bool:
-        """Wait for an event, at most for this time; returns whether it is set."""
-        return event.wait(seconds)
-
-    def wait_for(
-        self, condition: threading.Condition, predicate: Callable[[], bool], seconds: float | None
-    ) -> bool:
-        """`Condition.wait_for`; the caller holds the condition."""
-        return condition.wait_for(predicate, seconds)
-
-
-MONOTONIC = Clock()
-"""The clock of real time."""
-
+from vidstyle.media.capture.monotonic import MONOTONIC, Clock
 
 BIN_MS = 0.1
 """Width of a bin of the latency histogram, in milliseconds."""
@@ -42,17 +20,17 @@ MAX_RECENT = 512
 
 
 class LatencyMeter:
-    """A histogram of latencies from capture to delivery; thread-safe."""
+    """A histogram of latencies from capture to delivery, by a clock; thread-safe."""
 
     def __init__(self, clock: Clock = MONOTONIC) -> None:
-        self._clock = clock
+        self.clock = clock
         self._counts = [0] * round(MAX_MS / BIN_MS)
         self._recent: deque[tuple[float, float]] = deque(maxlen=MAX_RECENT)
         self._lock = threading.Lock()
 
     def record(self, captured: float) -> None:
         """Record that a frame which was captured at this time is delivered now."""
-        now = self._clock.now()
+        now = self.clock.now()
         milliseconds = max(0.0, (now - captured) * 1000)
         with self._lock:
             self._counts[min(int(milliseconds / BIN_MS), len(self._counts) - 1)] += 1
@@ -65,7 +43,7 @@ class LatencyMeter:
 
     def recent_latency(self) -> tuple[float, float]:
         """Median and 99th percentile in ms, of the last seconds."""
-        earliest = self._clock.now() - RECENT_SECONDS
+        earliest = self.clock.now() - RECENT_SECONDS
         with self._lock:
             values = sorted(value for time, value in self._recent if time >= earliest)
         if not values:

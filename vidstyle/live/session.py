@@ -11,13 +11,14 @@ from typing import Any
 
 from vidstyle.live.capture import Capture, MicrophoneCapture, ReconnectingSource
 from vidstyle.live.control import Controls, LiveOptions, Status
-from vidstyle.live.meter import MONOTONIC, Clock, LatencyMeter, RateMeter
+from vidstyle.live.meter import LatencyMeter, RateMeter
 from vidstyle.live.process import FrameProcessor
 from vidstyle.live.recorder import Recorder
 from vidstyle.live.target import LiveFrame, Target, TargetContext
 from vidstyle.live.targets import Delivery, TargetGroup
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, LiveSource
+from vidstyle.media.capture.monotonic import MONOTONIC, Clock
 
 log = logging.getLogger("vidstyle")
 
@@ -80,6 +81,8 @@ class LiveSession:
                 pass
         finally:
             self._ended.set()
+            for each in self._inputs:
+                each.close(END_SECONDS)
             worker.join(END_SECONDS)
             self._close(idle=not worker.is_alive())
         if self._error is not None:
@@ -119,7 +122,7 @@ class LiveSession:
         frames = self._capture.frames
         try:
             while not (self._ended.is_set() or frames.exhausted or self._frames == self._options.frames):
-                captured = frames.get(POLL_SECONDS)
+                captured = frames.get()
                 if captured is not None:
                     self._process(captured)
             self._error = self._error or self._capture.error
@@ -174,9 +177,7 @@ class LiveSession:
         log.info(message)
 
     def _close(self, idle: bool) -> None:
-        """Release everything; the processor only when it is `idle`."""
-        for each in self._inputs:
-            each.close(END_SECONDS)
+        """Close all targets, and the processor only when it is `idle`."""
         error = self._targets.close()
         self._recorder.close()
         if idle:

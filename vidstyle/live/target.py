@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from vidstyle.core.picture import Picture
 from vidstyle.live.control import Controls
-from vidstyle.live.meter import MONOTONIC, Clock, LatencyMeter
+from vidstyle.live.meter import LatencyMeter
+from vidstyle.media.capture.monotonic import MONOTONIC, Clock
 from vidstyle.media.frame import frame_from_picture
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from fractions import Fraction
+from math import floor
 from typing import Protocol
 
 from vidstyle.errors import VidstyleError
@@ -211,12 +212,12 @@ class ConstantRateTarget(TargetThread):
         if number is None:
             self._early += frame is not None
             self._last = frame or self._last  # should the next be late, this one is repeated in its place
-        elif frame is None:
+            return
+        for missing in range(before + 1, number if sink.needs_every else 0):
+            self._repeat(sink, missing)
+        if frame is None:
             self._repeat(sink, number)
         else:
-            if sink.needs_every:
-                for missing in range(before + 1, number):
-                    self._repeat(sink, missing)
             self._write(sink, frame, number)
             self._last = frame
             self._count(frame)
@@ -257,7 +258,7 @@ class FramePacer:
         position = (now - self._start) * self._rate
         if position < next_slot - TOLERANCE:
             return None
-        self.last = next_slot if position <= next_slot + TOLERANCE else round(position)
+        self.last = max(next_slot, floor(position))
         return self.last
 
     def timeout(self, now: float) -> float | None:

@@ -34,7 +34,7 @@ class PageTarget:
 
     Attributes:
         url: address of the page, including the token that admits a browser.
-        controls: of the session.
+        controls, meter: of the session.
         changed: notified whenever a message was dispatched.
         delivered, dropped: number of frames that a browser has shown, and that none was sent.
         viewers: the browsers that are connected.
@@ -50,12 +50,12 @@ class PageTarget:
         Args:
             controls: of the session.
             port: of this machine; 0 chooses a free one.
-            meter: records the latency of each frame that a browser has shown.
+            meter: records the latency of each frame that a browser has shown, and has the page's clock.
 
         Raises:
             OutputError: the port is taken, or needs privileges.
         """
-        self.controls, self._meter = controls, meter or LatencyMeter()
+        self.controls, self.meter = controls, meter or LatencyMeter()
         self.changed, self._arrived = asyncio.Condition(), asyncio.Condition()
         self.delivered = self.dropped = 0
         self.viewers: set[Viewer] = set()
@@ -108,7 +108,7 @@ class PageTarget:
         if frame.number > self._counted:
             self._counted = frame.number
             self.delivered += 1
-            self._meter.record(frame.captured)
+            self.meter.record(frame.captured)
 
     async def newer(self, frame: LiveFrame | None) -> LiveFrame:
         """Wait until the newest frame is another than this, and return it."""

@@ -6,7 +6,6 @@ import asyncio
 import dataclasses
 import json
 import logging
-import time
 from collections import deque
 from contextlib import suppress
 from statistics import median_high
@@ -39,7 +38,7 @@ class Viewer:
         self._shown = asyncio.Event()
         self._sent = -1
         self._latencies: deque[float] = deque([0.0], maxlen=LATENCIES)
-        self._second = int(time.monotonic())
+        self._second = int(self._page.meter.clock.now())
         self._messages = 0
 
     async def serve(self, socket: web.WebSocketResponse) -> None:
@@ -76,10 +75,10 @@ class Viewer:
             frame = await self._page.newer(frame)
             data = await self._page.jpeg(frame, self._quality.value)
             self._shown.clear()
-            self._sent, begin = frame.number, time.monotonic()
+            self._sent, begin = frame.number, self._page.meter.clock.now()
             await self._socket.send_bytes(frame.number.to_bytes(8, "big") + data)
             await self._shown.wait()
-            now = time.monotonic()
+            now = self._page.meter.clock.now()
             self._quality.shown(now - begin)
             self._latencies.append(now - frame.captured)
             self._page.count(frame)
@@ -117,7 +116,7 @@ class Viewer:
         await self._send(answer)
 
     def _limit_rate(self) -> None:
-        second = int(time.monotonic())
+        second = int(self._page.meter.clock.now())
         self._messages = self._messages + 1 if second == self._second else 1
         self._second = second
         if self._messages > MAX_MESSAGES:

@@ -8,7 +8,6 @@ import os
 import select
 import sys
 import threading
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,6 +17,7 @@ import av
 
 from vidstyle.errors import DeviceError, error_reason
 from vidstyle.media.capture.input import LiveInput, WaitForFrame
+from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.v4l2 import FORMATS, Mode, VideoDevice, video_device, video_devices
 
 SYSTEM_FORMATS = {"darwin": "avfoundation", "win32": "dshow"}
@@ -41,14 +41,14 @@ class Camera:
     input_format: str | None = None
     reconnects: bool = True
 
-    def open(self, stopping: threading.Event) -> LiveInput:
+    def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """Open it in the closest mode to the one requested.
 
         Raises:
             DeviceError: missing or busy; the message lists the available cameras.
         """
         if sys.platform in SYSTEM_FORMATS:
-            return self._open_other(SYSTEM_FORMATS[sys.platform], stopping)
+            return self._open_other(SYSTEM_FORMATS[sys.platform], stopping, clock)
         device = find_camera(self.name)
         modes = [mode for mode in device.modes if self.input_format in (None, mode.format)]
         rate = self.rate or DEFAULT_RATE
@@ -57,16 +57,16 @@ class Camera:
             known = ", ".join(sorted({mode.format for mode in device.modes})) or "no supported format"
             raise DeviceError(device.path, f"has no mode {self.input_format or 'to use'}", f"it has {known}")
         options = _capture_options((mode.width, mode.height), mode_rate(mode, rate))
-        return _opened(device.path, "v4l2", options | {"input_format": mode.format}, stopping)
+        return _opened(device.path, "v4l2", options | {"input_format": mode.format}, stopping, clock)
 
-    def _open_other(self, system_format: str, stopping: threading.Event) -> LiveInput:
+    def _open_other(self, system_format: str, stopping: threading.Event, clock: Clock) -> LiveInput:
         names = [name for name, _ in camera_list()]
         name = self.name or (names[0] if names else "0")
         options = _capture_options(self.size, self.rate)
         if self.input_format is not None:
             options["pixel_format"] = self.input_format
         target = f"video={name}" if system_format == "dshow" else name
-        return _opened(target, system_format, options, stopping)
+        return _opened(target, system_format, options, stopping, clock)
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Screen:
     rate: Fraction | None = None
     reconnects: bool = True
 
-    def open(self, stopping: threading.Event) -> LiveInput:
+    def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """Start capturing.
 
         Raises:
@@ -92,14 +92,14 @@ class Screen:
         """
         options = _capture_options(self.size, self.rate)
         if sys.platform == "win32":
-            return _opened("desktop", "gdigrab", options, stopping)
+            return _opened("desktop", "gdigrab", options, stopping, clock)
         if sys.platform == "darwin":
-            return _opened(self.name or "Capture screen 0", "avfoundation", options, stopping)
+            return _opened(self.name or "Capture screen 0", "avfoundation", options, stopping, clock)
         display = self.name or os.environ.get("DISPLAY", "")
         if not display:
             raise DeviceError("screen", "no X11 display is named", "set DISPLAY, or give screen::0")
         try:
-            return _opened(display, "x11grab", options, stopping)
+            return _opened(display, "x11grab", options, stopping, clock)
         except DeviceError as error:
             raise DeviceError(f"screen:{display}", "there is no such screen", "give screen::0") from error
 
@@ -153,7 +153,9 @@ def _what_there_is() -> str:
     return "there is " + ", ".join(there) if there else "there is no camera here"
 
 
-def _opened(target: str, system_format: str, options: dict[str, str], stopping: threading.Event) -> LiveInput:
+def _opened(
+    target: str, system_format: str, options: dict[str, str], stopping: threading.Event, clock: Clock
+) -> LiveInput:
     is_v4l2 = system_format == "v4l2"
     try:
         before = device_descriptors(target)
@@ -164,8 +166,8 @@ def _opened(target: str, system_format: str, options: dict[str, str], stopping: 
         raise DeviceError(target, reason, _what_there_is()) from error
     # FFmpeg does not expose the file descriptor of the device.
     opened = device_descriptors(target) - before if is_v4l2 else set()
-    wait = wait_for_input(min(opened)) if opened else None
-    return LiveInput(container, target, stopping, stamped=is_v4l2, wait=wait)
+    wait = wait_for_input(min(opened), clock) if opened else None
+    return LiveInput(container, target, stopping, clock, stamped=is_v4l2, wait=wait)
 
 
 DEFAULT_SIZE = (1280, 720)
@@ -217,15 +219,15 @@ POLL_SECONDS = 0.1
 DESCRIPTORS = Path("/proc/self/fd")
 
 
-def wait_for_input(descriptor: int) -> WaitForFrame:
+def wait_for_input(descriptor: int, clock: Clock) -> WaitForFrame:
     """A function that waits until a device is readable or disconnected."""
     poll = select.poll()
     # A disconnected device counts as readable: reading it raises the error.
     poll.register(descriptor, select.POLLIN | select.POLLERR | select.POLLHUP)
 
     def wait(stopping: threading.Event, seconds: float) -> bool:
-        until = time.monotonic() + seconds
-        while not stopping.is_set() and time.monotonic() < until:
+        until = clock.now() + seconds
+        while not stopping.is_set() and clock.now() < until:
             if poll.poll(POLL_SECONDS * 1000):
                 return True
         return False

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,6 +13,7 @@ import av
 
 from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason
 from vidstyle.media.audio import AudioChunk, AudioDecoder
+from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.read.source import choose_stream, frame_rate
 
 MAX_CLOCK_AGE = 2.0
@@ -42,11 +42,12 @@ class CaptureSource(Protocol[T_co]):
     def reconnects(self) -> bool:
         """Whether to reopen it after it was lost."""
 
-    def open(self, stopping: threading.Event) -> T_co:
+    def open(self, stopping: threading.Event, clock: Clock) -> T_co:
         """Open it and start capturing.
 
         Args:
             stopping: when set, opening is cancelled and what was opened ends.
+            clock: for timestamps and pacing.
 
         Raises:
             DeviceError: a device is missing or busy.
@@ -90,6 +91,7 @@ class LiveInput:
         container: av.container.InputContainer,
         name: str,
         stopping: threading.Event,
+        clock: Clock,
         *,
         paced: bool = False,
         loop: bool = False,
@@ -102,6 +104,7 @@ class LiveInput:
 
         Args:
             stopping: ends the iteration; may be set from any thread.
+            clock: for timestamps and pacing.
             paced: deliver frames no faster than their timestamps.
             loop: start again at the end.
             stamped: the driver's timestamps are capture times of the monotonic clock.
@@ -128,7 +131,7 @@ class LiveInput:
         self.has_sound = self._audio is not None and self._audio.stream is not None
         self._loop, self._stamped = loop, stamped
         self._pace = PlaybackClock() if paced else None
-        self._stopping, self._wait, self._patience = stopping, wait, patience
+        self._stopping, self._clock, self._wait, self._patience = stopping, clock, wait, patience
         self.codec = str(context.name)
         self.rate = frame_rate(self._stream)
         self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
@@ -190,15 +193,15 @@ class LiveInput:
             raise DeviceError(self._name, f"has delivered no frame for {seconds:.1f} s")
 
     def _patiently(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
-        asked = time.monotonic()
+        asked = self._clock.now()
         for packet in packets:
-            if self._patience is not None and time.monotonic() - asked >= self._patience:
+            if self._patience is not None and self._clock.now() - asked >= self._patience:
                 raise InputError(self._name, f"was lost: no data for {self._patience:g} s")
             yield packet
-            asked = time.monotonic()
+            asked = self._clock.now()
 
     def _decoded(self, packet: av.Packet) -> Iterator[CapturedFrame]:
-        arrived = time.monotonic()
+        arrived = self._clock.now()
         try:
             frames = self._context.decode(packet if packet.size else None)
         except av.InvalidDataError as error:  # one frame is lost, not the stream
@@ -208,8 +211,8 @@ class LiveInput:
             return
         for frame in frames:
             if self._pace is not None:
-                self._stopping.wait(self._pace.until(_seconds(frame)))
-                arrived = time.monotonic()
+                self._clock.wait(self._stopping, self._pace.until(_seconds(frame), self._clock.now()))
+                arrived = self._clock.now()
             yield CapturedFrame(frame, _taken(frame, arrived) if self._stamped else arrived)
 
 
@@ -243,9 +246,8 @@ class PlaybackClock:
         self._zero: float | None = None
         self._last = self._step = self._due = 0.0
 
-    def until(self, stamp: float | None) -> float:
+    def until(self, stamp: float | None, now: float) -> float:
         """Seconds until a frame with this timestamp is due; 0 if it is late."""
-        now = time.monotonic()
         if stamp is None:
             return 0.0
         if self._zero is None or not -1 < stamp - self._last < LEAP_SECONDS:

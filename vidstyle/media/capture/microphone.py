@@ -8,7 +8,6 @@ import os
 import re
 import sys
 import threading
-import time
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from vidstyle.errors import DeviceError, error_reason
 from vidstyle.media.audio import RATE, AudioChunk, AudioDecoder
 from vidstyle.media.capture.camera import SYSTEM_FORMATS
 from vidstyle.media.capture.input import MAX_CLOCK_AGE, lost
+from vidstyle.media.capture.monotonic import Clock
 
 TONE = f"sine=frequency=440:beep_factor=2:sample_rate={RATE}"
 MIN_CHUNK_SECONDS = 0.02
@@ -45,22 +45,23 @@ class Microphone:
         """The name for messages."""
         return f"microphone {self.device}"
 
-    def open(self, stopping: threading.Event) -> AudioInput:
+    def open(self, stopping: threading.Event, clock: Clock) -> AudioInput:
         """Open it and start capturing.
 
         Args:
             stopping: when set, the capture ends.
+            clock: for timestamps and pacing.
 
         Raises:
             DeviceError: missing or busy; the message lists the available microphones.
         """
         if self.device == "test":
-            return AudioInput(av.open(TONE, format="lavfi"), self.name, stopping, paced=True)
+            return AudioInput(av.open(TONE, format="lavfi"), self.name, stopping, clock, paced=True)
         try:
             container = _opened(_full_name(self.device))
         except (av.FFmpegError, OSError, ValueError) as error:
             raise DeviceError(self.name, _reason(error), _what_there_is()) from error
-        return AudioInput(container, self.name, stopping)
+        return AudioInput(container, self.name, stopping, clock)
 
 
 class AudioInput:
@@ -71,6 +72,7 @@ class AudioInput:
         container: av.container.InputContainer,
         name: str,
         stopping: threading.Event,
+        clock: Clock,
         paced: bool = False,
     ) -> None:
         """Read from an open container, which `close` closes.
@@ -78,9 +80,9 @@ class AudioInput:
         Args:
             paced: deliver a generated source no faster than its timestamps.
         """
-        self._container, self._name, self._stopping = container, name, stopping
+        self._container, self._name, self._stopping, self._clock = container, name, stopping, clock
         self._decoder = AudioDecoder(container)
-        self._zero = time.monotonic() if paced else None
+        self._zero = clock.now() if paced else None
 
     def __iter__(self) -> Iterator[AudioChunk]:
         """Chunks of audio until it ends.
@@ -90,9 +92,9 @@ class AudioInput:
         """
         try:
             for packet in self._pieces():
-                arrived = time.monotonic()
+                now, wall = self._clock.now(), self._clock.wall()
                 for stamp, samples in self._decoder.samples(packet):
-                    yield AudioChunk(samples, self._taken(stamp, samples.shape[1] / RATE, arrived))
+                    yield AudioChunk(samples, self._taken(stamp, samples.shape[1] / RATE, now, wall))
                 if self._stopping.is_set():
                     return
         except (av.FFmpegError, OSError) as error:
@@ -119,14 +121,24 @@ class AudioInput:
                 yield joined
                 waiting = []
 
-    def _taken(self, stamp: float, seconds: float, arrived: float) -> float:
-        """Capture time of the first sample of a chunk, in seconds of `time.monotonic`."""
-        if self._zero is not None:
-            self._stopping.wait(max(0.0, self._zero + stamp + seconds - time.monotonic()))
-            return self._zero + stamp
-        # ALSA timestamps are wall clock time, those of other systems monotonic.
-        ages = (age for age in (time.time() - stamp, time.monotonic() - stamp) if 0 <= age < MAX_CLOCK_AGE)
-        return arrived - next(ages, seconds)
+    def _taken(self, stamp: float, seconds: float, now: float, wall: float) -> float:
+        """Capture time of the first sample of a chunk, in seconds of the clock."""
+        if self._zero is None:
+            return capture_time(stamp, seconds, now, wall)
+        self._clock.wait(self._stopping, max(0.0, self._zero + stamp + seconds - self._clock.now()))
+        return self._zero + stamp
+
+
+def capture_time(stamp: float, seconds: float, now: float, wall: float) -> float:
+    """Capture time of the first sample of a chunk that arrives now, by its timestamp if its clock is known.
+
+    ALSA uses the time of day (`wall`), other systems the monotonic clock (`now`).
+
+    >>> capture_time(7.5, 0.1, now=8.0, wall=1000.0), capture_time(1.0, 0.1, now=8.0, wall=1000.0)
+    (7.5, 7.9)
+    """
+    ages = (age for age in (wall - stamp, now - stamp) if 0 <= age < MAX_CLOCK_AGE)
+    return now - next(ages, seconds)
 
 
 def microphone_list() -> list[tuple[str, str]]:

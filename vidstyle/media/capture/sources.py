@@ -7,7 +7,6 @@ import select
 import stat
 import sys
 import threading
-import time
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -18,6 +17,7 @@ import av
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.capture.camera import Camera, Screen
 from vidstyle.media.capture.input import LiveInput, LiveSource
+from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.options import RAW, RawVideo
 from vidstyle.media.read.open import is_url, open_media, public_name
 
@@ -111,14 +111,14 @@ class GeneratedPicture:
     name: str = "test"
     reconnects: bool = False
 
-    def open(self, stopping: threading.Event) -> LiveInput:
+    def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """See LiveSource."""
         width, height = self.size
         try:
             container = av.open(f"testsrc2=size={width}x{height}:rate={self.rate}", format="lavfi")
         except (av.FFmpegError, ValueError) as error:
             raise DeviceError("test", f"there is no test picture of {width}x{height}: {error}") from error
-        return LiveInput(container, self.name, stopping, paced=True)
+        return LiveInput(container, self.name, stopping, clock, paced=True)
 
 
 @dataclass(frozen=True)
@@ -129,9 +129,11 @@ class File:
     loop: bool = False
     reconnects: bool = False
 
-    def open(self, stopping: threading.Event) -> LiveInput:
+    def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """See LiveSource."""
-        return LiveInput(open_media(self.name), self.name, stopping, paced=True, loop=self.loop, sound=True)
+        return LiveInput(
+            open_media(self.name), self.name, stopping, clock, paced=True, loop=self.loop, sound=True
+        )
 
 
 @dataclass(frozen=True)
@@ -146,14 +148,14 @@ class Network:
         """The URL without passwords and keys."""
         return public_name(self.url)
 
-    def open(self, stopping: threading.Event) -> LiveInput:
+    def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """See LiveSource."""
         options = LOW_LATENCY_OPTIONS | ({"rtsp_transport": "tcp"} if self.url.startswith("rtsp") else {})
-        asked = time.monotonic()
+        asked = clock.now()
         try:
             container = open_media(self.url, allow_url=True, options=options, seconds=NETWORK_SECONDS)
         except InputError as error:
-            if time.monotonic() - asked >= NETWORK_SECONDS:
+            if clock.now() - asked >= NETWORK_SECONDS:
                 raise InputError(self.name, f"has not answered within {NETWORK_SECONDS:g} s") from error
             if isinstance(error.__cause__, av.ProtocolNotFoundError):
                 scheme = self.url.partition(":")[0]
@@ -162,7 +164,7 @@ class Network:
             raise InputError(self.name, error.reason, error.remedy) from error
         film = bool(container.duration)
         patience = None if film else NETWORK_SECONDS
-        return LiveInput(container, self.name, stopping, paced=film, sound=True, patience=patience)
+        return LiveInput(container, self.name, stopping, clock, paced=film, sound=True, patience=patience)
 
 
 @dataclass(frozen=True)
@@ -177,14 +179,14 @@ class PipeSource:
         """Whether to reopen it: a named pipe gets its next writer."""
         return self.name != "-"
 
-    def open(self, stopping: threading.Event) -> LiveInput:
+    def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """See LiveSource; a named pipe waits for its writer."""
         options = self.options
         format = {"y4m": "yuv4mpegpipe", "raw": RAW}.get(options.format or "", options.format)
         raw = options.raw.demuxer_options(options.raw_rate or TEST_RATE) if format == RAW else {}
         pipe = Pipe(sys.stdin.fileno(), stopping) if self.name == "-" else NamedPipe(self.name, stopping)
         container = open_media(cast(BinaryIO, pipe), format=format, options=raw)
-        return LiveInput(container, self.name, stopping, paced=True, sound=True)
+        return LiveInput(container, self.name, stopping, clock, paced=True, sound=True)
 
 
 def _is_pipe(text: str) -> bool:

@@ -1,0 +1,40 @@
+"""Waiting for what comes to be. Nothing else in the tests looks at a clock, or sleeps (test_names.py)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+LONG = 60.0
+"""Seconds after which a test is taken to hang. No measure: far more than anything takes on a busy machine."""
+
+
+def guard(what: object = "") -> Callable[[], float]:
+    """A function that gives the seconds left of LONG, and fails the test once there are none."""
+    deadline = time.monotonic() + LONG
+
+    def left() -> float:
+        seconds = deadline - time.monotonic()
+        assert seconds > 0, what() if callable(what) else what or "it never came to be"
+        return seconds
+
+    return left
+
+
+def eventually(fact: Callable[[], object], what: object = "") -> None:
+    """Wait until something is so; fail, saying `what`, if that never comes."""
+    left = guard(what)
+    while not fact():
+        left()
+        time.sleep(0.002)
+
+
+def is_waiting(thread: threading.Thread) -> bool:
+    """Whether a thread waits for an event, a condition or a lock of Python's."""
+    frame = sys._current_frames().get(thread.ident or 0)
+    return frame is not None and (frame.f_code.co_filename, frame.f_code.co_name) == (
+        threading.__file__,
+        "wait",
+    )
