@@ -219,7 +219,7 @@ def make_clip(
         length = times[-1] + 1 / Fraction(rate)
         container.set_chapters(_chapters(chapters, length))
         for number, sound in enumerate(sounds):
-            _write_sound(container, sound, 300 + 200 * number, length)
+            write_sound(container, sound, 300 + 200 * number, length)
         for line in lines:
             _write_subtitles(container, line, length)
         pictures = moving_frames(len(times), size, photograph_name)
@@ -264,7 +264,7 @@ def rgb_from_frame(frame: av.VideoFrame) -> np.ndarray:
     full = frame.color_range == 2 or name.startswith("yuvj")
     top, unit = 2.0**depth - 1, 2.0 ** (depth - 8)
     luma_low, luma_span, chroma_span = (0.0, top, top) if full else (16 * unit, 219 * unit, 224 * unit)
-    planes = [_plane(plane, depth) for plane in frame.planes]
+    planes = [plane_samples(plane, depth) for plane in frame.planes]
     luma = (planes[0] - luma_low) / luma_span
     if name.startswith("gray"):
         return np.clip(np.dstack([luma] * 3), 0, 1) * 255
@@ -289,7 +289,7 @@ def read_all(path: Path) -> list[av.VideoFrame]:
         return list(container.decode(video=0))
 
 
-def _plane(plane: av.video.plane.VideoPlane, depth: int) -> np.ndarray:
+def plane_samples(plane: av.video.plane.VideoPlane, depth: int) -> np.ndarray:
     dtype = np.uint8 if depth == 8 else np.uint16
     rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)[: plane.height]
     width = plane.width * np.dtype(dtype).itemsize
@@ -333,7 +333,7 @@ def _tag(tagged: av.VideoCodecContext | av.VideoFrame, matrix: str, full_range: 
 
 def _interlace(frame: av.VideoFrame) -> av.VideoFrame:
     """Comb the frame: its odd rows come from a picture 6 pixels to the side."""
-    planes = [_plane(plane, 8).astype(np.uint8) for plane in frame.planes]
+    planes = [plane_samples(plane, 8).astype(np.uint8) for plane in frame.planes]
     for plane in planes:
         plane[1::2] = np.roll(plane[1::2], 6 * plane.shape[1] // frame.width, axis=1)
     return fill_frame(frame, planes)
@@ -347,7 +347,7 @@ def _add_sound(container: av.container.OutputContainer, number: int) -> av.audio
     return stream
 
 
-def _write_sound(
+def write_sound(
     container: av.container.OutputContainer, stream: av.audio.stream.AudioStream, pitch: int, length: Fraction
 ) -> None:
     samples = np.arange(int(length * 48000))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import time
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def crash(*_: Path) -> None:
 
 
 def hang(*_: Path) -> None:
-    time.sleep(600)
+    threading.Event().wait()
 
 
 def fail(*_: Path) -> None:

@@ -317,7 +317,7 @@ def _at_a_time(path: Path, start: int) -> Path:
 
 
 def shown_luma(frame: av.VideoFrame) -> np.ndarray:
-    return media.plane(frame.planes[0], 8)
+    return media.plane_samples(frame.planes[0], 8)
 
 
 def _raw_rgb(frame: Frame) -> np.ndarray:
