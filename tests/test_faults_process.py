@@ -53,7 +53,9 @@ def frames_in(line: str) -> int:
     return int(found[1]) if found else 0
 
 
-@pytest.mark.parametrize(("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
 def test_31_and_32_a_signal_closes_the_film(long_clip: Path, tmp_path: Path, number, exit_code):
     process = start(long_clip, tmp_path / "out.mp4", random.Random(number).randint(10, 60))
     process.send_signal(number)

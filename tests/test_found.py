@@ -57,7 +57,7 @@ SLOW = pytest.mark.thorough
 def test_what_a_file_does_is_noticed(trial: Callable[[Path, Path], None], outcome: str) -> None:
     worker = Worker({}, trial)
     try:
-        assert worker.outcome(Case("style", 1, 1), seconds=2 if trial is hang else 60).startswith(outcome)
+        assert worker.outcome(Case("style", 1, 1), seconds=0.2 if trial is hang else 60).startswith(outcome)
     finally:
         worker.close()
 

@@ -106,7 +106,7 @@ def test_the_wheel_says_what_it_is(wheel: Path) -> None:
         assert f"\nVersion: {vidstyle.__version__}\n" in metadata
         assert "\nLicense-Expression: Apache-2.0\n" in metadata
         assert b"Apache License" in archive.read(f"{info}/licenses/LICENSE")
-        assert b"vidstyle = vidstyle.cli:main" in archive.read(f"{info}/entry_points.txt")
+        assert b"vidstyle = vidstyle.__main__:main" in archive.read(f"{info}/entry_points.txt")
 
 
 def test_the_installed_package_restyles_a_picture(python: Path, tmp_path: Path) -> None:

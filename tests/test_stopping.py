@@ -13,7 +13,9 @@ from waiting import LONG
 from vidstyle.pipeline.stopping import stop_on_signals
 
 
-@pytest.mark.parametrize(("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "exit_code"), [(signal.SIGHUP, 129), (signal.SIGINT, 130), (signal.SIGTERM, 143)]
+)
 def test_a_signal_asks_to_stop_and_the_handlers_come_back(number, exit_code):
     before = signal.getsignal(number)
     with stop_on_signals() as stop:
@@ -33,3 +35,29 @@ def test_a_second_signal_ends_the_program_at_once():
     )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=LONG)
     assert (ended.returncode, ended.stdout, ended.stderr) == (130, b"", b"")
+
+
+def test_a_hangup_that_nohup_ignores_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with stop_on_signals() as stop:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert not stop.is_set()
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize(("library", "said"), [("click", ""), ("av", "vidstyle: stopped")])
+def test_an_interrupt_while_libraries_are_loaded_ends_the_program(library: str, said: str):
+    program = (
+        "import os, signal, sys\n"
+        "class Interrupt:\n"
+        "    def find_spec(self, name, *_):\n"
+        f"        if name == {library!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Interrupt())\n"
+        "sys.argv[1:] = ['render', 'a.mp4', 'b.mp4', '--style', 'plain']\n"
+        "from vidstyle.__main__ import main\n"
+        "sys.exit(main())\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (ended.returncode, ended.stdout, ended.stderr.strip()) == (130, "", said)

@@ -12,6 +12,7 @@ import argparse
 import itertools
 import logging
 import multiprocessing
+import os
 import resource
 import shutil
 import sys
@@ -29,6 +30,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import psutil
 from PIL import Image
 
 ROOT = Path(__file__).parent.parent
@@ -45,7 +47,7 @@ from vidstyle.style import load_style, save_style, style_names  # noqa: E402
 
 FOUND = ROOT / "tests" / "fixtures" / "found"
 SECONDS = 20.0
-"""A case that takes longer is taken to hang."""
+"""Of a processor: a case that takes longer is taken to hang."""
 MAX_MEMORY = 2**30
 """Bytes of RAM that a case may take on top of what its worker had before."""
 MAX_ADDRESSES = 2**33
@@ -135,16 +137,22 @@ class Worker:
         if self._process is None:
             self._start()
         self._pipe.send(case)
-        if not self._pipe.poll(seconds):
-            found = "hang"
-        else:
-            try:
-                found = self._pipe.recv()
-            except EOFError:
-                found = "crash"
+        try:
+            found = self._pipe.recv() if self._answers(seconds) else "hang"
+        except EOFError:
+            found = "crash"
         if found not in ("used", "refused"):
             self.close()
         return found
+
+    def _answers(self, seconds: float) -> bool:
+        """Whether there is an answer within these seconds of a processor, or ten times as many of the clock."""
+        process, end = psutil.Process(self._process.pid), time.monotonic() + 10 * seconds
+        limit = seconds + sum(process.cpu_times()[:2])
+        while time.monotonic() < end and sum(process.cpu_times()[:2]) < limit:
+            if self._pipe.poll(0.5):
+                return True
+        return False
 
     def close(self) -> None:
         """End the process."""
@@ -164,6 +172,7 @@ class Worker:
 
 def work(pipe: Connection, whole: dict[str, list[Path]], trial: Callable[[Path, Path], None]) -> None:
     """Answer each case from the pipe by its outcome."""
+    os.nice(10)
     logging.getLogger("vidstyle").setLevel(logging.CRITICAL)
     resource.setrlimit(resource.RLIMIT_AS, (MAX_ADDRESSES, MAX_ADDRESSES))
     pipe.send("ready")

@@ -12,9 +12,12 @@ A film: `vidstyle.render("in.mp4", "out.mp4", style)`. Frame by frame: `vidstyle
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+# As in `typing`, which takes longer to import than all else before the program can handle signals.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from vidstyle.errors import DeviceError as DeviceError
     from vidstyle.errors import InputError as InputError
     from vidstyle.errors import OutputError as OutputError

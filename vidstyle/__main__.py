@@ -1,10 +1,23 @@
-"""Runs the program: `python -m vidstyle`."""
+"""Runs the program: `vidstyle`, `python -m vidstyle`."""
 
 from __future__ import annotations
 
+import os
 import sys
 
-from vidstyle.cli import main
+
+def main() -> int:
+    """Run the program and return its exit code.
+
+    SIGINT while the libraries are loaded ends it without a word: there is nothing yet to be closed.
+    """
+    try:
+        from vidstyle.cli import main
+
+        return main()
+    except KeyboardInterrupt:
+        os._exit(130)
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -13,6 +13,7 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.errors import UsageError
 from vidstyle.gpu.device.devices import DEVICES, choose
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style
@@ -139,7 +140,7 @@ class Renderer(Closing):
             time: presentation time in seconds; None: the frame's own.
 
         Raises:
-            ValueError: an array of another shape or type.
+            UsageError: an array of another shape or type.
             InputError: a frame in an unsupported pixel format.
         """
         if isinstance(frame, np.ndarray):
@@ -178,7 +179,7 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
         A new array of the same shape and type.
 
     Raises:
-        ValueError: an array of another shape or type.
+        UsageError: an array of another shape or type.
 
     >>> bright = stylize(np.full((2, 2, 3), 0.5), {"format": 1, "background": [{"block": "brightness"}]})
     >>> bright.dtype, bright[0, 0].round(3).tolist()
@@ -190,7 +191,7 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
 
 def _array_run(renderer: Backend, array: np.ndarray, time: float | None) -> np.ndarray:
     if array.ndim != 3:
-        raise ValueError(f"a picture is H x W x 3 or H x W x 4, not {array.shape}")
+        raise UsageError("picture", f"an array of shape {array.shape}", "give H x W x 3 or H x W x 4")
     picture = Picture.from_array(array)
     target = Encoding(full_range=True, depth=picture.encoding.depth, step=(1, 1))
     color = renderer.run(picture, time, target, rgb=True).color

@@ -9,6 +9,8 @@ from typing import Literal
 
 import numpy as np
 
+from vidstyle.errors import UsageError
+
 LUMA_WEIGHTS: dict[str, tuple[float, float]] = {
     "bt601": (0.299, 0.114),
     "bt709": (0.2126, 0.0722),
@@ -196,14 +198,16 @@ class Picture:
         Integers are full range (uint8 or uint16), floats 0..1. Nothing is copied where the type fits.
 
         Raises:
-            ValueError: another shape or type.
+            UsageError: another shape or type.
         """
         if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
-            raise ValueError(f"a picture is H x W, H x W x 3 or H x W x 4, not {array.shape}")
+            raise UsageError(
+                "picture", f"an array of shape {array.shape}", "give H x W, H x W x 3 or H x W x 4"
+            )
         depths = {"u1": 8, "u2": 16, "f4": 0, "f8": 0, "f2": 0}
         kind = array.dtype.kind + str(array.dtype.itemsize)
         if kind not in depths:
-            raise ValueError(f"a picture holds uint8, uint16 or floats, not {array.dtype}")
+            raise UsageError("picture", f"an array of {array.dtype}", "give uint8, uint16 or floats")
         if array.dtype.kind == "f":
             array = array.astype(np.float32, copy=False)
         encoding = Encoding("bt709", full_range=True, depth=depths[kind], step=(1, 1))

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: the first signal ends the job cleanly, the second exits at once."""
+"""SIGINT, SIGTERM and SIGHUP: the first signal ends the job cleanly, the second exits at once."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ class Stop(threading.Event):
 
     @property
     def exit_code(self) -> int:
-        """The exit code for the signal: 130 or 143."""
+        """What a shell expects of a program that this signal ended: 129, 130 or 143."""
         return 128 + (self.cause or 0)
 
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """Within the block SIGINT and SIGTERM set the given event; a second one exits at once.
+    """Within the block SIGINT, SIGTERM and SIGHUP set the given event; a second one exits at once.
 
-    Exiting at once leaves the file as `kill -9` would: playable, since films are written in fragments.
+    Exiting at once leaves the file as `kill -9` would: playable, since films are written in fragments. SIGHUP
+    stays ignored where the caller ignores it, as `nohup` does.
     """
     stop = Stop()
 
@@ -39,7 +40,11 @@ def stop_on_signals() -> Iterator[Stop]:
         stop.cause = signal.Signals(number)
         stop.set()
 
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    # Windows has none.
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, ask) for number in numbers}
     try:
         yield stop
     finally:
