@@ -266,6 +266,7 @@ def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
     ]
     hostile += [whole[:60] + bytes([byte]) * 300 + whole[360:] for byte in (0, 255)]
     directory = whole.index(b"PK\1\2")
+    hostile.append(whole[: directory + 10] + b"\x0e" + whole[directory + 11 :])
     hostile.append(whole[:directory] + whole[directory : whole.index(b"PK\5\6")] * 20 + whole[-22:])
     for content in hostile:
         path.write_bytes(content)

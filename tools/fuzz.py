@@ -146,7 +146,7 @@ class Worker:
         return found
 
     def _answers(self, seconds: float) -> bool:
-        """Whether there is an answer within these seconds of a processor, or ten times as many of the clock."""
+        """Whether it answers within so many seconds of a processor, or ten times as many of the clock."""
         process, end = psutil.Process(self._process.pid), time.monotonic() + 10 * seconds
         limit = seconds + sum(process.cpu_times()[:2])
         while time.monotonic() < end and sum(process.cpu_times()[:2]) < limit:

@@ -134,26 +134,32 @@ def load_bank(path: str | Path) -> Bank:
         OSError: it cannot be read.
     """
     content = read_regular_file(Path(path), MAX_BYTES)
-    if content.count(b"PK\1\2") > MAX_ENTRIES:
-        raise ValueError(f"is no bank: it holds more than {MAX_ENTRIES} files")
     try:
-        with zipfile.ZipFile(BytesIO(content)) as archive:
-            entries = archive.infolist()
-            if sum(entry.file_size for entry in entries) > MAX_BYTES:
-                raise ValueError(f"unpacks to more than {MAX_BYTES >> 20} MiB")
-            if missing := {f"{name}.npy" for name in ARRAYS}.difference(entry.filename for entry in entries):
-                raise ValueError(f"is no bank: {', '.join(sorted(missing))} missing")
-            arrays = {name: _array_from_npy(archive.read(f"{name}.npy")) for name in ARRAYS}
-    except _DAMAGED as error:
-        raise ValueError(f"is no bank ({error})") from None
+        arrays = _arrays_from_npz(content)
+    except (ValueError, *_DAMAGED) as error:
+        raise ValueError(f"is no bank: {error}") from None
     return _bank_from_arrays(arrays)
+
+
+def _arrays_from_npz(content: bytes) -> dict[str, np.ndarray]:
+    if content.count(b"PK\1\2") > MAX_ENTRIES:
+        raise ValueError(f"it holds more than {MAX_ENTRIES} files")
+    with zipfile.ZipFile(BytesIO(content)) as archive:
+        entries = archive.infolist()
+        if sum(entry.file_size for entry in entries) > MAX_BYTES:
+            raise ValueError(f"it unpacks to more than {MAX_BYTES >> 20} MiB")
+        if any(entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for entry in entries):
+            raise ValueError("it is packed in another way than NumPy does")
+        if missing := {f"{name}.npy" for name in ARRAYS}.difference(entry.filename for entry in entries):
+            raise ValueError(f"{', '.join(sorted(missing))} missing")
+        return {name: _array_from_npy(archive.read(f"{name}.npy")) for name in ARRAYS}
 
 
 def _array_from_npy(content: bytes) -> np.ndarray:
     """The array in a .npy file, read without evaluating its header as Python; ValueError if it is none."""
     header = _NPY_HEADER.match(content)
     if header is None:
-        raise ValueError("is no bank: it holds an array of another kind")
+        raise ValueError("it holds an array of another kind")
     kind, by_columns, sides = header.groups()
     shape = [int(side) for side in sides.split(b",") if side.strip()]
     numbers = np.frombuffer(content, kind.decode(), offset=header.end())
@@ -184,7 +190,7 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
         raise ValueError(f"has format {arrays['format']}; this version reads format {FORMAT}")
     try:
         described = json.loads(about.tobytes().decode())
-    except (UnicodeError, RecursionError):
+    except (ValueError, RecursionError):
         raise ValueError("is no bank: its description cannot be read") from None
     ranges = [(float(low), float(high)) for low, high in arrays["ranges"]]
     orientations, strengths, coherences = map(int, arrays["bins"])
