@@ -7,7 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -42,7 +42,8 @@ def terminal() -> Iterator[tuple[int, str]]:
 def test_a_device_is_waited_for_by_its_descriptor():
     """`cat` on a terminal stands for FFmpeg on a camera: what was opened is found, and waited for."""
     stopping, clock = threading.Event(), FakeClock()
-    with terminal() as (near, path), ThreadPoolExecutor() as pool:
+    with terminal() as (near, path), ThreadPoolExecutor() as pool, ExitStack() as last:
+        last.callback(clock.advance, 1000.0)  # so that no wait outlives a test that fails
         before = device_descriptors(path)
         descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
         opened = device_descriptors(path) - before
