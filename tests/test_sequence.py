@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from fractions import Fraction
 from pathlib import Path
 
@@ -74,6 +75,7 @@ def test_numbered_pictures_are_a_film(tmp_path, caplog):
     for number in (7, 8, 9, 11):
         media.make_picture(tmp_path / f"frame{number:04}.png", size=(64, 48))
     (tmp_path / "frame_x.png").write_text("not one of them")
+    os.mkfifo(tmp_path / "frame0010.png")  # nor is a pipe, which nobody may ever write to
     frames = read(tmp_path / "frame%04d.png", rate=Fraction(24000, 1001))
     assert [frame.time for frame in frames] == [number * Fraction(1001, 24000) for number in range(4)]
     assert "1 numbers are missing" in caplog.text or "1 number is missing" in caplog.text

@@ -66,7 +66,7 @@ def photographs_in(folder: Path, long_side: int) -> list[Photograph]:
     Raises:
         InputError: there are none.
     """
-    found = sorted(path for path in folder.glob("*") if path.suffix.lower() in SUFFIXES)
+    found = sorted(path for path in folder.glob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
     if not found:
         raise InputError(folder, "holds no pictures", f"put some there: {', '.join(SUFFIXES)}")
     return [Photograph(path, long_side) for path in found]

@@ -154,7 +154,7 @@ def numbered_files(pattern: str) -> list[Path]:
     matches = [
         match
         for path in (folder.iterdir() if folder.is_dir() else ())
-        if (match := wanted.fullmatch(path.name))
+        if (match := wanted.fullmatch(path.name)) and path.is_file()  # a pipe may never end
     ]
     if not matches:
         raise InputError(pattern, "no such files")
