@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import logging
+import math
 import multiprocessing
 import os
 import resource
@@ -22,7 +23,7 @@ import time
 import traceback
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -212,7 +213,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--seconds", type=float, help="default: 60, or as long as --count takes")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", choices=KINDS, action="append", help="may be repeated; default: all")
     parser.add_argument("--count", type=int, help="how many cases of each kind")
@@ -220,25 +221,20 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--found", type=Path, default=FOUND, help="folder for the finds")
     chosen = parser.parse_args()
-    numbers = (
-        itertools.count(chosen.first)
-        if chosen.count is None
-        else range(chosen.first, chosen.first + chosen.count)
+    count = math.inf if chosen.count is None else chosen.count
+    end = time.monotonic() + (chosen.seconds or (60 if chosen.count is None else math.inf))
+    numbers = itertools.takewhile(
+        lambda number: number < chosen.first + count and time.monotonic() < end, itertools.count(chosen.first)
     )
     cases = (Case(kind, chosen.seed, number) for number in numbers for kind in chosen.kind or KINDS)
     with tempfile.TemporaryDirectory() as folder:
+        os.environ["TMPDIR"] = folder  # so that nothing is left of workers that crash
         whole = whole_files(Path(folder))
-        counts = try_all(within(cases, chosen.seconds), whole, chosen.found, chosen.workers)
+        counts = try_all(cases, whole, chosen.found, chosen.workers)
     for kind, outcomes in counts.items():
         said = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
         print(f"{kind}: {outcomes.total()} cases of seed {chosen.seed}: {said}")
     sys.exit(any(outcomes.keys() - {"used", "refused"} for outcomes in counts.values()))
-
-
-def within(cases: Iterable[Case], seconds: float) -> Iterator[Case]:
-    """The cases until the time is up."""
-    end = time.monotonic() + seconds
-    return itertools.takewhile(lambda _: time.monotonic() < end, cases)
 
 
 def try_all(
