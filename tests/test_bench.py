@@ -22,7 +22,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.explain import plan_for_video, plan_traffic
+from vidstyle.gpu.compile.explain import explain, plan_for_video
 from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.device.context import close_context, open_context
 from vidstyle.gpu.device.devices import choose
@@ -159,7 +159,7 @@ def test_speeds_follow_from_times_and_bytes() -> None:
     assert result["cpu"] == {"ms": 250, "mp_per_s": 2}
     assert gpu["all_passes"] == {"ms": pytest.approx(1e3 * whole), "mp_per_s": pytest.approx(0.5 / whole)}
     assert (gpu["whole"], gpu["upload"]["mp_per_s"]) == ({"ms": 50, "mp_per_s": pytest.approx(10)}, 250)
-    rate = plan_traffic(plan).total * 500_000 / whole / 1e9
+    rate = explain(plan)["bytes"] * 500_000 / whole / 1e9
     assert gpu["gigabytes_per_s"] == pytest.approx(rate)
     assert gpu["share_of_bandwidth"] == pytest.approx(rate / 50)
     row = rows_after("compute passes, timed by timer queries", markdown(data))["sketch"]

@@ -200,19 +200,18 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
         return lowered(laid, moments, sheet, 30)
 
     hand = TextStyle(LETTERS, letter_size(sheet), sheet.border, right_to_left)
-    layout, panels, lost = letter(pages, speeches(moments, words), hand)
-    assert lost + sum(len(each.bubbles) for each in panels) == sum(map(len, words))
-    assert lost <= sum(map(len, words)) / 3
-    for each in panels:
-        moment, picture = moments[each.panel.moment], each.picture
+    layout = letter(pages, speeches(moments, words), hand)
+    assert sum(len(each.bubbles) for each in layout.panels) >= sum(map(len, words)) * 2 / 3
+    for each in layout.panels:
+        moment, picture = moments[each.moment], each.picture
         assert each.crop.width / each.crop.height == pytest.approx(picture.aspect, rel=1e-6)
         assert Box(0, 0, 640, 360.001).contains(each.crop)
         faces = [on_page(face, each.crop, picture) for face in moment.faces]
         seen = [face for face in faces if face.area > 0]
         over = [bubble for bubble in each.bubbles if bubble.kind != "band"]
-        check(over, Box(*map(float, picture)), seen, right_to_left)
+        check(over, picture, seen, right_to_left)
         for band in each.bubbles if len(over) < len(each.bubbles) else ():
-            assert band.box.bottom <= picture.top and band.box.top >= each.panel.rectangle.top
+            assert band.box.bottom <= picture.top and band.box.top >= each.rectangle.top
 
 
 def growing_pages() -> tuple[list[Moment], list[list[float]], Callable[[list[float]], PageLayout]]:
@@ -283,7 +282,7 @@ def test_a_panel_grows_where_words_would_cover_what_is_to_be_seen() -> None:
     for attention, rounds in ((busy, 3), (calm[2].attention, 1)):
         asked.clear()
         calm[2] = replace(calm[2], attention=attention)
-        _, panels, lost = letter(pages, calm, TextStyle(LETTERS, 16, 2))
+        layout = letter(pages, calm, TextStyle(LETTERS, 16, 2))
         assert len(asked) == rounds
-        assert lost == 0 and len(panels[2].bubbles) == 1
+        assert len(layout.panels[2].bubbles) == 1
         assert (asked[-1][2] > 1) == (rounds > 1)

@@ -20,11 +20,10 @@ from PIL import Image
 from stories import PLACES, shot, story, view, write_film
 
 from vidstyle.cli import main
-from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering import fonts
 from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.moment import Box
+from vidstyle.comic.moment import Box, Rectangle
 from vidstyle.comic.output.panel_renderer import on_paper
 from vidstyle.comic.output.raster import page_image
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet

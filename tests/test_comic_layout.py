@@ -13,8 +13,8 @@ from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_f
 
 from vidstyle.comic.layout.cost import NARROWEST, WIDEST
 from vidstyle.comic.layout.layout import GOOD, GOOD_AT_ALL, PageLayout, Panel, lay_out, pages_for
-from vidstyle.comic.layout.paper import Paper, Rectangle, paper
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.layout.paper import Paper, paper
+from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.errors import UsageError
 
 PAPERS = [
@@ -238,15 +238,15 @@ def test_pages_hold_about_as_many_panels_each() -> None:
 
 
 def test_only_panels_over_the_whole_width_bleed() -> None:
-    page = paper("a4", 75, bleed=3)
+    page = paper("a4", 75)
     film = random_film(4, 13)
     plain, bled = lay_out(film, page), lay_out(film, page, bleeding=True)
     beyond = 0
     for one, other in zip(plain.panels, bled.panels, strict=True):
         if one.rectangle.width == page.inside.width:
             beyond += 1
-            assert (other.rectangle.left, other.rectangle.right) == (-page.bleed, page.width + page.bleed)
-            assert (other.rectangle.top == -page.bleed) == (one.rectangle.top == page.inside.top)
+            assert (other.rectangle.left, other.rectangle.right) == (0, page.width)
+            assert (other.rectangle.top == 0) == (one.rectangle.top == page.inside.top)
         else:
             assert other == one
         assert other.crop.width / other.crop.height == pytest.approx(other.rectangle.aspect)

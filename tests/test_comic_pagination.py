@@ -10,8 +10,8 @@ import pytest
 
 from vidstyle.comic.layout.cost import LayoutWeights
 from vidstyle.comic.layout.pagination import Pagination, RowTypes
-from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.layout.slicing import LARGEST, PANEL, Grid, Placement, Tree, rows
+from vidstyle.comic.moment import Rectangle
 
 WIDE, HIGH, COLUMNS = 4, 5, 4
 

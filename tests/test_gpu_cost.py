@@ -28,8 +28,8 @@ from vidstyle.gpu.compile.explain import (
     plan_traffic,
     upload_bytes,
 )
-from vidstyle.gpu.compile.formats import WORKING, plane_format
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.shader_nodes import WORKING, plane_format
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style, expand, load_style, style_names
 from vidstyle.style.resolve import resolve

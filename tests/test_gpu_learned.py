@@ -13,9 +13,8 @@ from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.structure_tensor import select_filters
 from vidstyle.core.planes import luma_rows
 from vidstyle.gpu.compile.explain import plan_for_video
-from vidstyle.gpu.compile.formats import working_format
 from vidstyle.gpu.compile.plan import Form
-from vidstyle.gpu.compile.shader_nodes import ShaderNode
+from vidstyle.gpu.compile.shader_nodes import ShaderNode, working_format
 from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.session import FrameRequest, GpuSession
 from vidstyle.style import Style

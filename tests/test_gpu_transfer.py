@@ -93,7 +93,7 @@ def test_planes_come_back_as_they_were(
 ) -> None:
     planes = {"luma": samples(size, dtype), "blue": samples(size[::-1], dtype, 1)}
     textures = upload.send(planes)
-    arrays = download.begin([(texture, 1) for texture in textures.values()]).arrays()
+    arrays = download.begin([*textures.values()]).arrays()
     for array, plane in zip(arrays, planes.values(), strict=True):
         assert array.dtype == dtype
         assert array.flags.owndata and array.flags.writeable
@@ -112,7 +112,7 @@ def test_three_of_four_channels_come_back(
         context.texture((5, 3), 1, gray, dtype="f1"),
         context.texture((size[1], size[0]), 4, color, dtype=name),
     ]
-    first, second = download.begin([(textures[0], 1), (textures[1], 3)]).arrays()
+    first, second = download.begin(textures).arrays()
     np.testing.assert_array_equal(first, gray)
     np.testing.assert_array_equal(second, color[..., :3])
     for texture in textures:
@@ -225,7 +225,7 @@ def gray_texture(context: moderngl.Context, seed: int, size: tuple[int, int] = (
 
 def test_two_transfers_under_way_keep_their_own(context: moderngl.Context, download: Download) -> None:
     textures = [gray_texture(context, seed) for seed in range(2)]
-    transfers = [download.begin([(texture, 1)]) for texture in textures]
+    transfers = [download.begin([texture]) for texture in textures]
     for seed, transfer in enumerate(transfers):
         np.testing.assert_array_equal(transfer.arrays()[0], samples((41, 61), np.uint8, seed))
     for texture in textures:
@@ -237,7 +237,7 @@ def test_a_third_transfer_ends_the_first(context: moderngl.Context, download: Do
     transfers: list[PlaneTransfer] = []
     for seed in range(7):
         texture = gray_texture(context, seed, (61, 41 + seed))
-        transfers.append(download.begin([(texture, 1)]))
+        transfers.append(download.begin([texture]))
         texture.write(np.zeros((41 + seed, 61), np.uint8))
         texture.release()
     for seed, transfer in enumerate(transfers):
@@ -246,19 +246,12 @@ def test_a_third_transfer_ends_the_first(context: moderngl.Context, download: Do
 
 def test_arrays_asked_for_twice_are_the_same(context: moderngl.Context, download: Download) -> None:
     texture = gray_texture(context, 0)
-    transfer = download.begin([(texture, 1)])
+    transfer = download.begin([texture])
     first = transfer.arrays()[0]
     first[0, 0] ^= 1
-    download.begin([(texture, 1)]).arrays()
-    download.begin([(texture, 1)]).arrays()
+    download.begin([texture]).arrays()
+    download.begin([texture]).arrays()
     assert transfer.arrays()[0] is first
-    texture.release()
-
-
-def test_other_numbers_of_channels_are_refused(context: moderngl.Context, download: Download) -> None:
-    texture = context.texture((4, 4), 4)
-    with pytest.raises(ValueError, match="1 channels of 4 components"):
-        download.begin([(texture, 1)])
     texture.release()
 
 
@@ -289,6 +282,6 @@ def there_and_back(
     textures = upload.send(planes)
     height, width = planes["luma"].shape
     color = context.texture((width, height), 4)
-    transfer = download.begin([(textures["luma"], 1), (color, 3)])
+    transfer = download.begin([textures["luma"], color])
     color.release()
     np.testing.assert_array_equal(transfer.arrays()[0], planes["luma"])

@@ -286,7 +286,7 @@ def test_a_session_shows_itself_on_the_page() -> None:
 
 def test_the_page_sends_what_the_server_knows() -> None:
     scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
-    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == messages.FIELDS.keys()
+    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == messages.KINDS.keys()
 
 
 def test_every_part_that_the_scripts_name_is_there() -> None:

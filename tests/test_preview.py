@@ -21,8 +21,7 @@ from PIL import Image
 from tools.progression import progression
 from vidstyle.cli import main
 from vidstyle.errors import InputError
-from vidstyle.gallery.preview import page_of, write_preview
-from vidstyle.gallery.still import read_still
+from vidstyle.gallery.preview import page_of, read_still, write_preview
 from vidstyle.gallery.style_samples import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.style import Step, Style, load_style, style_names
@@ -137,7 +136,7 @@ def test_a_film_that_is_shorter_than_it_says_shows_its_first(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     film = make_clip(tmp_path / "film.mkv", codec="ffv1", pix_fmt="yuv444p", frames=10, rate=10)
-    monkeypatch.setattr("vidstyle.gallery.still._middle", lambda *_: Fraction(50))
+    monkeypatch.setattr("vidstyle.gallery.preview._middle", lambda *_: Fraction(50))
     still = read_still(film).astype(float)
     assert rms_error(still, picture().astype(float)) < 2
     assert "showing its first" in caplog.text

@@ -1,8 +1,12 @@
-"""Exceptions: each names its subject, the reason and, where there is one, the remedy."""
+"""Exceptions, which name their subject, the reason and the remedy if there is one; and the log of notices."""
 
 from __future__ import annotations
 
 import errno
+import logging
+
+log = logging.getLogger("vidstyle")
+"""Receives notices; the command line prints them."""
 
 
 class VidstyleError(Exception):

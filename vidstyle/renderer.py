@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, log
 from vidstyle.gpu.device.devices import DEVICES, choose
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
 
 StyleLike = Style | str | Path | Mapping[str, object]
 """A style as `load_style` takes it: a `Style`, a name, a path or a table."""
-
-log = logging.getLogger("vidstyle")
 
 
 class PendingPicture(Protocol):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
@@ -11,7 +10,7 @@ from typing import Literal
 from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.errors import DeviceError
+from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device.devices import Device, choose
 from vidstyle.gpu.timing import RATE, GpuTimes, median_time, time_style
@@ -19,8 +18,6 @@ from vidstyle.style import Style
 
 PictureSize = tuple[int, int]
 """Width and height."""
-
-log = logging.getLogger("vidstyle")
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 import vidstyle
 from vidstyle.bench import Bench, Timed
 from vidstyle.bench.paper_figures import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES, figure_for
-from vidstyle.gpu.compile.explain import download_bytes, explain, plan_traffic, upload_bytes
+from vidstyle.gpu.compile.explain import explain
 from vidstyle.gpu.timing import GpuTimes
 
 NOTHING = "-"
@@ -58,9 +58,8 @@ def _result(timed: Timed, bandwidth: float | None) -> dict[str, Any]:
 
 def _gpu_result(size: tuple[int, int], times: GpuTimes, bandwidth: float | None) -> dict[str, Any]:
     passes = sum(times.passes)
-    moved = plan_traffic(times.plan).total
-    rate = moved * size[0] * size[1] / passes / 1e9 if passes else None
-    explained = explain(times.plan)["passes"]
+    explained = explain(times.plan)
+    rate = explained["bytes"] * size[0] * size[1] / passes / 1e9 if passes else None
     return {
         "form": times.plan.form,
         "clock": times.clock,
@@ -68,12 +67,10 @@ def _gpu_result(size: tuple[int, int], times: GpuTimes, bandwidth: float | None)
         "upload": _speed(size, times.upload),
         "download": _speed(size, times.download),
         "whole": _speed(size, times.whole),
-        "bytes": round(moved, 3),
-        "bytes_up": round(upload_bytes(times.plan), 3),
-        "bytes_down": round(download_bytes(times.plan), 3),
+        **{name: explained[name] for name in ("bytes", "bytes_up", "bytes_down")},
         "gigabytes_per_s": rate,
         "share_of_bandwidth": rate / bandwidth if rate and bandwidth else None,
-        "passes": [each | {"ms": t * 1e3} for each, t in zip(explained, times.passes, strict=True)],
+        "passes": [each | {"ms": t * 1e3} for each, t in zip(explained["passes"], times.passes, strict=True)],
     }
 
 

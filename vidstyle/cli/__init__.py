@@ -11,6 +11,9 @@ import click
 import vidstyle
 from vidstyle.cli.reporting import Reporting
 
+CONTEXT = {"help_option_names": ["-h", "--help"], "show_default": True}
+"""Settings of all commands."""
+
 
 class CommandGroup(click.Group):
     """Finds commands as modules of this package that declare a command of their own name."""
@@ -26,9 +29,7 @@ class CommandGroup(click.Group):
         return command if isinstance(command, click.Command) else None
 
 
-@click.command(
-    cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True
-)
+@click.command(cls=CommandGroup, context_settings=CONTEXT, invoke_without_command=True)
 @click.version_option(vidstyle.__version__, prog_name="vidstyle")
 @click.pass_context
 def commands(context: click.Context) -> None:

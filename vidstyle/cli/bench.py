@@ -29,14 +29,14 @@ def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
 
 
 @click.command(short_help="Measure the speed of blocks and styles.")
-@click.option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"], show_default=True,
+@click.option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"],
               callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
 @click.option("--style", "styles", metavar="NAME", multiple=True, help="Measure only these styles.")
 @click.option("--block", "blocks", metavar="NAME", multiple=True, help="Measure only these blocks.")
 @device_option("GPU to measure beside the CPU.")
-@click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best", show_default=True,
+@click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best",
               help="Kind of shaders on the GPU.")  # fmt: skip
-@click.option("--seconds", type=click.FloatRange(0, 3600), default=1.0, show_default=True,
+@click.option("--seconds", type=click.FloatRange(0, 3600), default=1.0,
               help="Approximate time of each measurement.")  # fmt: skip
 @click.option("--bandwidth", type=click.FloatRange(0, min_open=True), metavar="GB/S",
               help="Memory bandwidth of the GPU; adds the fraction of it that is reached.")  # fmt: skip

@@ -46,15 +46,14 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.command(short_help="Make comic pages from a film or a folder of pictures.")
 @click.argument("source", metavar="INPUT")
 @click.argument("target", metavar="OUTPUT")
-@click.option("--panels", type=PANELS, default="auto", show_default=True, help="Number of panels.")
+@click.option("--panels", type=PANELS, default="auto", help="Number of panels.")
 @click.option("--at", type=TIMES, default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
 @click.option("--skip", type=SPANS, default=(), help="Exclude these time ranges.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
-              help="Select another good layout.")  # fmt: skip
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="Select another good layout.")
 @click.option("--size", metavar="NAME|WxH", help="a4, a5, a3, letter, square, strip, 1200x1800 or "
               "210x297mm.  [default: a4; for .html strip]")  # fmt: skip
 @click.option("--landscape", is_flag=True, help="Landscape orientation, for named sizes.")
-@click.option("--dpi", type=float, default=DPI, show_default=True, help="Pixels per inch.")
+@click.option("--dpi", type=float, default=DPI, help="Pixels per inch.")
 @click.option("--pages", type=click.IntRange(min=1), metavar="N",
               help="Number of pages.  [default: automatic]")  # fmt: skip
 @click.option("--bleed", "bleeding", is_flag=True,
@@ -63,7 +62,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.option("--style", "styles", metavar="A,B,C",
               help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
 @click.option("--subtitles", metavar="FILE|none", help="Subtitles, .srt or .vtt.  [default: the film's]")
-@click.option("--title", default="", help="Title above the first page.")
+@click.option("--title", default="", show_default=False, help="Title above the first page.")
 @click.option("--font", type=click.Path(path_type=Path), metavar="FILE",
               help="Font, .ttf or .otf.  [default: built-in, or an installed one if needed]")  # fmt: skip
 @click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Restyle a camera, a screen or a stream in real time.")
 @click.argument("source", metavar="[SOURCE]", default="camera")
-@common.style_options(default="ink", show_default=True)
-@click.option("--to", "targets", metavar="TARGET", multiple=True, default=["page"], show_default=True,
+@common.style_options(default="ink")
+@click.option("--to", "targets", metavar="TARGET", multiple=True, default=["page"],
               help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.")  # fmt: skip
 @click.option("--size", type=common.SIZE, help="Capture and output size; 1280x-2 keeps the aspect ratio.")
 @click.option("--fps", type=common.RATE, help="Frame rate.  [default: that of the source; 30 for cameras]")
-@click.option("--budget", type=click.Choice(["auto", "off"]), default="auto", show_default=True,
+@click.option("--budget", type=click.Choice(["auto", "off"]), default="auto",
               help="To hold the frame rate, auto reduces the working size; off drops frames.")  # fmt: skip
 @click.option("--loop", is_flag=True, help="Repeat a file.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
               help="Quality of files; lower is better and larger.")  # fmt: skip
 @click.option("--bitrate", type=click.IntRange(min=1000), metavar="BITS",
               help="Bit rate of network streams, in bits per second.")  # fmt: skip
-@click.option("--audio", type=click.Choice(["auto", "none"]), default="auto", show_default=True,
+@click.option("--audio", type=click.Choice(["auto", "none"]), default="auto",
               help="Audio of files and streams.")  # fmt: skip
 @click.option("--microphone", metavar="NAME", help="Audio source: default, hw:1,0, part of a name, or test.")
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
 @click.option("--input-format", metavar="NAME", help="Format of a camera (mjpeg) or of '-' (raw).")
 @common.raw_video_options("Frame rate of raw video.  [default: 30]", "raw_rate")
-@click.option("--port", type=click.IntRange(0, 65535), default=0,
+@click.option("--port", type=click.IntRange(0, 65535), default=0, show_default=False,
               help="Port of the page.  [default: any free port]")  # fmt: skip
 @common.device_option()
 @click.option("--list", "listing", is_flag=True, help="List cameras with their modes, and microphones.")

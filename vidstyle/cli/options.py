@@ -62,7 +62,7 @@ RATE = Parsed("rate", parse_rate)
 def device_option(text: str = "Device that runs the style.") -> Decorator:
     """Adds --device; `text`: its help."""
     names = "auto|cpu|gpu|gpu:N"
-    return click.option("--device", metavar=names, default="auto", show_default=True, help=text)
+    return click.option("--device", metavar=names, default="auto", help=text)
 
 
 def style_options(**declared: Any) -> Decorator:
@@ -87,7 +87,7 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
     """Adds the options that describe raw video on standard input; help and name are those of --input-fps."""
     size = click.option("--input-size", type=SIZE, help="Size of raw video on '-'.")
-    pix_fmt = click.option("--input-pix-fmt", metavar="NAME", default="yuv420p", show_default=True,
+    pix_fmt = click.option("--input-pix-fmt", metavar="NAME", default="yuv420p",
                            help="Pixel format of raw video on '-'.")  # fmt: skip
     rate = click.option("--input-fps", rate_name, type=RATE, help=rate_help)
     return lambda command: size(pix_fmt(rate(command)))

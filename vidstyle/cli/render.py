@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 @click.option("--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality; lower is better and larger.")
 @click.option("--preset", metavar="NAME", help="Encoder preset: speed against compression.")
 @click.option("--pix-fmt", metavar="NAME", help="Output pixel format, such as yuv420p10le.")
-@click.option("--audio", metavar="copy|none|CODEC", default="copy", show_default=True,
-              help="Copy, drop or re-encode the audio.")  # fmt: skip
+@click.option("--audio", metavar="copy|none|CODEC", default="copy", help="Copy, drop or re-encode the audio.")
 @click.option("--format", "file_format", metavar="NAME",
               help="Container format on '-', such as nut or yuv4mpegpipe.")  # fmt: skip
 @common.raw_video_options("Frame rate of raw video or an image sequence.  [default: 25]", "rate")
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
 @click.option("--compare", type=click.Choice(["side", "split"]),
               help="Show source and result side by side, or split in the middle.")  # fmt: skip
 @common.device_option()
-@click.option("--progress", type=click.Choice(KINDS), default="auto", show_default=True,
+@click.option("--progress", type=click.Choice(KINDS), default="auto",
               help="How to report progress on stderr.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True,
               help="Print a summary as JSON (on stderr when OUTPUT is '-').")  # fmt: skip

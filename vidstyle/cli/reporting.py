@@ -15,7 +15,7 @@ from typing import Any, TextIO
 
 import click
 
-from vidstyle.errors import OutputError, UsageError, VidstyleError, output_error, printable
+from vidstyle.errors import OutputError, UsageError, VidstyleError, log, output_error, printable
 
 USAGE = UsageError.exit_code
 BUG = VidstyleError.exit_code
@@ -41,15 +41,14 @@ class Reporting(logging.Handler):
 
     def __enter__(self) -> Reporting:
         open_missing()
-        logger = logging.getLogger("vidstyle")
-        logger.addHandler(self)
-        logger.setLevel(logging.INFO)
+        log.addHandler(self)
+        log.setLevel(logging.INFO)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool:
-        logging.getLogger("vidstyle").removeHandler(self)
+        log.removeHandler(self)
         # click makes SystemExit of a broken pipe, and hides it from further flushes.
         error = flush_output(abandoned=isinstance(error, SystemExit)) or error
         if error is None:
@@ -92,12 +91,12 @@ def reporting_options(command: Any) -> Any:
         context.obj.debug = value
 
     def set_level(context: click.Context, _: click.Parameter, value: str) -> None:
-        logging.getLogger("vidstyle").setLevel(value.upper())
+        log.setLevel(value.upper())
 
     levels = click.Choice(["debug", "info", "warning", "error"])
     debug = click.option("--debug", is_flag=True, expose_value=False, callback=set_debug,
                          help="Show where an error came from.")  # fmt: skip
-    level = click.option("--log-level", type=levels, default="info", show_default=True, expose_value=False,
+    level = click.option("--log-level", type=levels, default="info", expose_value=False,
                          callback=set_level, help="Which notices to show.")  # fmt: skip
     return level(debug(command))
 

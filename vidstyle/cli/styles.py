@@ -34,10 +34,8 @@ if TYPE_CHECKING:
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
 @click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as SVG.")
 @click.option("--plan", is_flag=True, help="Print the GPU passes of the style and the bytes that they move.")
-@click.option("--size", type=SIZE, default="1920x1080", show_default=True, callback=both_sides,
-              help="Picture size for --plan.")  # fmt: skip
-@click.option("--form", type=click.Choice(FORMS), default=FORMS[0], show_default=True,
-              help="Kind of shaders for --plan.")  # fmt: skip
+@click.option("--size", type=SIZE, default="1920x1080", callback=both_sides, help="Picture size for --plan.")
+@click.option("--form", type=click.Choice(FORMS), default=FORMS[0], help="Kind of shaders for --plan.")
 @reporting_options
 def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> None:
     """List the styles, or describe the steps and parameters of one: a NAME or a style file.

@@ -28,14 +28,14 @@ PROGRESS_INTERVAL = 5
               help="Approximate a Python function from RGB, uint8, to RGB.")  # fmt: skip
 @click.option("--pairs", metavar="DIR", type=click.Path(path_type=Path),
               help="Approximate the pictures of the same names in DIR.")  # fmt: skip
-@click.option("--bins", metavar="OxSxC", default="16x5x3", show_default=True,
+@click.option("--bins", metavar="OxSxC", default="16x5x3",
               help="Bins of orientation, strength and coherence.")  # fmt: skip
-@click.option("--size", type=int, default=7, show_default=True, help="Filter size in pixels, odd.")
-@click.option("--rho", type=float, default=1.5, show_default=True,
+@click.option("--size", type=int, default=7, help="Filter size in pixels, odd.")
+@click.option("--rho", type=float, default=1.5,
               help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
-@click.option("--hold-out", type=int, default=2, show_default=True,
+@click.option("--hold-out", type=int, default=2,
               help="Number of pictures, the last ones, that only measure fidelity.")  # fmt: skip
-@click.option("--long-side", type=int, default=1000, show_default=True,
+@click.option("--long-side", type=int, default=1000,
               help="Reduce pictures to this length of their longer side.")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite BANK.npz if it exists.")
 @click.option("--show", metavar="PICTURE", type=click.Path(path_type=Path),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -17,7 +16,7 @@ from vidstyle.comic.layout.paper import BORDER, DPI, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
-from vidstyle.comic.lettering.letter import LetteredPanel, PanelText, TextStyle, letter
+from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
 from vidstyle.comic.lettering.subtitle_lines import Line, lines_of_file, lines_of_film
 from vidstyle.comic.lettering.title import below_title, lowered, numbers, title_of
 from vidstyle.comic.moment import Moment
@@ -25,6 +24,7 @@ from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, drawn
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.errors import log
 from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
@@ -32,8 +32,6 @@ OnStep = Callable[[str, int, int], None]
 """Progress callback: what is being done, how many parts of it are done, and of how many (0: unknown)."""
 
 _NO_FACES = "no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one"
-
-_log = logging.getLogger("vidstyle")
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class _Job:
         with open_film(self._source, faces) as film:
             lines = self._dialogue_lines()
             if lines and not faces.has_model:
-                _log.info(_NO_FACES)
+                log.info(_NO_FACES)
             self._choose_font(lines)
             moments = find_moments(film, replace(self._options.key_frames, min_panels=panels_for(lines)))
             self._step("laying out", 0, 0)
@@ -117,17 +115,16 @@ class _Job:
     def _plan(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> PagePlan:
         if self._options.storyboard:
             layout = contact_sheet(moments, self._paper, self._size, self._title_height)
-            panels = [LetteredPanel(each, each.rectangle, each.crop) for each in layout.panels]
             labels = time_labels(layout, moments, self._size)
         else:
-            layout, panels = self._comic_pages(film, moments, lines)
+            layout = self._comic_pages(film, moments, lines)
             labels = numbers(layout, self._paper, self._size)
         if self._title:
             labels[0].append(self._title)
         if self._letters.lacking:
             lacking = " ".join(self._letters.lacking)
-            _log.warning("the font %s lacks %s; give another with --font", self._letters.family, lacking)
-        return PagePlan(moments, layout, panels, labels, self._letters, self._paper.dpi)
+            log.warning("the font %s lacks %s; give another with --font", self._letters.family, lacking)
+        return PagePlan(moments, layout, labels, self._letters, self._paper.dpi)
 
     def _dialogue_lines(self) -> list[Line]:
         if self._options.storyboard:
@@ -136,23 +133,20 @@ class _Job:
             return self._lines
         return lines_of_film(self._source) if Path(self._source).is_file() else []
 
-    def _comic_pages(
-        self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]
-    ) -> tuple[PageLayout, list[LetteredPanel]]:
-        words = match(lines, moments)
+    def _comic_pages(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> PageLayout:
+        spoken, count = match(lines, moments)
         style = TextStyle(self._letters, self._size, self._paper.border, self._options.right_to_left)
-        shown = list(zip(moments, words.panels, strict=True))
-        colors = film.frames_at([moment.time for moment, spoken in shown if spoken], keep=True)
+        shown = list(zip(moments, spoken, strict=True))
+        colors = film.frames_at([moment.time for moment, said in shown if said], keep=True)
         attention = (
-            attention_map(moment.picture(next(colors)), moment.faces) if spoken else attention_of_box(moment)
-            for moment, spoken in shown
+            attention_map(moment.picture(next(colors)), moment.faces) if said else attention_of_box(moment)
+            for moment, said in shown
         )
-        texts = list(map(PanelText, moments, words.panels, attention))
-        layout, panels, lost = letter(partial(self._layout, moments), texts, style)
-        if words.left_out + lost:
-            counts = words.left_out + lost, words.lines
-            _log.info("%d of %d subtitles stand in no panel; with more --panels more do", *counts)
-        return layout, panels
+        texts = list(map(PanelText, moments, spoken, attention))
+        layout = letter(partial(self._layout, moments), texts, style)
+        if lost := count - sum(len(panel.bubbles) for panel in layout.panels):
+            log.info("%d of %d subtitles stand in no panel; with more --panels more do", lost, count)
+        return layout
 
     def _layout(self, moments: Sequence[Moment], area_scales: Sequence[float]) -> PageLayout:
         options = self._options

@@ -3,36 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
+Length = TypeVar("Length", bound=float)
 
-class Box(NamedTuple):
-    """A rectangle in pixels of the upright picture; right and bottom lie outside.
+
+class Box(NamedTuple, Generic[Length]):
+    """A rectangle in pixels of the upright picture or of a page; right and bottom lie outside.
 
     >>> Box(0, 0, 4, 2).union(Box(3, 1, 5, 5))
     Box(left=0, top=0, right=5, bottom=5)
     """
 
-    left: float
-    top: float
-    right: float
-    bottom: float
+    left: Length
+    top: Length
+    right: Length
+    bottom: Length
 
     @property
-    def width(self) -> float:
+    def width(self) -> Length:
         """Never below 0."""
-        return max(0.0, self.right - self.left)
+        return cast(Length, max(0, self.right - self.left))
 
     @property
-    def height(self) -> float:
+    def height(self) -> Length:
         """Never below 0."""
-        return max(0.0, self.bottom - self.top)
+        return cast(Length, max(0, self.bottom - self.top))
 
     @property
     def area(self) -> float:
         return self.width * self.height
+
+    @property
+    def aspect(self) -> float:
+        """Width by height."""
+        return self.width / self.height
 
     @property
     def center(self) -> tuple[float, float]:
@@ -73,6 +80,10 @@ class Box(NamedTuple):
         return Box(axis - self.right, self.top, axis - self.left, self.bottom)
 
 
+Rectangle = Box[int]
+"""A part of a page, in whole pixels."""
+
+
 @dataclass(frozen=True)
 class Moment:
     """A key frame of the film, to be shown by a panel.
@@ -80,7 +91,7 @@ class Moment:
     Attributes:
         time: presentation time of the frame in seconds.
         shape: height and width of the picture, upright, with square pixels and without letterbox bars.
-        importance: 0..1, relative to the most important moment.
+        importance: 0..1, relative to the most important moment; 0 before moments are chosen.
         saliency: box around the salient area, in pixels of that picture.
         faces: boxes of the faces, the largest first.
         scene: number of its scene, from 0.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -16,7 +15,7 @@ from vidstyle.comic.select.moments import KeyFrameOptions
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.demo.drawing import RATE, SECONDS, film_picture, film_sound
-from vidstyle.errors import OutputError, UsageError
+from vidstyle.errors import OutputError, UsageError, log
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.media.write.memory import write_film
 from vidstyle.media.write.writer import WriteOptions
@@ -30,8 +29,6 @@ WORDS = (
 )
 """The subtitles of the film: start and end in seconds, and text."""
 PANELS = 4
-
-_log = logging.getLogger("vidstyle")
 
 
 def make_demo(folder: Path) -> Iterator[Path]:
@@ -56,7 +53,7 @@ def make_demo(folder: Path) -> Iterator[Path]:
     try:
         check_pillow()
     except UsageError as error:
-        _log.warning(str(error))
+        log.warning(str(error))
     else:
         yield make_page(film, folder / "comic.png")
 

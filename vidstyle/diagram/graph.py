@@ -33,6 +33,12 @@ class GraphBlock:
     saves: list[str] = field(default_factory=list)
     inputs: dict[int, list[str]] = field(default_factory=dict)
 
+    @property
+    def words(self) -> list[str]:
+        """Where it starts from, and its settings."""
+        start = [f"from {self.source}"] * bool(self.source)
+        return [*start, *(f"{name} = {text}" for name, text in self.settings.items())]
+
     def add_input(self, number: int, name: str = "") -> None:
         """Add the picture of a block."""
         names = self.inputs.setdefault(number, [])

@@ -163,10 +163,7 @@ def _names(edge: DiagramEdge, end: DiagramNode, x: float, y: float) -> str:
 
 def _words(node: DiagramNode) -> list[str]:
     """The lines under the title of a block."""
-    block = node.block
-    words = [f"from {block.source}"] * bool(block.source)
-    words += [f"{name} = {text}" for name, text in block.settings.items()]
-    words += [f"→ {', '.join(block.saves)}"] * bool(block.saves)
+    words = node.block.words + [f"→ {', '.join(node.block.saves)}"] * bool(node.block.saves)
     return [text if len(text) <= MAX_CHARACTERS else f"{text[: MAX_CHARACTERS - 1]}…" for text in words]
 
 

@@ -47,9 +47,7 @@ def graph_text(nodes: Sequence[DiagramNode], width: int = 80, encoding: str = "u
 def _words(node: DiagramNode, room: int) -> list[str]:
     """The text beside a block, wrapped."""
     block = node.block
-    parts = [f"from {block.source}"] * bool(block.source)
-    parts += [f"{name} = {text}" for name, text in block.settings.items()]
-    unbroken = [part.replace(" ", _NO_BREAK) for part in parts]
+    unbroken = [part.replace(" ", _NO_BREAK) for part in block.words]
     saved = f"  → {', '.join(block.saves)}" if block.saves else ""
     text = f"{block.title}{'  ' if unbroken else ''}{', '.join(unbroken)}{saved}"
     return [line.replace(_NO_BREAK, " ") for line in textwrap.wrap(text, room, subsequent_indent="  ")]

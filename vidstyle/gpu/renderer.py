@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
 from typing import Protocol
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.errors import DeviceError
+from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.plan import Form
 from vidstyle.gpu.device.devices import Device
 from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
 from vidstyle.style import Style
-
-log = logging.getLogger("vidstyle")
 
 HANG_SECONDS = 10.0
 """Seconds without a picture after which a GPU counts as lost. Software renderers may be slow and never do."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import logging
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -18,7 +17,7 @@ from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
 from vidstyle.core.scene_cuts import SceneCutDetector
-from vidstyle.errors import DeviceError
+from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader_nodes import ShaderMeasure
 from vidstyle.gpu.compile.tiles import MAX_SIDE
@@ -30,8 +29,6 @@ from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, with_plan
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
 from vidstyle.style.resolve import has_fixed_marks, resolve, structure
-
-log = logging.getLogger("vidstyle")
 
 END_SECONDS = 2.0
 """Seconds to wait for a context to be closed."""

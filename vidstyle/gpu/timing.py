@@ -125,8 +125,7 @@ def _time_download(resources: GpuResources, plan: Plan, seconds: float) -> float
         resources.context.texture(target.shape[::-1], target.format.components, dtype=target.format.dtype)
         for target in result_targets(plan)
     ]
-    wanted = [(texture, min(texture.components, 3)) for texture in textures]
-    return median_time(lambda: resources.download.begin(wanted).arrays(), seconds) if wanted else 0.0
+    return median_time(lambda: resources.download.begin(textures).arrays(), seconds) if textures else 0.0
 
 
 def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> float:

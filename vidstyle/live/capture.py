@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -12,7 +11,7 @@ from typing import Generic
 
 import numpy as np
 
-from vidstyle.errors import DeviceError, VidstyleError
+from vidstyle.errors import DeviceError, VidstyleError, log
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.audio import RATE, AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, CaptureSource, LiveInput, LiveSource, T
@@ -22,7 +21,7 @@ from vidstyle.media.capture.monotonic import MONOTONIC, Clock
 MIN_RETRY_SECONDS, MAX_RETRY_SECONDS = 0.25, 1.0
 """Delay before a lost source is opened again: at first, and at most."""
 
-log = logging.getLogger("vidstyle")
+PushAudio = Callable[[AudioChunk], None]
 
 
 class ReconnectingSource(ABC, Generic[T]):
@@ -33,19 +32,19 @@ class ReconnectingSource(ABC, Generic[T]):
         ended: whether it has ended for good.
     """
 
-    substitute = ""
-    """What is delivered while the source is lost, for the log."""
+    purpose = substitute = ""
+    """The name of the thread, and what is delivered while the source is lost, for the log."""
 
-    def __init__(self, source: CaptureSource[T], purpose: str, clock: Clock) -> None:
-        """`purpose`: names the thread."""
+    def __init__(self, source: CaptureSource[T], push_audio: PushAudio, clock: Clock) -> None:
+        """`push_audio`: receives the sound, in the capturing thread."""
         self.error: BaseException | None = None
         self.ended = False
-        self._source, self._clock = source, clock
+        self._source, self._push_audio, self._clock = source, push_audio, clock
         self._stopping = threading.Event()
         self._last: float | None = None
         self._lost: float | None = None
         self._opened: float | None = None
-        self._thread = threading.Thread(target=self._run, name=f"vidstyle {purpose}", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"vidstyle {self.purpose}", daemon=True)
 
     def start(self) -> None:
         """Start the thread."""
@@ -123,15 +122,11 @@ class Capture(ReconnectingSource[LiveInput]):
         codec, rate, sample_aspect, has_sound: of the source, known with the first frame.
     """
 
-    substitute = "the last picture is held"
+    purpose, substitute = "capture", "the last picture is held"
 
-    def __init__(
-        self, source: LiveSource, push_audio: Callable[[AudioChunk], None], clock: Clock = MONOTONIC
-    ) -> None:
-        """`push_audio`: receives the source's sound, in the capturing thread."""
-        super().__init__(source, "capture", clock)
-        self._push_audio = push_audio
-        self.frames: DropOldestQueue[CapturedFrame] = DropOldestQueue(clock=clock)
+    def __init__(self, source: LiveSource, push_audio: PushAudio, clock: Clock = MONOTONIC) -> None:
+        super().__init__(source, push_audio, clock)
+        self.frames: DropOldestQueue[CapturedFrame] = DropOldestQueue(clock=self._clock)
         self.codec = ""
         self.has_sound = False
         self.rate: Fraction | None = None
@@ -181,14 +176,10 @@ SILENCE_SECONDS = 0.1
 class MicrophoneCapture(ReconnectingSource[AudioInput]):
     """Captures a microphone without gaps: while it is lost, silence is delivered."""
 
-    substitute = "there is silence"
+    purpose, substitute = "microphone", "there is silence"
 
-    def __init__(
-        self, microphone: Microphone, push_audio: Callable[[AudioChunk], None], clock: Clock = MONOTONIC
-    ) -> None:
-        """`push_audio`: receives the sound, in a thread of its own."""
-        super().__init__(microphone, "microphone", clock)
-        self._push_audio = push_audio
+    def __init__(self, microphone: Microphone, push_audio: PushAudio, clock: Clock = MONOTONIC) -> None:
+        super().__init__(microphone, push_audio, clock)
         self._end = 0.0
         self._started = threading.Event()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import select
 import sys
@@ -10,13 +9,11 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from vidstyle.errors import VidstyleError
+from vidstyle.errors import VidstyleError, log
 from vidstyle.live.control import Controls
 
 POLL_SECONDS = 0.2
 STEADY_STEP = 0.1
-
-log = logging.getLogger("vidstyle")
 
 HELP = "n next style, s/S more or less steady, b bypass, p picture, r record, q quit"
 

@@ -20,7 +20,7 @@ MAX_RECENT = 512
 
 
 class LatencyMeter:
-    """A histogram of latencies from capture to delivery, by a clock; thread-safe."""
+    """A histogram of latencies from capture to delivery, by a clock, and the rate of frames; thread-safe."""
 
     def __init__(self, clock: Clock = MONOTONIC) -> None:
         self.clock = clock
@@ -43,30 +43,21 @@ class LatencyMeter:
 
     def recent_latency(self) -> tuple[float, float]:
         """Median and 99th percentile in ms, of the last seconds."""
-        earliest = self.clock.now() - RECENT_SECONDS
-        with self._lock:
-            values = sorted(value for time, value in self._recent if time >= earliest)
+        values = sorted(value for _, value in self._last_seconds())
         if not values:
             return 0.0, 0.0
         return values[len(values) // 2], values[min(int(len(values) * 0.99), len(values) - 1)]
 
-
-class RateMeter:
-    """Events per second, over the last seconds."""
-
-    def __init__(self, clock: Clock = MONOTONIC) -> None:
-        self._clock = clock
-        self._times: deque[float] = deque(maxlen=MAX_RECENT)
-
-    def record(self) -> None:
-        """Record an event now."""
-        self._times.append(self._clock.now())
-
     @property
     def rate(self) -> float:
-        earliest = self._clock.now() - RECENT_SECONDS
-        times = [time for time in self._times.copy() if time >= earliest]
+        """Frames per second, over the last seconds."""
+        times = [time for time, _ in self._last_seconds()]
         return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else 0.0
+
+    def _last_seconds(self) -> list[tuple[float, float]]:
+        earliest = self.clock.now() - RECENT_SECONDS
+        with self._lock:
+            return [each for each in self._recent if each[0] >= earliest]
 
 
 def _quantile(counts: Sequence[int], share: float) -> float:

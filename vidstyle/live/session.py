@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from vidstyle.errors import log
 from vidstyle.live.capture import Capture, MicrophoneCapture, ReconnectingSource
 from vidstyle.live.control import Controls, LiveOptions, Status
-from vidstyle.live.meter import LatencyMeter, RateMeter
+from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.process import FrameProcessor
 from vidstyle.live.recorder import Recorder
 from vidstyle.live.target import LiveFrame, Target, TargetContext
@@ -19,8 +19,6 @@ from vidstyle.live.targets import Delivery, TargetGroup
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, LiveSource
 from vidstyle.media.capture.monotonic import MONOTONIC, Clock
-
-log = logging.getLogger("vidstyle")
 
 DEFAULT_RATE = Fraction(30)
 POLL_SECONDS = 0.1
@@ -57,7 +55,6 @@ class LiveSession:
         self._inputs: list[ReconnectingSource[Any]] = [self._capture]
         self._inputs += [self._microphone] if self._microphone else []
         self._delivered, self._restyled = LatencyMeter(clock), LatencyMeter(clock)
-        self._frame_rate = RateMeter(clock)
         self._recorder = Recorder(self._notify)
         self._context: TargetContext | None = None
         self._began: float | None = None
@@ -100,7 +97,7 @@ class LiveSession:
             frames=self._frames,
             dropped=self._dropped,
             repeated=sum(delivery.repeated for delivery in self._targets.deliveries),
-            rate=self._frame_rate.rate,
+            rate=self._restyled.rate,
             latency_ms=self._restyled.recent_latency(),
             degraded=self._processor.degraded,
             targets=self._targets.states,
@@ -142,7 +139,6 @@ class LiveSession:
         self._restyled.record(frame.captured)
         self._targets.offer(frame)
         self._recorder.offer(frame, self._context)
-        self._frame_rate.record()
         self._processor.record_time(self._clock.now() - begin)
         self._frames += 1
 
@@ -185,51 +181,31 @@ class LiveSession:
         self._error = self._error or error
 
     def _summary(self) -> LiveSummary:
+        rate = float(self._context.rate if self._context else self._options.rate or DEFAULT_RATE)
+        totals = {"rate": rate, "latency_ms": self._delivered.latency()}
         return LiveSummary(
-            source=self._source.name,
-            frames=self._frames,
-            dropped=self._dropped,
+            **vars(self.status()) | totals,
             elapsed=0.0 if self._began is None else self._clock.now() - self._began,
             restyled_ms=self._restyled.latency(),
-            latency_ms=self._delivered.latency(),
-            size=self._processor.size,
-            rate=float(self._context.rate if self._context else self._options.rate or DEFAULT_RATE),
-            degraded=self._processor.degraded,
             deliveries=self._targets.deliveries,
         )
 
 
-@dataclass(frozen=True)
-class LiveSummary:
-    """Statistics of a session.
+@dataclass(frozen=True, kw_only=True)
+class LiveSummary(Status):
+    """The last status of a session, with what holds for all of it.
 
     Attributes:
-        frames: number of frames restyled.
-        dropped: number of frames that were captured and dropped for newer ones.
         elapsed: seconds from the first frame to the end.
         restyled_ms: median and 99th percentile from capture until a frame is restyled.
-        latency_ms: median and 99th percentile until a target has written it; 0 if no target records it.
-        size: width and height of the output.
+        latency_ms: the same until a target has written it, of all frames; 0 if no target records it.
         rate: frames per second that the targets were opened for.
-        degraded: what was reduced at the end to hold the rate, or "".
         deliveries: for each target.
     """
 
-    source: str
-    frames: int
-    dropped: int
     elapsed: float
     restyled_ms: tuple[float, float]
-    latency_ms: tuple[float, float]
-    size: tuple[int, int]
-    rate: float
-    degraded: str
     deliveries: tuple[Delivery, ...]
-
-    @property
-    def repeated(self) -> int:
-        """Number of frames that targets repeated, together."""
-        return sum(delivery.repeated for delivery in self.deliveries)
 
     def as_dict(self) -> dict[str, Any]:
         """All of it in plain values, for JSON."""

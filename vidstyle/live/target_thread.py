@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -10,7 +9,7 @@ from fractions import Fraction
 from math import floor
 from typing import Protocol
 
-from vidstyle.errors import VidstyleError
+from vidstyle.errors import VidstyleError, log
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.live.target import LiveFrame, TargetContext
 from vidstyle.media.audio import AudioChunk
@@ -23,8 +22,6 @@ CLOSE_SECONDS = 2.0
 """Time that closing a target may take; a reader that does not read is abandoned."""
 MAX_AUDIO_CHUNKS = 200
 """Chunks of sound that may wait, a few seconds."""
-
-log = logging.getLogger("vidstyle")
 
 
 class Sink(Protocol):

@@ -7,7 +7,6 @@ for each step and variant with the comments above it, which tomlkit edits separa
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 import tomllib
@@ -21,12 +20,10 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from vidstyle.core.regular_file import read_regular_file
-from vidstyle.errors import OutputError, StyleError
+from vidstyle.errors import OutputError, StyleError, log
 from vidstyle.style.check import style_from_table
 from vidstyle.style.model import FIELDS, LAYERS, Style, table_from_style
 from vidstyle.style.variants import VARIANT_PATTERN
-
-log = logging.getLogger("vidstyle")
 
 MAX_FILE = 64 * 1024
 """The largest style file, in bytes."""

@@ -10,6 +10,7 @@ import threading
 import weakref
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,9 @@ class WebServer:
         self._loop = asyncio.new_event_loop()
         app = web.Application(middlewares=[self._guard])
         app.on_response_prepare.append(self._add_headers)
-        files = {"/" if file.name == index else f"/{file.name}": _sender(file) for file in static.iterdir()}
+        files = {
+            "/" if file.name == index else f"/{file.name}": partial(_send, file) for file in static.iterdir()
+        }
         for path, handler in (files | dict(handlers)).items():
             app.router.add_get(path, handler, allow_head=False)
         self._runner = web.AppRunner(
@@ -177,11 +180,8 @@ class WebServer:
         self._loop.stop()
 
 
-def _sender(path: Path) -> Handler:
-    async def send(request: web.Request) -> web.StreamResponse:
-        return web.FileResponse(path)
-
-    return send
+async def _send(path: Path, request: web.Request) -> web.StreamResponse:
+    return web.FileResponse(path)
 
 
 class Authorization:

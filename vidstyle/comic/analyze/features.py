@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.similarity import make_thumbnail
-from vidstyle.comic.moment import Box
+from vidstyle.comic.moment import Box, Moment
 
 SIDE = 640
 """Longer side in pixels of the copies that are measured: small enough to be quick, and blur still shows."""
@@ -36,43 +36,31 @@ _MIN_BAR, _MAX_BAR = 0.02, 0.35
 """The share of the picture's side that a bar takes."""
 
 
-@dataclass(frozen=True)
-class Candidate:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Candidate(Moment):
     """A candidate key frame and its features.
 
     Attributes:
-        time: seconds.
-        shape: height and width of the picture without letterbox bars.
         sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
         clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
         blank: whether the picture is black, white or one tone.
         thumbnail: what is compared with other pictures, see `similarity`.
         histogram: shares of 64 colours, float32, of sum 1.
-        saliency, faces, blobs: boxes in pixels of that picture.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
-        scene: number of its scene.
         in_transition: whether it shows two shots, or one that is fading.
         forced: whether it was requested by its time.
-        offset: left and top of that picture in the frame, above 0 where there are letterbox bars.
     """
 
-    time: float
-    shape: tuple[int, int]
     sharpness: float
     clarity: float
     blank: bool
     thumbnail: np.ndarray
     histogram: np.ndarray
-    saliency: Box
-    faces: tuple[Box, ...] = ()
-    blobs: tuple[Box, ...] = ()
     eyes: float = 0.0
     motion: float = 0.0
-    scene: int = 0
     in_transition: bool = False
     forced: bool = False
-    offset: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -112,16 +100,18 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], fac
     return Candidate(
         time,
         inner,
-        sharpness(luma),
-        exposure(luma) * forms(color),
-        is_blank(luma),
-        make_thumbnail(color),
-        color_histogram(color),
-        saliency.scaled(factor),
-        tuple(face.scaled(factor) for face in found),
-        tuple(blob.scaled(factor) for blob in found_blobs),
-        eye_contrast(luma, found[0]) if found else 0.0,
+        importance=0.0,
+        saliency=saliency.scaled(factor),
+        faces=tuple(face.scaled(factor) for face in found),
+        scene=0,
+        blobs=tuple(blob.scaled(factor) for blob in found_blobs),
         offset=(left, top),
+        sharpness=sharpness(luma),
+        clarity=exposure(luma) * forms(color),
+        blank=is_blank(luma),
+        thumbnail=make_thumbnail(color),
+        histogram=color_histogram(color),
+        eyes=eye_contrast(luma, found[0]) if found else 0.0,
     )
 
 

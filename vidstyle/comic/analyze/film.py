@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 from abc import abstractmethod
@@ -21,10 +20,8 @@ from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
-from vidstyle.errors import InputError, UsageError
+from vidstyle.errors import InputError, UsageError, log
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
-
-log = logging.getLogger("vidstyle")
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""

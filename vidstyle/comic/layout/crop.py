@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vidstyle.comic.layout.paper import Rectangle
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.moment import Box, Moment, Rectangle
 
 NEAREST = 0.5
 """Minimum size of a window, relative to the largest one of its aspect."""
@@ -184,12 +183,6 @@ def _from_third(part: np.ndarray) -> np.ndarray:
 
 _SHIFTS = ((0, -0.5), (0, -1), (-0.5, 0), (0.5, 0), (-1, 0), (1, 0), (0, 0.5))
 """Shifts tried, relative to the largest that keeps the main content visible."""
-
-
-def within_border(rectangle: Rectangle, border: int) -> Rectangle:
-    """A panel without its border."""
-    left, top, right, bottom = rectangle
-    return Rectangle(left + border, top + border, right - border, bottom - border)
 
 
 def on_page(box: Box, window: Box, picture: Rectangle) -> Box:

@@ -11,10 +11,11 @@ import numpy as np
 from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturbed_weights, wanted_areas
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.pagination import Pagination, Row
-from vidstyle.comic.layout.paper import Paper, Rectangle
+from vidstyle.comic.layout.paper import Paper
 from vidstyle.comic.layout.slicing import Grid, Placement, rows
 from vidstyle.comic.layout.strip import lay_out_strip
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.errors import UsageError
 
 PANELS_PER_PAGE = 6.5
@@ -37,14 +38,18 @@ class Panel:
     Attributes:
         moment: index of the moment that it shows.
         page: index of the page.
-        rectangle: including the border; a full-bleed panel extends beyond the page by `Paper.bleed`.
-        crop: the window of the moment's picture that it shows, in pixels, with the rectangle's aspect.
+        rectangle: including the border.
+        picture: place of its picture: in the rectangle, within the border and below bands of text.
+        crop: the window of the moment's picture that it shows, in pixels, with the aspect of `picture`.
+        bubbles: its text, in reading order.
     """
 
     moment: int
     page: int
     rectangle: Rectangle
+    picture: Rectangle
     crop: Box
+    bubbles: tuple[Bubble, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -105,7 +110,7 @@ def lay_out(
     if right_to_left:
         placed = [(page, rectangle.mirrored(paper.width)) for page, rectangle in placed]
     panels = tuple(
-        Panel(number, page, rectangle, crop(moments[number], rectangle.aspect))
+        Panel(number, page, rectangle, rectangle, crop(moments[number], rectangle.aspect))
         for number, (page, rectangle) in enumerate(placed)
     )
     return PageLayout(panels, tuple(sizes), cost)
@@ -122,13 +127,13 @@ def pages_for(panels: int) -> int:
 
 
 def _bled(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:
-    """A full-width panel extended beyond the page edges; any other as it is."""
-    inside, beyond = paper.inside, paper.bleed
+    """A full-width panel extended to the page edges; any other as it is."""
+    inside = paper.inside
     if (rectangle.left, rectangle.right) != (inside.left, inside.right):
         return rectangle
-    top = -beyond if rectangle.top == inside.top else rectangle.top
-    bottom = height + beyond if rectangle.bottom == height - paper.margin else rectangle.bottom
-    return Rectangle(-beyond, top, paper.width + beyond, bottom)
+    top = 0 if rectangle.top == inside.top else rectangle.top
+    bottom = height if rectangle.bottom == height - paper.margin else rectangle.bottom
+    return Rectangle(0, top, paper.width, bottom)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import NamedTuple
 
+from vidstyle.comic.moment import Rectangle
 from vidstyle.errors import UsageError
 
 MILLIMETRES = {
@@ -37,34 +37,6 @@ _LEAST, _MOST = 64, 30000
 """Range of a page's sides in pixels."""
 
 
-class Rectangle(NamedTuple):
-    """A rectangle in pixels of a page; `right` and `bottom` are exclusive."""
-
-    left: int
-    top: int
-    right: int
-    bottom: int
-
-    @property
-    def width(self) -> int:
-        """Pixels."""
-        return self.right - self.left
-
-    @property
-    def height(self) -> int:
-        """Pixels."""
-        return self.bottom - self.top
-
-    @property
-    def aspect(self) -> float:
-        """Width by height."""
-        return self.width / self.height
-
-    def mirrored(self, axis: int) -> Rectangle:
-        """The rectangle mirrored left to right on a page of width `axis`."""
-        return self._replace(left=axis - self.right, right=axis - self.left)
-
-
 @dataclass(frozen=True)
 class Paper:
     """A page; all lengths in pixels.
@@ -75,7 +47,6 @@ class Paper:
         margin: from the page's edge to the panels.
         gutter, row_gutter: between columns and between rows of panels.
         border: width of the line around a panel, inside its rectangle.
-        bleed: how far a full-bleed panel extends beyond the trimmed page.
     """
 
     width: int
@@ -85,7 +56,6 @@ class Paper:
     gutter: int
     row_gutter: int
     border: int
-    bleed: int = 0
 
     @property
     def is_strip(self) -> bool:
@@ -99,28 +69,17 @@ class Paper:
         return Rectangle(self.margin, self.margin, self.width - self.margin, bottom)
 
 
-def paper(
-    size: str = "a4",
-    dpi: float = DPI,
-    *,
-    landscape: bool = False,
-    margin: float = MARGIN,
-    gutter: float = GUTTER,
-    row_gutter: float = ROW_GUTTER,
-    border: float = BORDER,
-    bleed: float = 0.0,
-) -> Paper:
+def paper(size: str = "a4", dpi: float = DPI, landscape: bool = False, border: float = BORDER) -> Paper:
     """The paper of a size.
 
     Args:
         size: a name of `MILLIMETRES`, "strip", or WIDTHxHEIGHT: pixels or, with "mm" behind it, millimetres.
         dpi: pixels per inch.
         landscape: landscape orientation for a named size.
-        margin, gutter, row_gutter, bleed: millimetres; all but `bleed` shrink on small paper.
         border: points.
 
     Raises:
-        UsageError: there is no such size, or no room is left for panels.
+        UsageError: there is no such size.
 
     >>> page = paper("a4")
     >>> page.width, page.height, page.margin, page.gutter, page.border
@@ -132,14 +91,9 @@ def paper(
         raise UsageError("dpi", f"{dpi:g} pixels per inch", "10 to 2400 can be printed")
     width, height = _sides(size.strip().lower(), dpi, landscape)
     scale = min(1.0, min(width, height or width) / _pixels(_USUAL, dpi))
-    aside, gap, row_gap = (round(_pixels(length, dpi) * scale) for length in (margin, gutter, row_gutter))
-    thin = round(border * dpi / _POINTS) or int(border > 0)
-    beyond = round(_pixels(bleed, dpi))
-    if min(aside, gap, row_gap, thin, beyond) < 0:
-        raise UsageError("paper", "a length below 0", "margins, gutters, borders and bleed are 0 or more")
-    if 2 * aside + 4 * max(gap, row_gap) > min(width, height or width) // 2:
-        raise UsageError("paper", "margins and gutters leave no room for panels", "make them smaller")
-    return Paper(width, height, dpi, aside, gap, row_gap, thin, beyond)
+    margin, gutter, row_gutter = (round(_pixels(each, dpi) * scale) for each in (MARGIN, GUTTER, ROW_GUTTER))
+    line = round(border * dpi / _POINTS) or int(border > 0)
+    return Paper(width, height, dpi, margin, gutter, row_gutter, line)
 
 
 def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from vidstyle.comic.layout.paper import Rectangle
+from vidstyle.comic.moment import Rectangle
 
 
 @dataclass(frozen=True)

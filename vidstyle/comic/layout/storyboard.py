@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from statistics import median
 
 from vidstyle.comic.layout.layout import PageLayout, Panel
-from vidstyle.comic.layout.paper import Paper, Rectangle
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.layout.paper import Paper
+from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.comic.output.sheet import Label
 from vidstyle.errors import UsageError
 
@@ -57,7 +57,8 @@ def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
     factor = min(cell.width / width, cell.height / height)
     wide, high = max(1, round(width * factor)), max(1, round(height * factor))
     left, top = cell.left + (cell.width - wide) // 2, cell.bottom - high
-    return Panel(number, page, Rectangle(left, top, left + wide, top + high), Box(0, 0, width, height))
+    place = Rectangle(left, top, left + wide, top + high)
+    return Panel(number, page, place, place, Box(0, 0, width, height))
 
 
 def time_labels(layout: PageLayout, moments: Sequence[Moment], size: int) -> list[list[Label]]:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturbed_weights, wanted_areas
-from vidstyle.comic.layout.paper import Paper, Rectangle
-from vidstyle.comic.moment import Moment
+from vidstyle.comic.layout.paper import Paper
+from vidstyle.comic.moment import Moment, Rectangle
 
 _STEPS = 24
 """Heights are multiples of this part of the width."""

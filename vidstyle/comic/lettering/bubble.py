@@ -90,40 +90,33 @@ class Bubble:
         return max(1.0, LINE_WIDTH * self.block.size)
 
     @cached_property
-    def outline(self) -> list[Point]:
-        """The vertices of the shape; those of a tail (root, tip, root) come first."""
+    def outline(self) -> np.ndarray:
+        """The vertices of the shape, count x 2; those of a tail (root, tip, root) come first."""
         box = self.box
         if self.kind != "balloon":
             left, top, right, bottom = box
-            return [(left, top), (right, top), (right, bottom), (left, bottom)]
+            return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
         around = _superellipse(box.center, box.width / 2, box.height / 2, 0.15 * self.block.size)
         if self.tip is None:
-            return _points(around)
-        direction = np.subtract(self.tip, self.box.center)
+            return around
+        direction = np.subtract(self.tip, box.center)
         direction = direction / max(float(np.linalg.norm(direction)), 1e-6)
-        off = around - self.box.center
+        off = around - box.center
         aside = np.abs(off[:, 0] * direction[1] - off[:, 1] * direction[0])
         root = (aside <= _TAIL * self.block.size) & (off @ direction > 0)
         first = int(np.argmax(root & ~np.roll(root, 1)))
         turned, count = np.roll(around, -first, axis=0), int(root.sum())
         # The ends of the root are kept: they give its width.
-        return _points(np.concatenate([turned[:1], [self.tip], turned[max(1, count - 1) :]]))
+        return np.concatenate([turned[:1], [self.tip], turned[max(1, count - 1) :]])
 
     @property
     def lines(self) -> list[tuple[str, float, float, float]]:
         """Each line with its left end, baseline and width."""
-        size, (middle, center) = self.block.size, self.box.center
-        top = center - self.block.height / 2
-        pad = _CAPTION_PADDING[0] * size
-        return [
-            (
-                text,
-                middle - width / 2 if self.kind == "balloon" else self.box.left + pad,
-                top + (number * LINE + 0.8) * size,
-                width,
-            )
-            for number, (text, width) in enumerate(zip(self.block.lines, self.block.widths, strict=True))
-        ]
+        block, (middle, center) = self.block, self.box.center
+        top, indented = center - block.height / 2, self.box.left + _CAPTION_PADDING[0] * block.size
+        lefts = [middle - width / 2 if self.kind == "balloon" else indented for width in block.widths]
+        feet = [top + (number * LINE + 0.8) * block.size for number in range(len(block.lines))]
+        return list(zip(block.lines, lefts, feet, block.widths, strict=True))
 
 
 def _superellipse(middle: Point, wide: float, high: float, step: float) -> np.ndarray:
@@ -135,10 +128,6 @@ def _superellipse(middle: Point, wide: float, high: float, step: float) -> np.nd
     way = np.concatenate([[0], np.hypot(np.diff(x), np.diff(y)).cumsum()])
     stops = np.linspace(0, way[-1], math.ceil(way[-1] / step), endpoint=False)
     return np.stack([middle[0] + np.interp(stops, way, x), middle[1] + np.interp(stops, way, y)], axis=1)
-
-
-def _points(around: np.ndarray) -> list[Point]:
-    return [(float(x), float(y)) for x, y in around]
 
 
 def size_of(kind: BubbleKind, block: TextBlock) -> tuple[float, float]:
@@ -203,7 +192,7 @@ def _tips(bubble: Bubble, mouth: Point, face: Box, kept: Sequence[Box]) -> list[
 
 def _crosses(bubble: Bubble, kept: Sequence[Box]) -> bool:
     """Whether an edge of the tail crosses one of the boxes."""
-    root, tip, other = (np.array(point) for point in bubble.outline[:3])
+    root, tip, other = bubble.outline[:3]
     steps = np.linspace(0, 1, 40)[:, np.newaxis]
     points = np.concatenate([root + steps * (tip - root), other + steps * (tip - other)])
     return any(_is_in((x, y), box, 0) for x, y in points for box in kept)

@@ -32,15 +32,6 @@ _ENDINGS = tuple('.!?…:"”»)]')
 
 
 @dataclass(frozen=True)
-class Dialogue:
-    """The lines of each panel, the number of lines in all, and of those in no panel."""
-
-    panels: list[list[Line]]
-    lines: int
-    left_out: int
-
-
-@dataclass(frozen=True)
 class _Assignment:
     """An assignment of the lines so far: its cost, and the text in the last panel that has any."""
 
@@ -57,7 +48,7 @@ def panels_for(lines: Sequence[Line]) -> int:
     return math.ceil(sum(len(line.text) for line in lines) / EASY_LETTERS)
 
 
-def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
+def match(lines: Sequence[Line], moments: Sequence[Moment]) -> tuple[list[list[Line]], int]:
     """Assign each line to a panel or to none, in order, with the lowest total cost; dynamic programming.
 
     The cost of a line grows with its distance in time from the panel's moment and is higher after its end;
@@ -66,6 +57,9 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
 
     Args:
         lines, moments: in the order of time.
+
+    Returns:
+        The lines of each panel, and the number of lines in all.
     """
     joined, states = _joined(lines), [_Assignment(0.0)]
     for line in joined:
@@ -76,11 +70,10 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> Dialogue:
         if last.line is not None:
             panels[last.panel].insert(0, last.line)
         last = last.before
-    left_out = len(joined) - sum(map(len, panels))
     if panels and panels[0] and not moments[0].faces:
         # A voice over a first picture without faces is a narrator's.
         panels[0][0] = replace(panels[0][0], narrated=True)
-    return Dialogue(panels, len(joined), left_out)
+    return panels, len(joined)
 
 
 def _with_line(states: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import unicodedata
 from collections.abc import Iterable, Iterator
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vidstyle.comic.layout.paper import Paper
-from vidstyle.errors import InputError, UsageError
+from vidstyle.errors import InputError, UsageError, log
 
 if TYPE_CHECKING:
     from PIL import ImageFont
@@ -151,11 +150,9 @@ FOLDERS = (
 _ENDINGS = (".ttf", ".otf", ".ttc")
 _MAX_FILES = 400
 """Font files that are opened at most."""
-_SUBSTITUTESD = ("comic", "sans", "regular")
+_LIKED = ("comic", "sans", "regular")
 _DISLIKED = "bold italic oblique mono serif light thin condensed black math symbol".split()
 """Parts of font names that suit a comic, and that do not."""
-
-_log = logging.getLogger("vidstyle")
 
 
 def letters_for(texts: Iterable[str], letters: Letters) -> Letters:
@@ -174,7 +171,7 @@ def letters_for(texts: Iterable[str], letters: Letters) -> Letters:
         if not fewest:
             break
     if best is not letters:
-        _log.info("the font %s has letters that the built-in one lacks: it is used", best.family)
+        log.info("the font %s has letters that the built-in one lacks: it is used", best.family)
     return best
 
 
@@ -192,4 +189,4 @@ def _files() -> Iterator[Path]:
 
 def _unsuitability(name: str) -> int:
     plain = name.replace("sansserif", "sans")
-    return 2 * sum(part in plain for part in _DISLIKED) - sum(part in plain for part in _SUBSTITUTESD)
+    return 2 * sum(part in plain for part in _DISLIKED) - sum(part in plain for part in _LIKED)

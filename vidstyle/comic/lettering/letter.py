@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.analyze.saliency import mean_under, within
-from vidstyle.comic.layout.crop import crop, elsewhere, on_page, within_border
+from vidstyle.comic.layout.crop import crop, elsewhere, on_page
 from vidstyle.comic.layout.layout import PageLayout, Panel
-from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, TextBlock, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitle_lines import Line
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.moment import Box, Moment, Rectangle
 
 GROWTH = 1.6
 """Factor on the wanted area of a panel whose text does not fit."""
@@ -32,22 +31,6 @@ _BANDS_OVERLAP = 0.3
 """Overlap of neighbouring bands, in font sizes."""
 _CALM, _BUSY = 1.0, 1.5
 """Attention under a bubble: up to the first no other window is tried, above the second the panel grows."""
-
-
-@dataclass(frozen=True)
-class LetteredPanel:
-    """A panel with its text.
-
-    Attributes:
-        picture: where its picture is, within the border and below bands.
-        crop: the window of the moment's picture that fills it.
-        bubbles: in reading order.
-    """
-
-    panel: Panel
-    picture: Rectangle
-    crop: Box
-    bubbles: tuple[Bubble, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,7 +68,7 @@ class PanelText:
 
 def letter(
     lay_out: Callable[[Sequence[float]], PageLayout], texts: Sequence[PanelText], style: TextStyle
-) -> tuple[PageLayout, list[LetteredPanel], int]:
+) -> PageLayout:
     """Lay out panels and place their text.
 
     Where text does not fit, other windows of the picture and a smaller font are tried, then bands above the
@@ -97,75 +80,77 @@ def letter(
         texts: the text of each moment.
 
     Returns:
-        The layout, its panels, and how many lines were left out.
+        The layout with a bubble for each line in its panel.
     """
     area_scales = [1.0] * len(texts)
     for _ in range(ROUNDS - 1):
         layout = lay_out(area_scales)
         written = [_written(panel, texts[panel.moment], style) for panel in layout.panels]
         if None not in written:
-            return layout, [each for each in written if each], 0
+            return replace(layout, panels=tuple(filter(None, written)))
         area_scales = [
             scale * (1.0 if found else GROWTH) for scale, found in zip(area_scales, written, strict=True)
         ]
     layout = lay_out(area_scales)
-    ends = [_written_at_last(panel, texts[panel.moment], style) for panel in layout.panels]
-    lines = sum(len(text.lines) for text in texts)
-    return layout, [lettered for lettered, _ in ends], lines - sum(count for _, count in ends)
+    ends = (_written_at_last(panel, texts[panel.moment], style) for panel in layout.panels)
+    return replace(layout, panels=tuple(ends))
 
 
 def _written(
     panel: Panel, text: PanelText, style: TextStyle, band: float = _BAND, busiest: float = _BUSY
-) -> LetteredPanel | None:
+) -> Panel | None:
     """The panel with its text; None if it does not fit, or only over busy parts of the picture."""
-    inside = within_border(panel.rectangle, style.border)
+    inwards = -style.border
     # The border changes the aspect a little.
-    best = crop(text.moment, inside.aspect)
+    panel = _with_picture(panel, panel.rectangle.padded(inwards, inwards, inwards), text.moment)
     if not text.lines:
-        return LetteredPanel(panel, inside, best)
-    found = _calmest(panel, inside, (best, *elsewhere(best, text.moment)), text, style)
+        return panel
+    found = _calmest(panel, text, style)
     if found is None:
         return _with_band(panel, text, style, band)
     return found[1] if found[0] <= busiest else None
 
 
-def _calmest(
-    panel: Panel, inside: Rectangle, windows: Sequence[Box], text: PanelText, style: TextStyle
-) -> tuple[float, LetteredPanel] | None:
+def _with_picture(panel: Panel, picture: Rectangle, moment: Moment) -> Panel:
+    return replace(panel, picture=picture, crop=crop(moment, picture.aspect))
+
+
+def _calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[float, Panel] | None:
     """The first window whose bubbles cover calm parts only, or the one where they are calmest.
 
     Returns:
         The highest attention under a bubble, and the panel; None if the text does not fit.
     """
-    least: tuple[float, LetteredPanel] | None = None
+    least: tuple[float, Panel] | None = None
+    windows = panel.crop, *elsewhere(panel.crop, text.moment)
     for size in (style.size, round(style.size * _SMALLER)):
         for window in windows:
-            bubbles = _balloons(inside, window, text, replace(style, size=size))
+            bubbles = _balloons(panel.picture, window, text, replace(style, size=size))
             if bubbles is None:
                 continue
             seen = within(text.attention, text.moment, window)
             boxes = np.array([bubble.box for bubble in bubbles])
-            covered = float(mean_under(seen, Box(*map(float, inside)), boxes).max())
+            covered = float(mean_under(seen, panel.picture, boxes).max())
             if least is None or covered < least[0]:
-                least = covered, LetteredPanel(panel, inside, window, tuple(bubbles))
+                least = covered, replace(panel, crop=window, bubbles=tuple(bubbles))
             if covered <= _CALM:
                 return least
     return least
 
 
-def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> tuple[LetteredPanel, int]:
-    """The panel with as many of its first lines as fit, and their number."""
-    parts = [replace(text, lines=text.lines[:count]) for count in range(len(text.lines), -1, -1)]
-    tried = ((_written(panel, part, style, _WIDEST_BAND, np.inf), len(part.lines)) for part in parts)
-    return next((written, count) for written, count in tried if written is not None)
+def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> Panel:
+    """The panel with as many of its first lines as fit."""
+    parts = (replace(text, lines=text.lines[:count]) for count in range(len(text.lines), -1, -1))
+    tried = (_written(panel, part, style, _WIDEST_BAND, np.inf) for part in parts)
+    return next(filter(None, tried))
 
 
 def _balloons(picture: Rectangle, window: Box, text: PanelText, style: TextStyle) -> list[Bubble] | None:
     seen = [on_page(face, window, picture) for face in text.moment.faces]
     faces = tuple(face for face in seen if face.area > 0)
-    air, whole = round(_AIR * style.size), Box(*map(float, picture))
-    area = whole.padded(-air, -air, -air)
-    room = FreeSpace(area, whole, faces, within(text.attention, text.moment, window))
+    air = round(_AIR * style.size)
+    area = picture.padded(-air, -air, -air)
+    room = FreeSpace(area, picture, faces, within(text.attention, text.moment, window))
     wordings = list(_wordings(text.lines, faces, area, style))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)
 
@@ -185,9 +170,9 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: Tex
             yield Wording("balloon", blocks, of.get(line.speaker))
 
 
-def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> LetteredPanel | None:
+def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> Panel | None:
     """The lines in bands above the picture, which is lower by them; None if they take too much of it."""
-    inside = within_border(panel.rectangle, style.border)
+    inside = panel.picture
     found, top = list[Bubble](), inside.top
     for line in text.lines:
         blocks = style.shapes(line, inside.width - round(1.2 * style.size))
@@ -200,4 +185,4 @@ def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> 
     picture = inside._replace(top=round(found[-1].box.bottom) + style.border)
     if picture.top - inside.top > most * inside.height:
         return None
-    return LetteredPanel(panel, picture, crop(text.moment, picture.aspect), tuple(found))
+    return replace(_with_picture(panel, picture, text.moment), bubbles=tuple(found))

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.layout import PageLayout, Panel
-from vidstyle.comic.layout.paper import Paper, Rectangle
+from vidstyle.comic.layout.paper import Paper
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.moment import Moment
+from vidstyle.comic.moment import Moment, Rectangle
 from vidstyle.comic.output.sheet import Label
 
 _TITLE = 2.6
@@ -45,7 +45,7 @@ def below_title(paper: Paper, by: int, pages: int) -> Paper:
 def lowered(layout: PageLayout, moments: Sequence[Moment], paper: Paper, by: int) -> PageLayout:
     """The layout with the panels of the first page moved or squeezed below a title, gutters unchanged."""
     if paper.is_strip or layout.sizes[0][1] < paper.height:
-        panels = [replace(each, rectangle=_moved(each.rectangle, paper, by)) for each in layout.panels]
+        panels = [_moved(each, paper, by) for each in layout.panels]
         sizes = [(paper.width, layout.sizes[0][1] + by)]
     else:
         panels = [_squeezed(each, moments, paper, by) if each.page == 0 else each for each in layout.panels]
@@ -53,9 +53,11 @@ def lowered(layout: PageLayout, moments: Sequence[Moment], paper: Paper, by: int
     return replace(layout, panels=tuple(panels), sizes=tuple(sizes))
 
 
-def _moved(rectangle: Rectangle, paper: Paper, by: int) -> Rectangle:
+def _moved(panel: Panel, paper: Paper, by: int) -> Panel:
+    left, top, right, bottom = panel.rectangle
     # No bleed under the title.
-    return rectangle._replace(top=max(rectangle.top, paper.margin) + by, bottom=rectangle.bottom + by)
+    place = Rectangle(left, max(top, paper.margin) + by, right, bottom + by)
+    return replace(panel, rectangle=place, picture=place)
 
 
 def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) -> Panel:
@@ -68,8 +70,9 @@ def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) ->
     left, top, right, bottom = panel.rectangle
     # Bleed at the sides and at the bottom only, not under the title.
     low = bottom if bottom > inside.bottom else line(bottom + gutter) - gutter
-    rectangle = Rectangle(left, line(max(top, inside.top)), right, low)
-    return replace(panel, rectangle=rectangle, crop=crop(moments[panel.moment], rectangle.aspect))
+    place = Rectangle(left, line(max(top, inside.top)), right, low)
+    shown = crop(moments[panel.moment], place.aspect)
+    return replace(panel, rectangle=place, picture=place, crop=shown)
 
 
 def numbers(layout: PageLayout, paper: Paper, size: int) -> list[list[Label]]:

@@ -12,11 +12,10 @@ import numpy as np
 
 from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.layout.layout import PageLayout
-from vidstyle.comic.layout.paper import INCH, Rectangle
+from vidstyle.comic.layout.paper import INCH
 from vidstyle.comic.layout.storyboard import timecode
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.lettering.letter import LetteredPanel
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
@@ -104,13 +103,11 @@ class PagePlan:
     """A complete comic before it is drawn.
 
     Attributes:
-        panels: in reading order, page by page.
         labels: the labels of each page.
     """
 
     moments: Sequence[Moment]
     layout: PageLayout
-    panels: Sequence[LetteredPanel]
     labels: Sequence[list[Label]]
     letters: Letters
     dpi: float
@@ -132,19 +129,18 @@ def drawn(
         frames: folder to save the frames to as well, or None.
         on_panel: called before each panel with its index and the number of panels.
     """
-    colors = film.frames_at(plan.moments[each.panel.moment].time for each in plan.panels)
+    panels = plan.layout.panels
+    colors = film.frames_at(plan.moments[each.moment].time for each in panels)
     for page, (width, height) in enumerate(plan.layout.sizes):
         sheet = Sheet(width, height, plan.dpi, plan.letters, labels=plan.labels[page])
-        for number, each in enumerate(plan.panels):
-            if each.panel.page == page:
-                on_panel(number, len(plan.panels))
-                color, moment = next(colors), plan.moments[each.panel.moment]
+        for number, each in enumerate(panels):
+            if each.page == page:
+                on_panel(number, len(panels))
+                color, moment = next(colors), plan.moments[each.moment]
                 if frames:
                     frames.save(color, moment)
                 shown = renderer.panel(moment.picture(color), each.crop, each.picture)
                 said = " / ".join(" ".join(bubble.block.lines) for bubble in each.bubbles)
                 note = ": ".join(filter(None, [timecode(moment.time), said]))
-                sheet.panels.append(
-                    RenderedPanel(each.panel.rectangle, each.picture, shown, each.bubbles, note)
-                )
+                sheet.panels.append(RenderedPanel(each.rectangle, each.picture, shown, each.bubbles, note))
         yield sheet

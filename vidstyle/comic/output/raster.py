@@ -10,8 +10,8 @@ from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 
-from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
 if TYPE_CHECKING:
@@ -91,25 +91,19 @@ def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
     _fill(canvas, panel.rectangle, INK)
     if panel.band:
         _fill(canvas, panel.band, PAPER)
-    # The picture of a full-bleed panel extends beyond the page.
-    height, width = canvas.shape[:2]
-    at = panel.picture
-    left, top, right, bottom = max(0, at.left), max(0, at.top), min(width, at.right), min(height, at.bottom)
-    shown = panel.color[top - at.top : bottom - at.top, left - at.left : right - at.left]
-    canvas[top:bottom, left:right] = shown
+    _fill(canvas, panel.picture, panel.color)
     for bubble in panel.bubbles:
         if bubble.kind != "band":
             _draw_outline(canvas, bubble)
 
 
-def _fill(canvas: np.ndarray, rectangle: Rectangle, level: int) -> None:
-    left, top, right, bottom = (max(0, side) for side in rectangle)
-    canvas[top:bottom, left:right] = level
+def _fill(canvas: np.ndarray, place: Rectangle, color: np.ndarray | int) -> None:
+    canvas[place.top : place.bottom, place.left : place.right] = color
 
 
 def _draw_outline(canvas: np.ndarray, bubble: Bubble) -> None:
     """Draw the shape in white with a black outline."""
-    points = np.array(bubble.outline)
+    points = bubble.outline
     room = math.ceil(bubble.line_width) + 1
     height, width = canvas.shape[:2]
     left, top = (max(0, math.floor(low) - room) for low in points.min(axis=0))

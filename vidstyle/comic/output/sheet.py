@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vidstyle.comic.layout.paper import Rectangle
 from vidstyle.comic.lettering.bubble import Bubble
 from vidstyle.comic.lettering.fonts import Letters
+from vidstyle.comic.moment import Rectangle
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ from string import Template
 import cv2
 import numpy as np
 
-from vidstyle.comic.layout.paper import INCH, Rectangle
+from vidstyle.comic.layout.paper import INCH
 from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from io import StringIO
@@ -20,6 +19,7 @@ from vidstyle.comic.output.svg import html, svg
 from vidstyle.core.closing import Closing
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
+from vidstyle.media.write.images import is_pattern, numbered_path
 
 _Encoder = Callable[[Iterable[Sheet], str], bytes]
 """Encodes pages as the content of a file with a title."""
@@ -36,8 +36,6 @@ _FORMATS: dict[str, _Encoder] = {
 """Output formats by the extension of the file."""
 _MULTI_PAGE = pdf, cbz, html
 """Formats whose files hold all pages."""
-
-_PATTERN = re.compile(r"%0?\d*d")
 
 
 class Output:
@@ -60,7 +58,7 @@ class Output:
         self._encode = _FORMATS[target.suffix.lower()]
         self.is_strip = self._encode is html
         self._target, self._source, self._overwrite = target, source, overwrite
-        if not _PATTERN.search(target.name):
+        if not is_pattern(target.name):
             with atomic_file(target, source, overwrite):
                 pass
 
@@ -92,17 +90,11 @@ def page_names(target: Path, pages: int) -> list[Path]:
     >>> [path.name for path in page_names(Path("a.png"), 2)], page_names(Path("p%02d.jpg"), 1)[0].name
     (['a-1.png', 'a-2.png'], 'p01.jpg')
     """
-    if _PATTERN.search(target.name):
-        pattern = target.name
-    elif pages == 1:
-        return [target]
-    else:
-        pattern = f"{target.stem}-%0{len(str(pages))}d{target.suffix}"
-    return [target.with_name(_numbered(pattern, number)) for number in range(1, pages + 1)]
-
-
-def _numbered(pattern: str, number: int) -> str:
-    return _PATTERN.sub(lambda found: found[0] % number, pattern)
+    if not is_pattern(target.name):
+        if pages == 1:
+            return [target]
+        target = target.with_name(f"{target.stem}-%0{len(str(pages))}d{target.suffix}")
+    return [numbered_path(str(target), number) for number in range(1, pages + 1)]
 
 
 TABLE = "frames.csv"

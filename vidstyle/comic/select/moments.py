@@ -73,10 +73,8 @@ def find_moments(film: Film, options: KeyFrameOptions | None = None) -> list[Mom
             raise InputError(film.name, "nothing is to be seen in it: all its pictures are blank")
         raise UsageError("skip", "leaves nothing of the film")
     better = _better(film, chosen, options)
-    return [
-        Moment(each.time, each.shape, weight, each.saliency, each.faces, each.scene, each.blobs, each.offset)
-        for each, weight in zip(better, importance(better, survey), strict=True)
-    ]
+    weights = importance(better, survey)
+    return [replace(each, importance=weight) for each, weight in zip(better, weights, strict=True)]
 
 
 def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:

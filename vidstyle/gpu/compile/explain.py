@@ -12,17 +12,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
 from math import prod
-from typing import Any, cast
+from typing import Any
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.gpu.compile.formats import Format, plane_format, working_format
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Form, Plan, make_plan
 from vidstyle.gpu.compile.shader import RenderTarget
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, Format, ShaderNode, plane_format, working_format
 from vidstyle.gpu.compile.shader_writer import write_shader
-from vidstyle.gpu.compile.slots import Slots, TextureSource
+from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import MAX_SIDE, jobs_of
 from vidstyle.style import Style
 from vidstyle.style.nodes import Shape
@@ -35,11 +34,6 @@ class Traffic:
 
     read: float
     written: float
-
-    @property
-    def total(self) -> float:
-        """Bytes read and written."""
-        return self.read + self.written
 
     def __add__(self, other: Traffic) -> Traffic:
         return Traffic(self.read + other.read, self.written + other.written)
@@ -102,21 +96,15 @@ def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
         plan: of a style.
         max_side: maximum side of a texture in pixels.
     """
-    pool = _CountingPool()
+    made: list[HeldTexture] = []
+
+    def make(shape: Shape, coding: Format) -> Any:
+        made.append(HeldTexture(*shape, coding))
+        return made[-1]
+
     shaders = {each: write_shader(plan, each) for each in plan.passes}
-    Slots(cast(TextureSource, pool), plan, jobs_of(plan, max_side), shaders)
-    return pool.taken
-
-
-class _CountingPool:
-    """A texture pool that only counts what is taken."""
-
-    def __init__(self) -> None:
-        self.taken: list[HeldTexture] = []
-
-    def take(self, shape: Shape, coding: Format, exact: bool = False) -> HeldTexture:
-        self.taken.append(HeldTexture(*shape, coding))
-        return self.taken[-1]
+    Slots(TexturePool(make), plan, jobs_of(plan, max_side), shaders)
+    return made
 
 
 def _image_bytes(plan: Plan, image: ShaderNode, most: int | None = None) -> int:
@@ -139,15 +127,14 @@ def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
 
 def explain(plan: Plan) -> dict[str, Any]:
     """The passes and the traffic of a plan as plain data; bytes are per pixel of the source."""
-    names = _names_of_values(plan)
-    textures = held_textures(plan, MAX_SIDE)
+    names, traffic, textures = _names_of_values(plan), plan_traffic(plan), held_textures(plan, MAX_SIDE)
     return {
         "size": _size(plan.source.shape),
         "form": plan.form,
         "passes": [_explain_pass(plan, each, names) for each in plan.passes],
         "textures": len(textures),
         "texture_bytes": sum(texture.bytes for texture in textures),
-        "bytes": round(plan_traffic(plan).total, 3),
+        "bytes": round(traffic.read + traffic.written, 3),
         "bytes_up": round(upload_bytes(plan), 3),
         "bytes_down": round(download_bytes(plan), 3),
     }
@@ -227,8 +214,7 @@ def _format_name(coding: Format) -> str:
     >>> _format_name(Format(4, "nu2"))
     'RGBA16'
     """
-    channels = {1: "R", 2: "RG", 3: "RGB", 4: "RGBA"}[coding.components]
-    return channels + {"f1": "8", "nu2": "16", "f4": "32F"}[coding.dtype]
+    return coding.image.upper()
 
 
 def _size(shape: Shape) -> list[int]:

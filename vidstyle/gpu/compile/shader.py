@@ -7,11 +7,20 @@ from typing import Any
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.formats import WORKING, Format, levels, plane_format, working_format
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderKind, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import (
+    CHANNELS,
+    WORKING,
+    Format,
+    ShaderKind,
+    ShaderMeasure,
+    ShaderNode,
+    levels,
+    plane_format,
+    working_format,
+)
 from vidstyle.gpu.compile.shared import Pair
 
 GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}

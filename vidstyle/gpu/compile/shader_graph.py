@@ -4,27 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.structure_tensor import window_radius, window_weights
 from vidstyle.block import Block, Choice, LumaWeights
 from vidstyle.core.resample import METHODS
-from vidstyle.gpu.compile.glsl import functions_of_block
+from vidstyle.gpu.compile.glsl import functions_of_block, signatures
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
 from vidstyle.style.nodes import Measure, Node, encoding_of, identity_key, nodes_in_order
 
-FILES = {
-    "luma_from_rgb": "frame/color.glsl",
-    "chroma_from_rgb": "frame/color.glsl",
-    "rgb_from_yuv": "frame/color.glsl",
-    "rgb_from_gray": "frame/color.glsl",
-    "constant_luma": "frame/layers.glsl",
-    "constant_chroma": "frame/layers.glsl",
-    "on_paper": "frame/layers.glsl",
-    "inked_luma": "frame/layers.glsl",
-    "inked_chroma": "frame/layers.glsl",
-}
+FILES = {name: file for file in ("frame/color.glsl", "frame/layers.glsl") for name in signatures(file)}
 """The operations that are a GLSL function of the same name, and its file."""
 
 MAX_TAPS = 16
@@ -141,8 +131,7 @@ class ShaderGraph:
         if measure is None:
             return None
         if measure not in self._measures:
-            of, percentages = self[measure.of], measure.percentages
-            self._measures[measure] = ShaderMeasure(of, percentages, measure.time_constant, measure.step)
+            self._measures[measure] = replace(cast(Any, measure), of=self[measure.of])
         return self._measures[measure]
 
     def _filter_bank(self, node: Node) -> ShaderNode:

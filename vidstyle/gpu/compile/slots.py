@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
-from vidstyle.gpu.compile.formats import Format, working_format
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import Shader
-from vidstyle.gpu.compile.shader_nodes import ShaderNode
+from vidstyle.gpu.compile.shader_nodes import Format, ShaderNode, working_format
 from vidstyle.gpu.compile.tiles import Job
 from vidstyle.style.nodes import Shape, T
 
@@ -20,14 +20,39 @@ WASTE = 2
 """Maximum ratio of the area of a texture to that of the picture in it."""
 
 
-class TextureSource(Protocol):
-    """A pool that textures are taken from, or one that only counts them."""
+class TexturePool:
+    """Textures for reuse. Whoever calls it owns the context.
+
+    Args:
+        make: a new texture of a height and width.
+    """
+
+    def __init__(self, make: Callable[[Shape, Format], moderngl.Texture]) -> None:
+        self._make = make
+        self._free: list[tuple[Format, moderngl.Texture]] = []
 
     def take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
-        """A texture of at least this height and width; `exact`: of exactly this size."""
+        """A texture of at least this height and width: the smallest free one, else a new one.
+
+        Args:
+            exact: it must not be larger.
+        """
+        fitting = [free for free in self._free if free[0] == coding and fits(free[1], shape, exact)]
+        if not fitting:
+            return self._make(shape, coding)
+        best = min(fitting, key=lambda free: free[1].width * free[1].height)
+        self._free.remove(best)
+        return best[1]
 
     def give(self, texture: moderngl.Texture, coding: Format) -> None:
-        """Take a texture back."""
+        """Return a texture to the pool."""
+        self._free.append((coding, texture))
+
+    def clear(self) -> None:
+        """Release all free textures."""
+        for _, texture in self._free:
+            texture.release()
+        self._free.clear()
 
 
 class Slots:
@@ -38,7 +63,7 @@ class Slots:
         samples: the texture of what is sampled for each measure.
     """
 
-    def __init__(self, pool: TextureSource, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
+    def __init__(self, pool: TexturePool, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
         self._pool = pool
         # The textures of a framebuffer have one size; those that a compute shader writes may be larger.
         self._exact = plan.form == "fragment"
@@ -79,26 +104,16 @@ class Slots:
 
     def _place(self, plan: Plan, jobs: list[Job]) -> dict[ShaderNode, moderngl.Texture]:
         """A texture for each stored value, reused once its value is no longer read."""
-        needed = shapes_of_stored(plan, jobs)
-        found: dict[ShaderNode, moderngl.Texture] = {}
-        free: list[tuple[moderngl.Texture, Format]] = []
+        needed, found, reused = shapes_of_stored(jobs), dict[ShaderNode, Any](), TexturePool(self._take)
         for number, each in enumerate(plan.passes):
             for node in each.stored:
-                coding = working_format(node)
-                fitting = [
-                    slot for slot in free if slot[1] == coding and fits(slot[0], needed[node], self._exact)
-                ]
-                if fitting:
-                    slot = min(fitting, key=lambda slot: slot[0].width * slot[0].height)
-                    free.remove(slot)
-                    found[node] = slot[0]
-                else:
-                    found[node] = self._take(needed[node], coding)
-            free += [(found[node], working_format(node)) for node in ending(plan, number)]
+                found[node] = reused.take(needed[node], working_format(node), self._exact)
+            for node in ending(plan, number):
+                reused.give(found[node], working_format(node))
         return found
 
 
-def shapes_of_stored(plan: Plan, jobs: list[Job]) -> dict[ShaderNode, Shape]:
+def shapes_of_stored(jobs: list[Job]) -> dict[ShaderNode, Shape]:
     """Size of the texture of each stored value: that of its largest window."""
     shapes: dict[ShaderNode, Shape] = {}
     for job in jobs:

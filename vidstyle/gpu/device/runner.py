@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
-from vidstyle.gpu.compile.formats import WORKING
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import ImageOf, Shader
-from vidstyle.gpu.compile.shader_nodes import ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import WORKING, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
-from vidstyle.gpu.compile.slots import Slots
+from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
 from vidstyle.gpu.device.percentiles import Percentiles
 from vidstyle.gpu.device.programs import Programs
 from vidstyle.gpu.device.stabilizer import GpuStabilizer
-from vidstyle.gpu.device.textures import AssetTextures, TexturePool
+from vidstyle.gpu.device.textures import AssetTextures, new_texture
 from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload
 from vidstyle.style.nodes import Measure
 
@@ -50,7 +50,7 @@ class GpuResources:
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self.programs = Programs(context)
-        self.textures = TexturePool(context)
+        self.textures = TexturePool(partial(new_texture, context))
         self.assets = AssetTextures(context)
         self.upload = Upload(context)
         self.download = Download(context)
@@ -149,11 +149,8 @@ class Runner:
         textures = [texture for _, texture in results]
         if stabilizer is not None:
             textures = stabilizer.after(zip(windows, textures, strict=True))
-        transfer = self._resources.download.begin(
-            [(texture, 3 if name == "color" else 1) for name, texture in zip(windows, textures, strict=True)],
-            [window.shape for window in windows.values()],
-        )
-        return Readback(transfer, windows)
+        parts = [window.shape for window in windows.values()]
+        return Readback(self._resources.download.begin(textures, parts), windows)
 
     def _planes_of(self, job: Job, picture: Picture) -> dict[str, np.ndarray]:
         """The part of each plane of the source that a job reads, by name."""

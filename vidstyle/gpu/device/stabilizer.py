@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
-from vidstyle.gpu.compile.formats import Format, plane_format
 from vidstyle.gpu.compile.glsl import Assembly
+from vidstyle.gpu.compile.shader_nodes import Format, plane_format
 from vidstyle.stabilize.blend import STILL
 from vidstyle.stabilize.motion import MotionEstimator, Warp
 from vidstyle.stabilize.stabilizer import (

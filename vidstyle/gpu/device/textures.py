@@ -1,4 +1,4 @@
-"""A pool of working textures, and textures of assets."""
+"""Working textures, and textures of assets."""
 
 from __future__ import annotations
 
@@ -7,46 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidstyle.gpu.compile.formats import Format
-from vidstyle.gpu.compile.slots import fits
+from vidstyle.gpu.compile.shader_nodes import Format
 from vidstyle.style.nodes import Shape
 
 if TYPE_CHECKING:
     import moderngl
 
 
-class TexturePool:
-    """Free textures for reuse. Whoever calls it owns the context."""
-
-    def __init__(self, context: moderngl.Context) -> None:
-        self._context = context
-        self._free: list[tuple[Format, moderngl.Texture]] = []
-
-    def take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
-        """A texture of at least this height and width: the smallest free one, else a new one.
-
-        Args:
-            exact: it must not be larger.
-        """
-        fitting = [free for free in self._free if free[0] == coding and fits(free[1], shape, exact)]
-        if fitting:
-            best = min(fitting, key=lambda free: free[1].width * free[1].height)
-            self._free.remove(best)
-            return best[1]
-        texture = self._context.texture((shape[1], shape[0]), coding.components, dtype=coding.dtype)
-        texture.filter = self._context.NEAREST, self._context.NEAREST
-        texture.repeat_x = texture.repeat_y = False
-        return texture
-
-    def give(self, texture: moderngl.Texture, coding: Format) -> None:
-        """Return a texture to the pool."""
-        self._free.append((coding, texture))
-
-    def clear(self) -> None:
-        """Release all free textures."""
-        for _, texture in self._free:
-            texture.release()
-        self._free.clear()
+def new_texture(context: moderngl.Context, shape: Shape, coding: Format) -> moderngl.Texture:
+    """A texture of a height and width, whose texels are read as they are."""
+    texture = context.texture((shape[1], shape[0]), coding.components, dtype=coding.dtype)
+    texture.filter = context.NEAREST, context.NEAREST
+    texture.repeat_x = texture.repeat_y = False
+    return texture
 
 
 class AssetTextures:

@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vidstyle.gpu.compile.shader_nodes import Format
+from vidstyle.gpu.device.textures import new_texture
+
 if TYPE_CHECKING:
     import moderngl
 
@@ -84,11 +87,9 @@ class _Slot:
 
     def __init__(self, context: moderngl.Context, layout: _Layout) -> None:
         self.layout = layout
-        dtype = _TEXTURE_TYPES[layout.dtype]
+        coding = Format(layout.components, _TEXTURE_TYPES[layout.dtype])
         self._buffer = context.buffer(reserve=layout.row * layout.size[1], dynamic=True)
-        self._texture = context.texture(layout.size, layout.components, dtype=dtype)
-        self._texture.filter = context.NEAREST, context.NEAREST
-        self._texture.repeat_x = self._texture.repeat_y = False
+        self._texture = new_texture(context, layout.size[::-1], coding)
 
     def write(self, memory: np.ndarray) -> moderngl.Texture:
         # Orphaned, as the GPU may still be reading the data of the time before.
@@ -147,7 +148,7 @@ class Download:
 
     def begin(
         self,
-        textures: Sequence[tuple[moderngl.Texture, int]],
+        textures: Sequence[moderngl.Texture],
         shapes: Sequence[tuple[int, int]] | None = None,
     ) -> PlaneTransfer:
         """Start to read the textures; waits only if the transfer before the last is still in flight.
@@ -155,24 +156,18 @@ class Download:
         Needs a memory barrier after a compute shader has written.
 
         Args:
-            textures: each with the channels wanted: 1 of a texture with one component, or 3 of one with four.
+            textures: each with one component, or with four, of which the first three are read.
             shapes: how many rows and columns of each, from the first on; None: all.
-
-        Raises:
-            ValueError: another number of channels.
         """
-        shapes = shapes or [(texture.height, texture.width) for texture, _ in textures]
-        arrays = [
-            _empty_plane(texture, channels, shape)
-            for (texture, channels), shape in zip(textures, shapes, strict=True)
-        ]
+        shapes = shapes or [(texture.height, texture.width) for texture in textures]
+        arrays = list(map(_empty_plane, textures, shapes))
         older, buffer = self._transfers[self._turn](), self._buffers[self._turn]
         if older is not None:
             older.arrays()
         *offsets, size = accumulate((_aligned(array.nbytes) for array in arrays), initial=0)
         if buffer.size != size:
             buffer.orphan(size)
-        for (texture, _), array, offset in zip(textures, arrays, offsets, strict=True):
+        for texture, array, offset in zip(textures, arrays, offsets, strict=True):
             self._start(texture, array, buffer, offset)
         transfer = PlaneTransfer(arrays, offsets, buffer)
         self._transfers[self._turn] = weakref.ref(transfer)
@@ -218,10 +213,8 @@ class PlaneTransfer:
         return self._arrays
 
 
-def _empty_plane(texture: moderngl.Texture, channels: int, shape: tuple[int, int]) -> np.ndarray:
-    if (channels, texture.components) not in ((1, 1), (3, 4)):
-        raise ValueError(f"{channels} channels of {texture.components} components; 1 of 1 or 3 of 4")
-    return np.empty(shape if channels == 1 else (*shape, 3), _SAMPLE_TYPES[texture.dtype])
+def _empty_plane(texture: moderngl.Texture, shape: tuple[int, int]) -> np.ndarray:
+    return np.empty(shape if texture.components == 1 else (*shape, 3), _SAMPLE_TYPES[texture.dtype])
 
 
 def _aligned(size: int) -> int:

@@ -38,25 +38,18 @@ def _are_values(value: object) -> bool:
     )
 
 
-FIELDS: dict[str, dict[str, Check]] = {
-    "shown": {"number": _is_index},
-    "set": {"values": _are_values},
-    "choose": {"style": _is_text},
-    "next": {},
-    "bypass": {"on": _is_bool},
-    "record": {"on": _is_bool},
-    "quit": {},
+KINDS: dict[str, tuple[Callable[..., None] | None, dict[str, Check]]] = {
+    "shown": (None, {"number": _is_index}),
+    "set": (Controls.set_values, {"values": _are_values}),
+    "choose": (Controls.choose, {"style": _is_text}),
+    "next": (Controls.next_style, {}),
+    "bypass": (Controls.bypass, {"on": _is_bool}),
+    "record": (Controls.record, {"on": _is_bool}),
+    "quit": (Controls.quit, {}),
 }
-"""The fields of each kind of message; all of them are required, and no others are allowed."""
-ACTIONS: dict[str, Callable[..., None]] = {
-    "set": Controls.set_values,
-    "choose": Controls.choose,
-    "next": Controls.next_style,
-    "bypass": Controls.bypass,
-    "record": Controls.record,
-    "quit": Controls.quit,
-}
-"""What each kind of message but "shown" does; its arguments are the fields."""
+"""What each kind of message but "shown" does, and its fields, which are the arguments.
+
+All fields are required, and no others are allowed."""
 
 
 def read_message(text: str | bytes) -> dict[str, Any]:
@@ -78,11 +71,12 @@ def read_message(text: str | bytes) -> dict[str, Any]:
     if not isinstance(message, dict):
         raise MessageError("not a JSON object")
     do = message.get("do")
-    if not isinstance(do, str) or do not in FIELDS:
+    if not isinstance(do, str) or do not in KINDS:
         raise MessageError("unknown kind of message")
-    if message.keys() != {"do", *FIELDS[do]}:
-        raise MessageError(f"{do}: takes {', '.join(FIELDS[do]) or 'nothing'}")
-    for name, check in FIELDS[do].items():
+    _, fields = KINDS[do]
+    if message.keys() != {"do", *fields}:
+        raise MessageError(f"{do}: takes {', '.join(fields) or 'nothing'}")
+    for name, check in fields.items():
         if not check(message[name]):
             raise MessageError(f"{do}: {name} has the wrong type or range")
     return message
@@ -94,5 +88,6 @@ def dispatch(message: dict[str, Any], controls: Controls) -> None:
     Raises:
         VidstyleError: unknown style, variant or parameter, or an invalid value.
     """
-    do = message["do"]
-    ACTIONS[do](controls, *(message[name] for name in FIELDS[do]))
+    action, fields = KINDS[message["do"]]
+    assert action is not None
+    action(controls, *(message[name] for name in fields))

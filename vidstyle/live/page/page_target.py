@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import cv2
 import numpy as np
 from aiohttp import web
 
-from vidstyle.errors import OutputError
+from vidstyle.errors import OutputError, log
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.panel import panel
@@ -23,8 +22,6 @@ from vidstyle.web import WebServer
 
 MAX_VIEWERS = 4
 STATIC = Path(__file__).with_name("static")
-
-log = logging.getLogger("vidstyle")
 
 
 class PageTarget:

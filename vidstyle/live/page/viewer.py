@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 import json
-import logging
 from collections import deque
 from contextlib import suppress
 from statistics import median_high
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
-from vidstyle.errors import VidstyleError
+from vidstyle.errors import VidstyleError, log
 from vidstyle.live.page.messages import MessageError, dispatch, read_message
 
 if TYPE_CHECKING:
@@ -25,8 +24,6 @@ LATENCIES = 60
 """Number of frames over which the latency is averaged."""
 STATUS_SECONDS = 0.25
 """Interval at which the status is sent."""
-
-log = logging.getLogger("vidstyle")
 
 
 class Viewer:
