@@ -275,7 +275,6 @@ def test_a_film_that_exists_is_kept_unless_it_may_go(tmp_path: Path):
     [
         (OutputError, "cannot be opened", "tcp://127.0.0.1:1", TargetOptions()),
         (UsageError, "there is no video encoder", "tcp://127.0.0.1:1", TargetOptions(codec="quux")),
-        (OutputError, "folder does not exist", "no/such/folder/film.mp4", TargetOptions()),
         (
             UsageError,
             "film.mkv",
@@ -295,6 +294,40 @@ def test_targets_that_do_not_open_end_the_session(
     ):
         running.wait()
     assert kept.numbers == [] and kept.closed == 1 and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["film.mp4", "live.m3u8", "picture.png", "%05d.png", "film.gif"])
+def test_a_file_in_a_folder_that_is_missing_is_refused_at_once(tmp_path: Path, capfd, name: str):
+    arguments = ["live", "no source", "--to", "null", "--to", str(tmp_path / "no" / name)]
+    assert cli.main(arguments) == 5
+    said = capfd.readouterr().err.splitlines()
+    assert len(said) == 1 and "its folder does not exist; make the folder first" in said[0]
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_playlist_whose_folder_is_taken_away_is_no_success(tmp_path: Path):
+    folder = tmp_path / "pieces"
+    folder.mkdir()
+    maker = target_maker(str(folder / "live.m3u8"), TargetOptions())
+    folder.rmdir()
+    with pytest.raises(OutputError, match="was lost"), session(generated(), maker, frames=5) as running:
+        running.wait()
+
+
+def test_a_stream_that_is_lost_before_its_first_frame_is_no_success():
+    class Sink:
+        needs_every = False
+
+        def write(self, frame: LiveFrame, number: int) -> None:
+            raise OutputError("far away", "was lost")
+
+        def close(self) -> None: ...
+
+    def make(context):
+        return ConstantRateTarget("far away", Sink, context, reconnects=True)
+
+    with pytest.raises(OutputError, match="was lost"), session(generated(), make, frames=5) as running:
+        running.wait()
 
 
 def test_statistics(capfd: pytest.CaptureFixture[str]):

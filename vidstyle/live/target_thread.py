@@ -77,6 +77,7 @@ class TargetThread:
         self._audio: deque[AudioChunk] = deque(maxlen=MAX_AUDIO_CHUNKS)
         self._sink: Sink | None = open_sink()
         self._write_began: float | None = None
+        self._lost: VidstyleError | None = None
         self._ended = False
         self._retry_time, self._retry_delay = 0.0, MIN_RETRY_SECONDS
         self._closing = threading.Event()
@@ -130,10 +131,19 @@ class TargetThread:
                 timeout = self._timeout() if self._sink is not None else MIN_RETRY_SECONDS
                 self._step(self._frames.get(timeout))
         finally:
-            if self._sink is not None:
-                self._attempt(self._sink.close)
-                self._sink = None
+            self._end()
             self._ended = True
+
+    def _end(self) -> None:
+        """Close the target; a network stream may be lost at its end, if it was ever there."""
+        sink, self._sink = self._sink, None
+        try:
+            if sink is not None:
+                sink.close()
+        except VidstyleError as error:
+            self._lost = error
+        if not self._reconnects or not self.delivered:
+            self.error = self.error or self._lost
 
     def _step(self, frame: LiveFrame | None) -> None:
         sink = self._sink
@@ -162,6 +172,7 @@ class TargetThread:
 
     def _disconnect(self, error: VidstyleError) -> None:
         sink, self._sink, self._write_began = self._sink, None, None
+        self._lost = error
         if not self._reconnects:
             self.error = error
             return

@@ -21,7 +21,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo
 from vidstyle.media.read.open import is_url, public_name
 from vidstyle.media.write import stream
-from vidstyle.media.write.atomic import is_regular_file
+from vidstyle.media.write.atomic import check_folder, is_regular_file
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.images import is_pattern
 from vidstyle.media.write.writer import WriteOptions, open_writer
@@ -54,6 +54,7 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
 
     Raises:
         UsageError: no such kind of target, or a required option is missing.
+        OutputError: its folder is missing or cannot be written to.
         DeviceError: there is no such virtual camera.
     """
     if text == "null":
@@ -68,8 +69,11 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
         return _stream_maker(text, options, partial(stream.open_virtual_camera, text))
     if is_url(text) or text.endswith(".m3u8"):
         stream.check_url(text)
+        if not is_url(text):
+            check_folder(Path(text))
         name = public_name(text) if is_url(text) else text
-        return _stream_maker(name, options, partial(stream.open_stream, text))
+        return _stream_maker(name, options, partial(stream.open_stream, text), reconnects=is_url(text))
+    check_folder(Path(text))
     kind_of(text, options.file.format, is_pattern(text))
     if os.path.lexists(text) and is_regular_file(Path(text)) and not options.file.overwrite:
         raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")

@@ -1,4 +1,4 @@
-"""Audio of live sources: decoded from a source, and encoded into each target."""
+"""Audio: decoded into samples, and samples encoded, on the times of their source."""
 
 from __future__ import annotations
 
@@ -11,18 +11,24 @@ from typing import Any
 
 import av
 import numpy as np
+from av.audio.frame import AudioFrame
 from av.audio.resampler import AudioResampler
-
-from vidstyle.media.write.transcode import FRAME_SIZE, add_audio_stream
+from av.audio.stream import AudioStream
 
 log = logging.getLogger("vidstyle")
 
 RATE = 48000
-"""Samples per second; audio is resampled to this rate in stereo."""
+"""Samples per second of live audio, which is stereo."""
 MAX_SILENCE = 5
 """Gaps up to this many seconds are filled with silence."""
 MAX_WAITING = 500
 """Chunks that are kept until the first frame sets the clock: about ten seconds."""
+MAX_SAMPLE = 64.0
+"""What is beyond this (36 dB over full scale), or no number, is damage; encoders fail on it."""
+BIT_RATES = {"aac": 96_000, "libopus": 64_000, "libmp3lame": 96_000, "ac3": 96_000, "wmav2": 96_000}
+"""Bits a second for each channel; encoders not named here have no use for it, or know better."""
+FRAME_SIZE = 1024
+"""Samples in a frame, for encoders without a frame size of their own."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +44,85 @@ class AudioChunk:
     time: float
 
 
+@dataclass
+class Loss:
+    """What is damaged of a stream: how many packets, and seconds of their time."""
+
+    packets: int = 0
+    seconds: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.packets} packet{'s' * (self.packets != 1)} ({self.seconds:.2f} s)"
+
+    def add(self, packet: av.Packet) -> None:
+        """Count a packet."""
+        context: Any = packet.stream.codec_context
+        self.packets += 1
+        if packet.duration and packet.time_base is not None:
+            self.seconds += float(packet.duration * packet.time_base)
+        elif packet.stream.type == "audio" and context is not None and context.sample_rate:
+            self.seconds += context.frame_size / context.sample_rate
+
+
 class AudioDecoder:
-    """Decodes the audio of a source.
+    """Decodes an audio stream into samples of one rate and one channel layout.
 
     Attributes:
-        stream: the audio stream, or None if the source has none.
+        stream: the stream.
+        loss: packets that could not be decoded; its seconds include samples that were no numbers.
     """
 
-    def __init__(self, container: av.container.InputContainer) -> None:
-        streams = [each for each in container.streams.audio if each.codec_context is not None]
-        self.stream = streams[0] if streams else None
-        self._resampler = _resampler("fltp", 0)
+    def __init__(self, stream: AudioStream, rate: int = RATE, layout: str = "stereo") -> None:
+        self.stream = stream
+        self.loss = Loss()
+        self._rate, self._layout = rate, layout
+        self._end = 0.0
+        self._form: tuple[str, str, int] | None = None
+        self._resampler = self._new_resampler()
+
+    def samples(self, packet: av.Packet | None) -> Iterator[tuple[float, np.ndarray]]:
+        """The samples of a packet, channels x N float32, and when they begin, in seconds of the stream.
+
+        None in place of a packet flushes the decoder. What cannot be decoded is left out and counted.
+        """
+        for part in self._parts(packet):
+            samples = part.to_ndarray()
+            damaged = ~(np.abs(samples) < MAX_SAMPLE)
+            if damaged.any():
+                self.loss.seconds += float(damaged.any(axis=0).sum()) / self._rate
+                samples[damaged] = 0
+            if part.pts is not None and part.time_base is not None:
+                self._end = float(part.pts * part.time_base)
+            yield self._end, samples
+            self._end += samples.shape[1] / self._rate
+
+    def _parts(self, packet: av.Packet | None) -> list[AudioFrame]:
+        try:
+            frames = self.stream.decode(packet) if packet is None or packet.size else []
+            parts = [part for frame in frames for part in self._resampled(frame)]
+            return parts if packet is not None else [*parts, *self._resampler.resample(None)]
+        except (av.FFmpegError, ValueError) as error:
+            log.debug("sound could not be decoded: %s", error)
+            if packet is not None:
+                self.loss.add(packet)
+            return []
+
+    def _resampled(self, frame: AudioFrame) -> list[AudioFrame]:
+        form, rest = (frame.format.name, frame.layout.name, frame.sample_rate), []
+        if self._form not in (None, form):  # as broken headers, and broadcasters, change it
+            rest, self._resampler = self._resampler.resample(None), self._new_resampler()
+        self._form = form
+        return rest + self._resampler.resample(frame)
+
+    def _new_resampler(self) -> AudioResampler:
+        return AudioResampler(format="fltp", layout=self._layout, rate=self._rate)
+
+
+class SourceAudio(AudioDecoder):
+    """Decodes the audio of a live source, on the clock of its pictures."""
+
+    def __init__(self, stream: AudioStream) -> None:
+        super().__init__(stream)
         self._zero: float | None = None
         self._waiting: deque[tuple[float, np.ndarray]] = deque(maxlen=MAX_WAITING)
 
@@ -58,23 +132,6 @@ class AudioDecoder:
         while self._waiting and self._zero is not None:
             stamp, samples = self._waiting.popleft()
             yield AudioChunk(samples, self._zero + stamp)
-
-    def samples(self, packet: av.Packet) -> Iterator[tuple[float, np.ndarray]]:
-        """The samples of a packet, 2 x N, and their timestamps in seconds of the source's clock."""
-        try:
-            frames: list[Any] = list(packet.decode()) if packet.size else []
-        except av.FFmpegError as error:
-            log.debug("sound could not be decoded: %s", error)
-            frames = []
-        for frame in frames:
-            try:
-                resampled = self._resampler.resample(frame)
-            except ValueError:  # the channel layout or the sample rate has changed
-                self._resampler = _resampler("fltp", 0)
-                resampled = self._resampler.resample(frame)
-            for part in resampled:
-                if part.pts is not None and part.time_base is not None:
-                    yield float(part.pts * part.time_base), part.to_ndarray()
 
     def set_origin(self, stamp: float, time: float) -> None:
         """Set the clock: a frame with this timestamp was captured at `time`; only the first call counts."""
@@ -87,58 +144,88 @@ class AudioDecoder:
         self._zero = None
 
 
-class AudioEncoder:
-    """An audio stream in a container that is being written."""
+def audio_stream(container: av.container.InputContainer) -> AudioStream | None:
+    """The first audio stream of a source that can be decoded, or None."""
+    return next((stream for stream in container.streams.audio if stream.codec_context is not None), None)
 
-    def __init__(self, container: av.container.OutputContainer, encoder: str) -> None:
-        """Add the stream, before the container's header is written."""
-        self._stream = add_audio_stream(container, encoder, RATE, "stereo", "s16")
-        context = self._stream.codec_context
-        self._resampler = _resampler(context.format, context.frame_size or FRAME_SIZE)
+
+class AudioEncoder:
+    """An audio stream in a container that is being written.
+
+    Attributes:
+        stream: in the container.
+    """
+
+    def __init__(
+        self,
+        container: av.container.OutputContainer,
+        encoder: str,
+        rate: int = RATE,
+        layout: str = "stereo",
+        from_zero: bool = True,
+    ) -> None:
+        """Add the stream, before the container's header is written.
+
+        Args:
+            rate, layout: of the samples that will come.
+            from_zero: whether it begins at 0, with silence, rather than with the first samples.
+        """
+        self.stream: AudioStream = container.add_stream(encoder, rate=rate)  # type: ignore[call-overload, assignment]
+        self.stream.layout = layout  # type: ignore[assignment, list-item]
+        self.stream.format = (av.Codec(encoder, "w").audio_formats or ["s16"])[0]  # type: ignore[assignment, list-item]
+        if encoder in BIT_RATES:
+            self.stream.bit_rate = BIT_RATES[encoder] * self.stream.layout.nb_channels
+        self.stream.codec_context.open()
+        self._rate, self._layout = rate, layout
+        self._resampler = self._new_resampler(from_zero)
         self._end, self._begun = 0, False
+        self._from_zero = from_zero
 
     def packets(self, samples: np.ndarray, seconds: float) -> list[av.Packet]:
         """Encode samples; gaps are filled with silence.
 
         Args:
-            samples: 2 x N, float32.
+            samples: channels x N, float32.
             seconds: when they begin, from the start of the container; overlapping samples are dropped.
         """
-        begin = round(seconds * RATE)
-        if self._begun and abs(begin - self._end) <= RATE // 50:  # timestamps jitter, samples do not
+        begin = round(seconds * self._rate)
+        if not self._begun and not self._from_zero:
+            self._end = begin
+        if self._begun and abs(begin - self._end) <= self._rate // 50:  # timestamps jitter, samples do not
             begin = self._end
         samples = samples[:, max(0, self._end - begin) :]
         begin = max(begin, self._end)
         if samples.shape[1] == 0:
             return []
         self._begun = True
-        made = self._bridge() if begin - self._end > MAX_SILENCE * RATE else []
+        made = self._bridge() if begin - self._end > MAX_SILENCE * self._rate else []
         self._end = begin + samples.shape[1]
-        frame = av.AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", "stereo")
-        frame.sample_rate, frame.pts, frame.time_base = RATE, begin, Fraction(1, RATE)
+        frame = AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", self._layout)
+        frame.sample_rate, frame.pts, frame.time_base = self._rate, begin, Fraction(1, self._rate)
         return made + self._encoded(self._resampler.resample(frame))
+
+    def flush(self) -> list[av.Packet]:
+        """Flush the encoder."""
+        return self._encoded(self._resampler.resample(None)) + list(self.stream.encode(None))
 
     def _bridge(self) -> list[av.Packet]:
         """Leave a gap in the timestamps: minutes of silence would all be encoded at once."""
         made = self._encoded(self._resampler.resample(None))
-        context = self._stream.codec_context
-        self._resampler = _resampler(context.format, context.frame_size or FRAME_SIZE, from_zero=False)
+        self._resampler = self._new_resampler(from_zero=False)
         return made
 
-    def flush(self) -> list[av.Packet]:
-        """Flush the encoder."""
-        return self._encoded(self._resampler.resample(None)) + list(self._stream.encode(None))
+    def _encoded(self, frames: list[AudioFrame]) -> list[av.Packet]:
+        return [packet for frame in frames for packet in self.stream.encode(frame)]
 
-    def _encoded(self, frames: list[Any]) -> list[av.Packet]:
-        return [packet for frame in frames for packet in self._stream.encode(frame)]
-
-
-def _resampler(format: Any, frame_size: int, from_zero: bool = True) -> AudioResampler:
-    """A resampler to stereo at `RATE`. With a frame size, for an encoder, it fills gaps with silence."""
-    # By default the filter ignores gaps of up to 0.1 s, after which all sound would be early.
-    options = {"async": "1", "min_hard_comp": "0.01"} if frame_size else {}
-    if frame_size and from_zero:
-        options["first_pts"] = "0"
-    return AudioResampler(
-        format=format, layout="stereo", rate=RATE, frame_size=frame_size or None, options=options
-    )
+    def _new_resampler(self, from_zero: bool) -> AudioResampler:
+        """It makes frames of the encoder's size, and fills gaps with silence."""
+        context = self.stream.codec_context
+        # By default the filter ignores gaps of up to 0.1 s, after which all sound would be early.
+        options = {"async": "1", "min_hard_comp": "0.01"} | ({"first_pts": "0"} if from_zero else {})
+        return AudioResampler(
+            format=context.format,
+            layout=self._layout,
+            rate=self._rate,
+            frame_size=context.frame_size or FRAME_SIZE,
+            options=options,
+        )

@@ -67,7 +67,7 @@ def render(
         watch = _watcher(stages, reader.info, frames, began, on_progress)
         stages.run(stop or threading.Event(), watch)
         watch()
-        return _summary(source, target, stages, reader, time.monotonic() - began)
+        return _summary(source, target, stages, reader, writer, time.monotonic() - began)
     finally:
         # A thread that still waits for data would read from freed memory.
         if stages is None or not stages.alive:
@@ -128,17 +128,20 @@ def _watcher(
 
 
 def _summary(
-    source: str | Path, target: str | Path, stages: Stages, reader: Reader, elapsed: float
+    source: str | Path, target: str | Path, stages: Stages, reader: Reader, writer: Writer, elapsed: float
 ) -> Summary:
-    damage = reader.damage
+    damage, loss = reader.damage, writer.loss
+    found = damage.report()
+    if loss:
+        found = f"{found}, {loss}" if found else f"the input is damaged: {loss}"
     return Summary(
         source=str(source),
         target=str(target),
         frames=stages.frames,
         duration=stages.end - stages.start,
         elapsed=elapsed,
-        damage=damage.report(),
-        exit_code=DAMAGED_EXIT_CODE if damage.is_significant else 0,
+        damage=found,
+        exit_code=DAMAGED_EXIT_CODE if damage.is_significant or loss else 0,
         stopped=not stages.finished,
         partial=stages.partial,
     )

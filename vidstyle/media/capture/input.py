@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 import av
 
 from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason
-from vidstyle.media.audio import AudioChunk, AudioDecoder
+from vidstyle.media.audio import AudioChunk, SourceAudio, audio_stream
 from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.read.source import choose_stream, frame_rate
 
@@ -127,8 +127,9 @@ class LiveInput:
             context.thread_type = "SLICE"
             context.flags |= av.codec.context.Flags.low_delay
         self._context = context
-        self._audio = AudioDecoder(container) if sound else None
-        self.has_sound = self._audio is not None and self._audio.stream is not None
+        heard = audio_stream(container) if sound else None
+        self._audio = SourceAudio(heard) if heard else None
+        self.has_sound = heard is not None
         self._loop, self._stamped = loop, stamped
         self._pace = PlaybackClock() if paced else None
         self._stopping, self._clock, self._wait, self._patience = stopping, clock, wait, patience
@@ -164,8 +165,7 @@ class LiveInput:
         self._container.close()
 
     def _once(self) -> Iterator[CapturedFrame | AudioChunk]:
-        sound = self._audio.stream if self._audio else None
-        packets = self._container.demux([self._stream, *([sound] if sound else [])])
+        packets = self._container.demux([self._stream, *([self._audio.stream] if self._audio else [])])
         for packet in self._waited_for(packets):
             if self._audio is not None and packet.stream_index != self._stream.index:
                 yield from self._audio.decode(packet)

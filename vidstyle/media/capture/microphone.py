@@ -18,7 +18,7 @@ from typing import Any
 import av
 
 from vidstyle.errors import DeviceError, error_reason
-from vidstyle.media.audio import RATE, AudioChunk, AudioDecoder
+from vidstyle.media.audio import RATE, AudioChunk, AudioDecoder, audio_stream
 from vidstyle.media.capture.camera import SYSTEM_FORMATS
 from vidstyle.media.capture.input import MAX_CLOCK_AGE, lost
 from vidstyle.media.capture.monotonic import Clock
@@ -81,7 +81,9 @@ class AudioInput:
             paced: deliver a generated source no faster than its timestamps.
         """
         self._container, self._name, self._stopping, self._clock = container, name, stopping, clock
-        self._decoder = AudioDecoder(container)
+        stream = audio_stream(container)
+        assert stream is not None
+        self._decoder = AudioDecoder(stream)
         self._zero = clock.now() if paced else None
 
     def __iter__(self) -> Iterator[AudioChunk]:
@@ -107,7 +109,6 @@ class AudioInput:
     def _pieces(self) -> Iterator[av.Packet]:
         """Packets joined to `MIN_CHUNK_SECONDS` or more: drivers deliver up to thousands a second."""
         stream = self._decoder.stream
-        assert stream is not None
         context = stream.codec_context
         least = MIN_CHUNK_SECONDS * context.sample_rate * context.channels * context.format.bytes
         waiting: list[av.Packet] = []

@@ -157,6 +157,15 @@ def _rename_to_new(path: Path, target: Path) -> None:
         path.unlink()
 
 
+def check_folder(target: Path) -> None:
+    """Raise OutputError if files cannot be made where the target is to be."""
+    folder = target.parent
+    if not folder.is_dir():
+        raise OutputError(target, "its folder does not exist", "make the folder first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(target, "cannot be written: its folder is not writable", "choose another folder")
+
+
 def is_regular_file(target: Path) -> bool:
     """Whether the target is, or would become, a file on a disk: no device, pipe or socket."""
     try:

@@ -50,6 +50,11 @@ class Writer(ABC):
         self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb
         self._open()
 
+    @property
+    def loss(self) -> str:
+        """What of the source's other streams is damaged, in words, or empty."""
+        return ""
+
     @abstractmethod
     def _open(self) -> None:
         """Create the file, and check what can be checked before the first frame is decoded."""

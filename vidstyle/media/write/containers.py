@@ -35,6 +35,8 @@ class ContainerKind:
         covers, chapters: whether it holds a cover picture, and chapters.
         strict_rate: whether it has a constant frame rate and no timestamps.
         options: for the muxer; `piped_options` where it cannot seek.
+        late_options: those that differ where a stream begins long after the pictures, for a muxer that else
+            keeps all in memory until each stream has begun.
         piped: whether it can be written to a pipe.
     """
 
@@ -55,11 +57,14 @@ class ContainerKind:
     strict_rate: bool = False
     options: dict[str, str] = field(default_factory=dict)
     piped_options: dict[str, str] = field(default_factory=dict)
+    late_options: dict[str, str] = field(default_factory=dict)
     piped: bool = False
 
 
 # delay_moov: without it the fragments carry no edit list, and times shift by the B-frames' delay.
 _HYBRID = {"movflags": "+hybrid_fragmented+delay_moov", "frag_duration": "400000", "movie_timescale": "90000"}
+# An index before the first packets. In a partial file the pictures are late by the B-frames' delay then.
+_LATE = {"movflags": "+hybrid_fragmented+empty_moov+frag_discont", "use_editlist": "1"}
 _FRAGMENTED = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
 # Sound may begin a little before the pictures; without this all times would be moved by as much.
 _UNSHIFTED = {"avoid_negative_ts": "disabled"}
@@ -76,7 +81,7 @@ def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: An
 
 _MP4: dict[str, Any] = {
     "new_audio": "aac", "subtitles": "mov_text", "data": "bin_data",
-    "options": _HYBRID, "piped_options": _FRAGMENTED,
+    "options": _HYBRID, "piped_options": _FRAGMENTED, "late_options": _LATE,
 }  # fmt: skip
 # fmt: off
 KINDS: tuple[ContainerKind, ...] = (

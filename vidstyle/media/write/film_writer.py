@@ -10,16 +10,20 @@ from pathlib import Path
 
 import av
 
-from vidstyle.errors import OutputError, UsageError
+from vidstyle.errors import OutputError, UsageError, error_reason
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.write.atomic import PartialFile, is_regular_file
 from vidstyle.media.write.base import StandardOutput, Writer, write_error
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
-from vidstyle.media.write.interleaver import Interleaver
+from vidstyle.media.write.interleaver import MAX_QUEUED_BYTES, OUTPUT_ERRORS, Interleaver
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, portable_tags
 
+WAIT_SECONDS = Fraction(1)
+"""How much of the film may wait for streams that have not begun, before the header is written."""
+MAX_WAIT_SECONDS = Fraction(30)
+"""The same where the muxer needs a packet of the stream for its header."""
 FLUSH_SECONDS = 1.0
 """How long flushing an abandoned encoder may take."""
 INDEXED = ("mp4", "mov")
@@ -73,11 +77,38 @@ class FilmWriter(Writer):
             self._container.metadata.update(portable_tags(inputs.metadata))
             copy_chapters(inputs, self._container, self._kind)
         # Where a subtitle ends, the MP4 muxer may end a fragment amid a packet of sound, and misplace it.
-        self._interleaver = Interleaver(self._container, text_last=self._kind.muxer in INDEXED)
+        text_last = self._kind.muxer in INDEXED
+        self._interleaver = Interleaver(self._container, text_last, self._copied.refused)
+        self._first: Fraction | None = None
+        self._begun, self._heard, self._early_bytes = False, self._audio is None, 0
+        self._begin_when_all_have_come()
+
+    def _begin_when_all_have_come(self, item: Frame | av.Packet | None = None) -> None:
+        """Write the header once all streams have begun that the muxer would wait for, or after a while."""
+        if isinstance(item, Frame):
+            self._first = item.time if self._first is None else self._first
+            late = item.time - self._first >= (MAX_WAIT_SECONDS if self._copied.needed else WAIT_SECONDS)
+        else:
+            self._early_bytes += item.size if item else 0
+            late = self._early_bytes > MAX_QUEUED_BYTES
+        if late or not self._kind.late_options or (self._heard and not self._copied.awaited):
+            self._begin()
+
+    def _begin(self, over: bool = False) -> None:
+        """Write the header, and what has waited for it; `over`: no more packets will come."""
+        if self._begun:
+            return
+        self._begun = True
+        early = self._copied.begin(over)
+        if self._file and not over and (self._copied.awaited or not self._heard):
+            self._container.container_options.update(self._kind.late_options)
         try:
             self._container.start_encoding()
         except (av.FFmpegError, OSError) as error:
             raise OutputError(self.name, f"{self._kind.muxer} cannot be set up so: {error}") from error
+        for packet in early:
+            self._interleaver.push(packet)
+        self._interleaver.start()
 
     def write(self, item: Frame | av.Packet) -> None:
         """See Writer."""
@@ -89,6 +120,8 @@ class FilmWriter(Writer):
             else:
                 for packet in self._copied.packets(item):
                     self._interleaver.push(packet)
+            if not self._begun:
+                self._begin_when_all_have_come(item)
             if self._file:
                 self._file.check()
         except (av.FFmpegError, OSError) as error:
@@ -100,6 +133,7 @@ class FilmWriter(Writer):
             return
         try:
             for packet in self._audio.packets(chunk.samples, seconds):
+                self._heard = True
                 self._interleaver.push(packet)
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
@@ -107,6 +141,7 @@ class FilmWriter(Writer):
     def finish(self) -> None:
         """See Writer."""
         try:
+            self._begin(over=True)
             self._drain(None, self._cut())
             self._close()
             self._whole = True
@@ -116,10 +151,16 @@ class FilmWriter(Writer):
             raise self._failure(error) from error
         self._report()
 
+    @property
+    def loss(self) -> str:
+        """See Writer."""
+        return self._copied.loss
+
     def abandon(self) -> Path | None:
         """See Writer."""
         if not self._closed:
             try:
+                self._begin(over=True)
                 self._drain(FLUSH_SECONDS, self._video.end)
             except (av.FFmpegError, OSError) as error:
                 _log.debug("%s: %s", self.name, error)
@@ -144,7 +185,13 @@ class FilmWriter(Writer):
 
     def _close(self) -> None:
         self._closed = True
-        self._container.close()
+        try:
+            self._container.close()
+        except av.FFmpegError as error:
+            # The end of another stream was refused, perhaps; the rest is written all the same.
+            if error.errno in OUTPUT_ERRORS or not self._file or frames_in(self._file.path) < self.frames:
+                raise
+            _log.warning("%s: its end was refused by the muxer: %s", self.name, error_reason(error))
 
     def _close_quietly(self) -> None:
         """Close a container that may be broken already; what it has on disk plays by its fragments."""
@@ -187,7 +234,6 @@ class FilmWriter(Writer):
 
     def _report(self) -> None:
         """Say what was not carried over as it was."""
-        self._copied.report()
         notices = {
             "frames came at a time that was taken, and are shown a tick later": self._video.moved,
             "packets came too early for their stream, and were put right": self._interleaver.moved,

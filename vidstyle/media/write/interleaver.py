@@ -6,6 +6,8 @@ import errno
 import heapq
 import itertools
 import logging
+from collections import deque
+from collections.abc import Callable
 from fractions import Fraction
 
 import av
@@ -26,13 +28,25 @@ class Interleaver:
 
     Attributes:
         moved: how many copied packets came too early for their stream and were put right.
-        dropped: how many were left out, being repeated or without a time.
+        dropped: how many were left out, being repeated or without a time, or since the muxer refused them.
         cut: how many came after the end of the pictures, where that was to be cut.
     """
 
-    def __init__(self, container: av.container.OutputContainer, text_last: bool = False) -> None:
-        """`text_last`: whether subtitles are written after all else."""
-        self._container, self._text_last = container, text_last
+    def __init__(
+        self,
+        container: av.container.OutputContainer,
+        text_last: bool = False,
+        refused: Callable[[int, float], None] | None = None,
+    ) -> None:
+        """All packets wait until `start`.
+
+        Args:
+            text_last: whether subtitles are written after all else.
+            refused: called with the stream's index and the seconds of a packet that the muxer does not take.
+        """
+        self._container, self._text_last, self._refused = container, text_last, refused
+        self._pictures: list[av.Packet] | None = []
+        self._inside: deque[tuple[Fraction, int | None, float]] = deque()
         self._texts: list[av.Packet] = []
         self._waiting: list[tuple[Fraction, int, av.Packet]] = []
         self._count = itertools.count()
@@ -41,12 +55,21 @@ class Interleaver:
         self._sounds: dict[int, av.Packet] = {}
         self.moved = self.dropped = self.cut = 0
 
+    def start(self) -> None:
+        """Write what has come; the container's header is written."""
+        pictures, self._pictures = self._pictures or [], None
+        for packet in pictures:
+            self.push_video(packet)
+
     def push_video(self, packet: av.Packet) -> None:
         """Write a video packet, after all packets that are due before it."""
+        if self._pictures is not None:
+            self._pictures.append(packet)
+            return
         due = packet.dts if packet.dts is not None else packet.pts
         while due is not None and self._waiting and self._waiting[0][0] <= due * packet.time_base:
             self._write(heapq.heappop(self._waiting)[2])
-        self._container.mux(packet)
+        self._mux(packet, is_picture=True)
 
     def push(self, packet: av.Packet) -> None:
         """Queue a packet of another stream."""
@@ -76,7 +99,7 @@ class Interleaver:
             assert packet.dts is not None
             heapq.heappush(self._waiting, (packet.dts * packet.time_base, next(self._count), packet))
             self._held += packet.size
-        while self._held > MAX_QUEUED_BYTES:
+        while self._pictures is None and self._held > MAX_QUEUED_BYTES:
             self._write(heapq.heappop(self._waiting)[2])
 
     def finish(self, end: Fraction | None) -> None:
@@ -100,14 +123,29 @@ class Interleaver:
 
     def _write(self, packet: av.Packet) -> None:
         self._held -= packet.size
+        self._mux(packet)
+
+    def _mux(self, packet: av.Packet, is_picture: bool = False) -> None:
+        """Give the muxer a packet, which may keep it inside until one with a later time comes.
+
+        So the packet that it refuses is the oldest inside. If that is no picture, it is no reason to fail.
+        """
+        stamp = packet.dts if packet.dts is not None else packet.pts
+        time = (stamp or 0) * packet.time_base
+        seconds = float((packet.duration or 0) * packet.time_base)
+        self._inside.append((time, None if is_picture else packet.stream_index, seconds))
         try:
             self._container.mux(packet)
+            while self._inside[0][0] < time:
+                self._inside.popleft()
         except av.FFmpegError as error:
-            if error.errno in OUTPUT_ERRORS:
+            _, stream, seconds = self._inside.popleft()
+            if stream is None or error.errno in OUTPUT_ERRORS:
                 raise
-            # It cannot be repaired here, and is no reason to lose the video.
             self.dropped += 1
-            _log.debug("a packet of stream %d was refused: %s", packet.stream_index, error)
+            if self._refused is not None:
+                self._refused(stream, seconds)
+            _log.debug("a packet of stream %d was refused: %s", stream, error)
 
     def _clocked(self, packet: av.Packet) -> bool:
         """Put the packet's decoding time after the last of its stream; False if that would move it far."""

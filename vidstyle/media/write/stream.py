@@ -16,7 +16,7 @@ from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.codecs import find_encoder
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame
-from vidstyle.media.read.open import public_name
+from vidstyle.media.read.open import is_url, public_name
 from vidstyle.media.v4l2 import video_device
 from vidstyle.media.write.base import StandardOutput
 
@@ -81,6 +81,7 @@ class Stream:
         self.needs_every = muxer in ("yuv4mpegpipe", "rawvideo")
         any_size = muxer in RAW_FORMATS.values() and pix_fmt == "yuv420p"
         self._size = (first.width, first.height) if any_size else _even(first)
+        self._playlist = Path(target) if muxer == "hls" and not is_url(target) else None
         self._joined = muxer in JOINABLE_MUXERS
         raw = muxer in (*RAW_FORMATS.values(), "v4l2")
         try:
@@ -154,14 +155,21 @@ class Stream:
             raise self._failure("was lost", error) from error
 
     def close(self) -> None:
-        """Flush and close the stream; a lost stream is only closed."""
+        """Flush and close the stream.
+
+        Raises:
+            OutputError: the end could not be written.
+        """
         try:
             self._container.mux(self._encoded(None))
             if self._audio is not None:
                 self._container.mux(self._audio.flush())
             self._container.close()
-        except (av.FFmpegError, OSError):
-            pass  # what is lost already cannot be ended
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure("was lost", error) from error
+        # The muxer keeps to itself that it could not write it.
+        if self._playlist is not None and not self._playlist.exists():
+            raise OutputError(self.name, "was lost: it is not there")
 
     def _failure(self, words: str, error: Exception) -> VidstyleError:
         if isinstance(error, BrokenPipeError) and self.name == "standard output":

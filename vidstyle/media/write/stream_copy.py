@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import logging
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 
 import av
 from av.audio.stream import AudioStream
@@ -12,6 +14,7 @@ from av.stream import AttachmentStream, Disposition, Stream
 from av.subtitles.stream import SubtitleStream
 
 from vidstyle.errors import UsageError
+from vidstyle.media.audio import Loss
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.transcode import TEXT_CODECS, AudioTranscoder, CopiedStream, SubtitleTranscoder
 
@@ -53,11 +56,15 @@ class AdtsCopy(CopiedStream):
         try:
             bare = self._filter.filter(packet)
         except av.FFmpegError:
-            self.lost += 1
+            self.loss.add(packet)
             return []
         for made in bare:
             made.stream, made.time_base = self.stream, time_base
         return bare
+
+
+Way = Callable[[av.container.OutputContainer], CopiedStream]
+"""Adds a stream to a container: as a copy, or transcoded."""
 
 
 class CopiedStreams:
@@ -66,6 +73,10 @@ class CopiedStreams:
     Args:
         target: named in what is said about them.
         audio: "copy", "none" or the name of an encoder.
+
+    Attributes:
+        awaited: indexes of the streams of which nothing has come yet, which a muxer may wait for.
+        needed: those without a packet of which the muxer fails.
 
     Raises:
         UsageError: `audio` names no encoder, or one whose sound the container does not hold.
@@ -81,17 +92,42 @@ class CopiedStreams:
     ) -> None:
         self._container, self._kind, self._audio, self._target = container, kind, audio, target
         _check_encoder(kind, audio)
+        self._templates = {stream.index: stream for stream in streams}
+        self._ways = {index: self._ways_of(stream) for index, stream in self._templates.items()}
         self._streams: dict[int, CopiedStream] = {}
-        for template in streams:
-            copied = self._add(template)
+        self._early: list[av.Packet] | None = []
+        self._first: dict[int, av.Packet] = {}
+        types = {index: stream.type for index, stream in self._templates.items() if self._ways[index]}
+        self.awaited = {index for index, type in types.items() if type in ("audio", "data")}
+        self.needed = {index for index in self.awaited if not self._works(self._best(index), None)}
+
+    def begin(self, over: bool = False) -> list[av.Packet]:
+        """Add the streams, before the container's header is written; returns the packets that came before.
+
+        Args:
+            over: whether no more packets will come.
+        """
+        early, self._early = self._early or [], None
+        come = {packet.stream_index for packet in early}
+        for index, template in self._templates.items():
+            copied = self._added(template, absent=over and index not in come)
             if copied is not None:
-                copied.stream.metadata.update(_known_language(portable_tags(template.metadata), kind))
+                copied.stream.metadata.update(_known_language(portable_tags(template.metadata), self._kind))
                 copied.stream.disposition = template.disposition
-                self._streams[template.index] = copied
+                self._streams[index] = copied
+        return [made for packet in early for made in self.packets(packet)]
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
-        """What goes to the muxer for a packet of the source."""
-        copied = self._streams.get(packet.stream_index)
+        """What goes to the muxer for a packet of the source; before `begin` nothing."""
+        index = packet.stream_index
+        if self._early is not None:
+            self._early.append(packet)
+            if index in self.awaited and self._works(self._best(index), packet):
+                self.awaited.remove(index)
+                self.needed.discard(index)
+                self._first[index] = packet
+            return []
+        copied = self._streams.get(index)
         if copied is None or (packet.size == 0 and packet.dts is None):
             return []
         return copied.packets(packet)
@@ -100,75 +136,102 @@ class CopiedStreams:
         """What the encoders still held back."""
         return [packet for copied in self._streams.values() for packet in copied.flush()]
 
-    def report(self) -> None:
-        """Log what was lost."""
-        for index, copied in self._streams.items():
-            if copied.lost:
-                kind = copied.stream.type
-                _log.warning("stream %d (%s): %d packets could not be decoded", index, kind, copied.lost)
-
-    def _add(self, template: Stream) -> CopiedStream | None:
-        name = codec_name(template)
-        if isinstance(template, AttachmentStream):
-            return self._attach(template)
-        if isinstance(template, AudioStream):
-            return self._add_sound(template, name)
-        if isinstance(template, SubtitleStream):
-            return self._add_subtitles(template, name)
-        is_cover = bool(template.disposition & Disposition.attached_pic)
-        held = name in COVER_CODECS and self._kind.covers if is_cover else name in self._kind.data
-        return self._copy(template, name) if held else self._leave_out(template, name)
-
-    def _attach(self, template: AttachmentStream) -> CopiedStream | None:
-        if not self._kind.attachments:
-            return self._leave_out(template, template.name or "")
-        mimetype = template.mimetype or "application/octet-stream"
-        return PlainCopy(
-            self._container.add_attachment(template.name or "attachment", mimetype, template.data)
+    @property
+    def loss(self) -> str:
+        """What of the streams is damaged, in words, such as "2 packets (0.10 s) of stream 1 (audio) lost"."""
+        return ", ".join(
+            f"{copied.loss} of stream {index} ({copied.stream.type}) lost"
+            for index, copied in self._streams.items()
+            if copied.loss != Loss()
         )
 
-    def _add_sound(self, template: AudioStream, name: str) -> CopiedStream | None:
-        if self._audio == "none":
-            return None
-        if self._audio == "copy" and name in self._kind.audio:
-            return self._copy(template, name)
-        encoder = self._kind.new_audio if self._audio == "copy" else self._audio
-        if not encoder or template.codec_context is None:
-            return self._leave_out(template, name)
-        if self._audio == "copy":
-            _log.warning(
-                "%s: stream %d (%s %s) is encoded anew as %s, since %s files do not hold it",
-                *(self._target, template.index, template.type, name, encoder, self._kind.endings[0]),
-            )
-        try:
-            return AudioTranscoder(self._container, template, encoder)
-        except (av.FFmpegError, ValueError):
-            return self._leave_out(template, name)
+    def refused(self, stream: int, seconds: float) -> None:
+        """Count a packet that the muxer did not take; `stream`: its index in the new container."""
+        for copied in self._streams.values():
+            if copied.stream.index == stream:
+                copied.loss.packets += 1
+                copied.loss.seconds += seconds
 
-    def _add_subtitles(self, template: SubtitleStream, name: str) -> CopiedStream | None:
-        if name in self._kind.subtitles:
-            return self._copy(template, name)
-        text = next((codec for codec in self._kind.subtitles if codec in TEXT_CODECS), None)
-        if text is None or name not in TEXT_CODECS:
-            return self._leave_out(template, name)
-        _log.info("%s: stream %d (subtitles %s) becomes %s", self._target, template.index, name, text)
-        return SubtitleTranscoder(self._container, template, text)
-
-    def _copy(self, template: Stream, name: str) -> CopiedStream | None:
-        try:
-            stream = self._container.add_stream_from_template(template, opaque=True)  # type: ignore[type-var]
-        except ValueError:
-            return self._leave_out(template, name)
-        context = template.codec_context
-        framed = name == "aac" and context is not None and context.extradata is None
-        return AdtsCopy(stream, template) if framed and self._kind.muxer != "mpegts" else PlainCopy(stream)
-
-    def _leave_out(self, template: Stream, name: str) -> CopiedStream | None:
-        _log.warning(
-            "%s: stream %d (%s %s) is left out, since %s files do not hold it",
-            *(self._target, template.index, template.type, name or "unknown", self._kind.endings[0]),
-        )
+    def _added(self, template: Stream, absent: bool) -> CopiedStream | None:
+        """The stream in the container, made in the first way that works; else a notice is logged."""
+        ways, first = self._ways[template.index], self._first.get(template.index)
+        for how, way in list(ways.items())[: 1 if absent else None]:
+            if self._works(way, first):
+                if how:
+                    self._say(logging.WARNING if template.type == "audio" else logging.INFO, template, how)
+                return way(self._container)
+        if ways or self._audio != "none" or template.type != "audio":
+            self._say(logging.WARNING, template, "left out", absent)
         return None
+
+    def _best(self, index: int) -> Way:
+        return next(iter(self._ways[index].values()))
+
+    def _works(self, way: Way, packet: av.Packet | None) -> bool:
+        """Whether a file with this stream alone, and with this packet of it, can be written to its end.
+
+        Some muxers fail at the end, with all that they hold, for a stream of which they have seen no packet.
+        """
+        try:
+            options = self._container.container_options
+            with av.open(io.BytesIO(), "w", self._kind.muxer, container_options=options) as trial:
+                copied = way(trial)
+                trial.start_encoding()
+                trial.mux(copied.sample(packet) if packet is not None else [])
+        except (av.FFmpegError, OSError, ValueError) as error:
+            _log.debug("%s: %s", self._target, error)
+            return False
+        return True
+
+    def _ways_of(self, template: Stream) -> dict[str, Way]:
+        """The ways in which the stream may be kept, the best first, by what is said of each."""
+        name, kind = codec_name(template), self._kind
+        copy: dict[str, Way] = {"": partial(_copy, template=template, name=name, kind=kind)}
+        if isinstance(template, AttachmentStream):
+            return {"": partial(_attach, template=template)} if kind.attachments else {}
+        if isinstance(template, AudioStream):
+            if self._audio == "none":
+                return {}
+            held = self._audio == "copy" and name in kind.audio
+            encoders = dict.fromkeys((self._audio, kind.new_audio)) if template.codec_context else ()
+            return (copy if held else {}) | {
+                "" if encoder == self._audio else f"encoded anew as {encoder}": partial(
+                    AudioTranscoder, template=template, encoder=encoder
+                )
+                for encoder in encoders
+                if encoder not in ("", "copy")
+            }
+        if isinstance(template, SubtitleStream):
+            text = next((codec for codec in kind.subtitles if codec in TEXT_CODECS), None)
+            if name in kind.subtitles or text is None or name not in TEXT_CODECS:
+                return copy if name in kind.subtitles else {}
+            return {f"turned into {text}": partial(SubtitleTranscoder, template=template, encoder=text)}
+        is_cover = bool(template.disposition & Disposition.attached_pic)
+        return copy if (name in COVER_CODECS and kind.covers if is_cover else name in kind.data) else {}
+
+    def _say(self, level: int, template: Stream, words: str, absent: bool = False) -> None:
+        name, kind = codec_name(template) or getattr(template, "name", "") or "unknown", self._kind
+        reason = f"{kind.endings[0]} files do not hold it"
+        if absent:
+            reason = "none of it comes before the end"
+        elif template.index in self.needed:
+            reason = f"{kind.endings[0]} files need a good packet of it early"
+        place = f"{self._target}: stream {template.index} ({template.type} {name})"
+        _log.log(level, "%s is %s, since %s", place, words, reason)
+
+
+def _attach(container: av.container.OutputContainer, template: AttachmentStream) -> CopiedStream:
+    mimetype = template.mimetype or "application/octet-stream"
+    return PlainCopy(container.add_attachment(template.name or "attachment", mimetype, template.data))
+
+
+def _copy(
+    container: av.container.OutputContainer, template: Stream, name: str, kind: ContainerKind
+) -> CopiedStream:
+    stream = container.add_stream_from_template(template, opaque=True)  # type: ignore[type-var]
+    context = template.codec_context
+    framed = name == "aac" and context is not None and context.extradata is None
+    return AdtsCopy(stream, template) if framed and kind.muxer != "mpegts" else PlainCopy(stream)
 
 
 def copy_chapters(

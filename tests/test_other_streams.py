@@ -1,0 +1,213 @@
+"""Sound and subtitles that are late, missing or damaged: the pictures are kept, in step, whatever they do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from vidstyle.media.frame import Frame
+from vidstyle.media.read.reader import ReadOptions, open_reader
+from vidstyle.media.write import film_writer
+from vidstyle.media.write.film_writer import frames_in
+from vidstyle.media.write.writer import WriteOptions, open_writer
+from vidstyle.pipeline.progress import Summary
+from vidstyle.pipeline.render import render
+
+FRAME_RATE, RATE = 25, 48000
+ENDINGS = ".mp4 .mov .mkv .webm .avi .ts .ogv .flv .wmv .nut".split()
+CODECS = (
+    "aac ac3 eac3 flac libopus libmp3lame mp2 vorbis alac wavpack pcm_s16le pcm_s16be pcm_f32le".split()
+)
+Spoil = Callable[[int, bytes], bytes]
+"""Gives the content of a packet of sound, from its number and what it was."""
+
+
+def film(
+    path: Path, codec: str, begin: float = 0.0, seconds: float = 2.0, spoil: Spoil | None = None
+) -> Path:
+    """A film with a beep in its last 0.2 s; the sound is there from `begin` on, and spoilt."""
+    with av.open(str(path), "w") as container:
+        screen = container.add_stream("mpeg4", rate=FRAME_RATE)
+        screen.width, screen.height, screen.pix_fmt = 64, 48, "yuv420p"
+        speaker = container.add_stream(codec, rate=RATE)
+        speaker.layout = "stereo"
+        speaker.format = av.Codec(codec, "w").audio_formats[0]
+        speaker.codec_context.options = {"strict": "-2"}
+        speaker.codec_context.open()
+        container.start_encoding()
+        packets = []
+        for number in range(round(seconds * FRAME_RATE)):
+            frame = av.VideoFrame(64, 48, "yuv420p")
+            for plane in frame.planes:
+                plane.update(bytes([(5 * number) % 256]) * plane.buffer_size)
+            frame.pts, frame.time_base = number, Fraction(1, FRAME_RATE)
+            packets += screen.encode(frame)
+        packets += screen.encode(None)
+        moments = np.arange(round(begin * RATE), round(seconds * RATE))
+        tone = np.sin(moments * 0.2) * 12000 * (moments > (seconds - 0.2) * RATE)
+        sound = av.AudioFrame.from_ndarray(np.repeat(tone, 2).astype(np.int16)[None], "s16", "stereo")
+        sound.sample_rate, sound.pts, sound.time_base = RATE, round(begin * RATE), Fraction(1, RATE)
+        size = speaker.codec_context.frame_size
+        size = size if 0 < size < 10000 else 1024
+        resampler = av.AudioResampler(speaker.format, "stereo", RATE, frame_size=size)
+        heard = [packet for part in resampler.resample(sound) for packet in speaker.encode(part)]
+        heard += [packet for part in resampler.resample(None) for packet in speaker.encode(part)]
+        heard += speaker.encode(None)
+        packets += (
+            [spoilt(packet, spoil(number, bytes(packet))) for number, packet in enumerate(heard)]
+            if (spoil)
+            else heard
+        )
+        for packet in sorted(packets, key=lambda packet: packet.dts * packet.time_base):
+            container.mux(packet)
+    return path
+
+
+def spoilt(packet: av.Packet, content: bytes) -> av.Packet:
+    """A packet like another, with other content."""
+    made = av.Packet(content)
+    made.pts, made.dts, made.duration, made.time_base = (
+        *(packet.pts, packet.dts, packet.duration),
+        packet.time_base,
+    )
+    made.stream, made.is_keyframe = packet.stream, packet.is_keyframe
+    return made
+
+
+def rendered(source: Path, target: Path, end: Fraction | None = None, audio: str = "copy") -> Summary:
+    """What rendering reports, after a look at what was written: all pictures are there."""
+    write = WriteOptions(overwrite=True, audio=audio)
+    summary = render(source, target, "plain", read=ReadOptions(end=end), write=write, device="cpu")
+    with av.open(str(source)) as container:
+        count = sum(packet.size > 0 for packet in container.demux(video=0))
+    if end is not None:
+        count = min(count, -(-end * FRAME_RATE // 1))
+    assert frames_in(target) == summary.frames == count
+    assert not list(target.parent.glob("*.partial*"))
+    return summary
+
+
+def beep(path: Path) -> float:
+    """When the first sound begins, in seconds."""
+    with av.open(str(path)) as container:
+        for frame in container.decode(audio=0):
+            samples = frame.to_ndarray().astype(float)
+            full = 1 if frame.format.name.startswith("flt") else 32768
+            if np.abs(samples).max() > 0.1 * full:
+                return float(frame.time)
+    raise AssertionError("nothing is heard")
+
+
+@pytest.mark.parametrize(
+    ("codec", "ending"), [("ac3", ".mp4"), ("eac3", ".mp4"), ("ac3", ".mov"), ("aac", ".mp4")]
+)
+def test_a_cut_without_sound_keeps_its_pictures(tmp_path, caplog, codec, ending):
+    late = film(tmp_path / "late.mkv", codec, begin=1.0)
+    summary = rendered(late, tmp_path / f"out{ending}", end=Fraction(1, 2))
+    assert summary.exit_code == 0
+    assert ("is left out, since none of it comes" in caplog.text) == (codec != "aac" and ending == ".mp4")
+
+
+def test_late_sound_is_copied_and_else_encoded_anew(tmp_path, caplog, monkeypatch):
+    late, target = film(tmp_path / "late.mkv", "ac3", begin=1.5), tmp_path / "out.mp4"
+    for wait, codec in ((Fraction(30), "ac3"), (Fraction(1), "aac")):
+        monkeypatch.setattr(film_writer, "MAX_WAIT_SECONDS", wait)
+        rendered(late, target)
+        with av.open(str(target)) as container:
+            assert container.streams.audio[0].codec_context.codec.canonical_name == codec
+        assert beep(target) == pytest.approx(1.8, abs=0.03)
+    assert "encoded anew as aac, since .mp4 files need a good packet of it early" in caplog.text
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mov"])
+def test_a_film_is_on_the_disk_while_its_sound_has_not_begun(tmp_path, ending):
+    late = film(tmp_path / "late.mkv", "aac", begin=2.9, seconds=3.0)
+    with open_reader(late) as reader:
+        writer = open_writer(tmp_path / f"out{ending}", reader.info, WriteOptions(preset="ultrafast"), reader)
+        for item in reader:
+            if isinstance(item, Frame) and item.time >= Fraction(5, 2):
+                break
+            writer.write(item)
+        assert writer.partial and frames_in(writer.partial, whole=False) > 25
+        writer.abandon()
+
+
+def zeros(number: int, content: bytes) -> bytes:
+    """Every seventh packet is zeros."""
+    return bytes(len(content)) if number % 7 == 3 else content
+
+
+def torn(number: int, content: bytes) -> bytes:
+    """Every packet lacks its header."""
+    return b"\x55" * min(8, len(content)) + content[8:]
+
+
+@pytest.mark.parametrize(
+    ("codec", "ending", "audio"),
+    [
+        ("ac3", ".mp4", "copy"),
+        ("ac3", ".webm", "copy"),
+        ("aac", ".mkv", "libopus"),
+        ("flac", ".webm", "copy"),
+    ],
+)
+def test_damaged_packets_of_sound_cost_their_own_time(tmp_path, codec, ending, audio):
+    source = film(tmp_path / "in.mkv", codec, spoil=zeros)
+    summary = rendered(source, tmp_path / f"out{ending}", audio=audio)
+    assert summary.exit_code == 4 and "stream 1 (audio) lost" in summary.damage
+    assert beep(tmp_path / f"out{ending}") == pytest.approx(1.8, abs=0.05)
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mov", ".webm"])
+def test_sound_of_which_nothing_can_be_used_is_no_reason_to_fail(tmp_path, ending):
+    summary = rendered(film(tmp_path / "in.mkv", "ac3", spoil=torn), tmp_path / f"out{ending}")
+    assert summary.exit_code == (0 if ending == ".mov" else 4)
+
+
+def test_samples_that_are_no_numbers_become_silence(tmp_path):
+    def spoil(number: int, content: bytes) -> bytes:
+        return b"\xff" * len(content) if number == 20 else content
+
+    summary = rendered(film(tmp_path / "in.mkv", "pcm_f32le", spoil=spoil), tmp_path / "out.mp4")
+    assert summary.exit_code == 4 and "(0.02 s) of stream 1 (audio) lost" in summary.damage
+    assert beep(tmp_path / "out.mp4") == pytest.approx(1.8, abs=0.03)
+
+
+def test_damaged_subtitles_are_told(tmp_path):
+    path = tmp_path / "in.mp4"
+    with av.open(str(path), "w") as container:
+        screen = container.add_stream("mpeg4", rate=FRAME_RATE)
+        screen.width, screen.height, screen.pix_fmt = 64, 48, "yuv420p"
+        words = container.add_mux_stream("mov_text")
+        words.time_base = Fraction(1, 1000)
+        for number, content in enumerate((b"\x00\x05Hello", b"\x00\x05\xff\xfe\xfd\xfc\xfb")):
+            packet = av.Packet(content)
+            packet.stream, packet.time_base, packet.is_keyframe = words, Fraction(1, 1000), True
+            packet.pts = packet.dts = 400 * number
+            packet.duration = 300
+            container.mux(packet)
+        for number in range(25):
+            frame = av.VideoFrame(64, 48, "yuv420p")
+            frame.pts, frame.time_base = number, Fraction(1, FRAME_RATE)
+            container.mux(screen.encode(frame))
+        container.mux(screen.encode(None))
+    summary = rendered(path, tmp_path / "out.mkv")
+    assert summary.damage == "the input is damaged: 1 packet (0.30 s) of stream 1 (subtitle) lost"
+    assert summary.exit_code == 4
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_no_sound_costs_the_film_in_any_container(tmp_path, ending):
+    """Every codec: late, with its first packet only, with damaged packets, and with broken headers."""
+    for codec in CODECS:
+        # Matroska's muxer looks into packets of WavPack, so that no broken ones can be made.
+        for begin, spoil in ((1.0, None), (0.0, zeros), (0.0, torn))[: 1 if codec == "wavpack" else 3]:
+            source = film(tmp_path / "in.mkv", codec, begin, 1.5, spoil)
+            for end in (Fraction(1, 50), Fraction(51, 50), None) if begin else (None,):
+                assert rendered(source, tmp_path / f"out{ending}", end).exit_code in (0, 4)
