@@ -20,9 +20,7 @@ from vidstyle.pipeline.render import render
 
 FRAME_RATE, RATE = 25, 48000
 ENDINGS = ".mp4 .mov .mkv .webm .avi .ts .ogv .flv .wmv .nut".split()
-CODECS = (
-    "aac ac3 eac3 flac libopus libmp3lame mp2 vorbis alac wavpack pcm_s16le pcm_s16be pcm_f32le".split()
-)
+CODECS = "aac ac3 eac3 flac libopus libmp3lame mp2 vorbis alac wavpack pcm_s16le pcm_s16be pcm_f32le".split()
 Spoil = Callable[[int, bytes], bytes]
 """Gives the content of a packet of sound, from its number and what it was."""
 

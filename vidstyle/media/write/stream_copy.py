@@ -63,7 +63,7 @@ class AdtsCopy(CopiedStream):
         return bare
 
 
-Way = Callable[[av.container.OutputContainer], CopiedStream]
+StreamMaker = Callable[[av.container.OutputContainer], CopiedStream]
 """Adds a stream to a container: as a copy, or transcoded."""
 
 
@@ -164,10 +164,10 @@ class CopiedStreams:
             self._say(logging.WARNING, template, "left out", absent)
         return None
 
-    def _best(self, index: int) -> Way:
+    def _best(self, index: int) -> StreamMaker:
         return next(iter(self._ways[index].values()))
 
-    def _works(self, way: Way, packet: av.Packet | None) -> bool:
+    def _works(self, way: StreamMaker, packet: av.Packet | None) -> bool:
         """Whether a file with this stream alone, and with this packet of it, can be written to its end.
 
         Some muxers fail at the end, with all that they hold, for a stream of which they have seen no packet.
@@ -183,10 +183,10 @@ class CopiedStreams:
             return False
         return True
 
-    def _ways_of(self, template: Stream) -> dict[str, Way]:
+    def _ways_of(self, template: Stream) -> dict[str, StreamMaker]:
         """The ways in which the stream may be kept, the best first, by what is said of each."""
         name, kind = codec_name(template), self._kind
-        copy: dict[str, Way] = {"": partial(_copy, template=template, name=name, kind=kind)}
+        copy: dict[str, StreamMaker] = {"": partial(_copy, template=template, name=name, kind=kind)}
         if isinstance(template, AttachmentStream):
             return {"": partial(_attach, template=template)} if kind.attachments else {}
         if isinstance(template, AudioStream):
