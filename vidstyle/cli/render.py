@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 @click.argument("target", metavar="OUTPUT")
 @common.style_options(required=True)
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite OUTPUT if it exists.")
+@click.option("--resume", is_flag=True, help="Continue what an interrupted run has left of OUTPUT.")
 @click.option("--start", type=common.SECONDS, help="Start time, in seconds or as h:mm:ss.")
 @click.option("--end", type=common.SECONDS, help="End time.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Write at most N frames.")
@@ -68,6 +69,7 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
             device=options["device"],
             frames=options["frames"],
             compare=options["compare"],
+            resume=options["resume"],
             on_progress=show,
             stop=stop,
         )
@@ -85,6 +87,7 @@ def _report(summary: Summary, quiet: bool) -> None:
     if summary.stopped:
         kept = f"; {printable(summary.partial)} keeps what was done" if summary.partial else ""
         say(f"{target}: stopped before its end{kept}")
-    elif not quiet:
-        pace = f"{summary.frames / summary.elapsed:.3g} fps" if summary.elapsed else ""
-        say(f"{target}: {summary.frames} frames in {clock(summary.elapsed)}, {pace}")
+    elif summary.frames and not quiet:
+        pace = f"{summary.rate:.3g} fps" if summary.elapsed else ""
+        made = f"{summary.frames - summary.kept} more frames" if summary.kept else f"{summary.frames} frames"
+        say(f"{target}: {made} in {clock(summary.elapsed)}, {pace}")

@@ -16,6 +16,7 @@ class Progress:
         position: their duration in seconds.
         elapsed: seconds since the job began.
         total_frames, duration: frames and seconds according to the input's headers; None if unknown.
+        since: the progress when the first frame was made that no earlier run had made, if there was one.
     """
 
     frames: int
@@ -23,16 +24,21 @@ class Progress:
     elapsed: float
     total_frames: int | None = None
     duration: float | None = None
+    since: Progress | None = None
 
     @property
     def rate(self) -> float:
         """Frames per second of work, since the beginning."""
-        return self.frames / self.elapsed if self.elapsed > 0 else 0.0
+        return self._pace(self.frames, self.since.frames if self.since else 0)
 
     @property
     def speed(self) -> float:
         """Seconds of film per second of work: 1 is as fast as it plays."""
-        return self.position / self.elapsed if self.elapsed > 0 else 0.0
+        return self._pace(self.position, self.since.position if self.since else 0)
+
+    def _pace(self, now: float, before: float) -> float:
+        elapsed = self.elapsed - (self.since.elapsed if self.since else 0)
+        return (now - before) / elapsed if elapsed > 0 else 0.0
 
     @property
     def fraction(self) -> float | None:
@@ -47,8 +53,18 @@ class Progress:
 
     @property
     def remaining(self) -> float | None:
-        """Estimated seconds for the rest, or None if the total is unknown."""
-        return self.elapsed * (1 / self.fraction - 1) if self.fraction else None
+        """Seconds that the rest will take at this rate, if the whole is known.
+
+        >>> Progress(6, 3.0, 5.0, duration=4.0, since=Progress(4, 2.0, 1.0)).remaining
+        4.0
+        """
+        if self.duration:
+            left, pace = self.duration - self.position, self.speed
+        elif self.total_frames:
+            left, pace = self.total_frames - self.frames, self.rate
+        else:
+            return None
+        return max(left, 0) / pace if pace else None
 
     def as_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, for JSON."""
@@ -69,7 +85,7 @@ class Summary:
 
     Attributes:
         source, target: as they were given.
-        frames: frames written.
+        frames: frames written, and how many of them an earlier run had written: `kept`.
         duration: length of the film written, in seconds.
         elapsed: seconds of work.
         damage: description of the damage of the input in one line, or empty.
@@ -87,6 +103,12 @@ class Summary:
     exit_code: int = 0
     stopped: bool = False
     partial: Path | None = None
+    kept: int = 0
+
+    @property
+    def rate(self) -> float:
+        """Frames made per second of work."""
+        return (self.frames - self.kept) / self.elapsed if self.elapsed > 0 else 0.0
 
     def as_dict(self) -> dict[str, Any]:
         """Everything in plain values, for JSON."""
@@ -94,9 +116,10 @@ class Summary:
             "source": self.source,
             "target": self.target,
             "frames": self.frames,
+            "kept": self.kept,
             "duration": round(self.duration, 6),
             "elapsed": round(self.elapsed, 3),
-            "fps": round(self.frames / self.elapsed, 2) if self.elapsed > 0 else 0.0,
+            "fps": round(self.rate, 2),
             "damage": self.damage,
             "exit_code": self.exit_code,
             "stopped": self.stopped,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -13,11 +15,18 @@ from typing import Any
 from vidstyle.core.convert import convert
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, VideoInfo, open_reader
-from vidstyle.media.write.writer import WriteOptions, Writer, open_writer
+from vidstyle.media.write.writer import WriteOptions, Writer, is_finished, open_writer
 from vidstyle.pipeline.compare import Compare, compared, compared_info
 from vidstyle.pipeline.progress import Progress, Summary
+from vidstyle.pipeline.resume import check_resumable, render_fingerprint, warm_up_frames
 from vidstyle.pipeline.stages import Stages
 from vidstyle.renderer import Backend, StyleLike, open_renderer
+from vidstyle.style import load_style
+
+Restyle = Callable[[Frame], Callable[[], Frame]]
+"""Begins with a frame and returns what waits for the result."""
+
+_log = logging.getLogger("vidstyle")
 
 DAMAGED_EXIT_CODE = 4
 """Done, but the input was damaged (docs/rules.md, Exit codes)."""
@@ -35,6 +44,7 @@ def render(
     device: str = "auto",
     frames: int | None = None,
     compare: Compare | None = None,
+    resume: bool = False,
     on_progress: Callable[[Progress], None] | None = None,
     stop: threading.Event | None = None,
 ) -> Summary:
@@ -48,6 +58,8 @@ def render(
         device: "auto", "cpu", "gpu" or "gpu:N"; see `open_renderer`.
         frames: how many frames at most.
         compare: "side" or "split" to show the source beside the result.
+        resume: continue what an interrupted run with the same settings has left, from its last complete
+            group of pictures on. It begins anew where nothing is left, and does nothing where the target is finished.
         on_progress: called about ten times a second, in the calling thread.
         stop: set it, from anywhere, to end early: what is done is kept as a partial file, which plays.
 
@@ -55,16 +67,26 @@ def render(
         VidstyleError: of one of its kinds. A note names the partial file, if there is one.
     """
     began = time.monotonic()
+    style, read, write = load_style(style), read or ReadOptions(), write or WriteOptions()
+    if resume:
+        check_resumable(source, target, write)
+        if is_finished(target):
+            _log.info("%s: is finished; nothing is left to do", target)
+            return Summary(str(source), str(target), 0, 0.0, 0.0)
     renderer = open_renderer(style, device)
-    reader = open_reader(source, read or ReadOptions())
+    reader = open_reader(source, read)
     stages: Stages | None = None
     try:
         info = compared_info(reader.info, compare)
-        writer = open_writer(target, info, write or WriteOptions(), reader)
+        more = {"frames": frames, "compare": compare, "device": type(renderer).__name__}
+        fingerprint = render_fingerprint(source, target, style, read, write, resume, **more)
+        writer = open_writer(target, info, write, reader, fingerprint)
         items = first_frames(reader, frames) if frames else reader
-        restyle = partial(_start_restyling, renderer, writer, compare)
+        restyle: Restyle = partial(_start_restyling, renderer, writer, compare)
+        if writer.kept:
+            restyle = _starting_at(writer.kept - warm_up_frames(style, float(info.rate or 25)), restyle)
         stages = Stages(items, restyle, writer, renderer.frames_in_flight)
-        watch = _watcher(stages, reader.info, frames, began, on_progress)
+        watch = _watcher(stages, reader.info, frames, writer.kept, began, on_progress)
         stages.run(stop or threading.Event(), watch)
         watch()
         return _summary(source, target, stages, reader, writer, time.monotonic() - began)
@@ -94,6 +116,12 @@ def _start_restyling(
     return result
 
 
+def _starting_at(first: int, restyle: Restyle) -> Restyle:
+    """`restyle` from the frame with this number on; the pictures of those before are not used."""
+    numbers = itertools.count()
+    return lambda frame: restyle(frame) if next(numbers) >= first else lambda: frame
+
+
 def first_frames(items: Iterable[Any], count: int) -> Iterator[Any]:
     """The first `count` frames, and the packets until the last of them ends."""
     end = None
@@ -113,16 +141,22 @@ def _watcher(
     stages: Stages,
     info: VideoInfo,
     frames: int | None,
+    kept: int,
     began: float,
     on_progress: Callable[[Progress], None] | None,
 ) -> Callable[[], None]:
     total = min((number for number in (frames, info.frames) if number), default=None)
     duration = None if frames or info.duration is None else float(info.duration)
+    since: Progress | None = None
 
     def watch() -> None:
+        nonlocal since
+        elapsed = time.monotonic() - began
+        progress = Progress(stages.frames, stages.end - stages.start, elapsed, total, duration)
+        if kept and progress.frames <= kept:
+            since = progress
         if on_progress is not None:
-            elapsed = time.monotonic() - began
-            on_progress(Progress(stages.frames, stages.end - stages.start, elapsed, total, duration))
+            on_progress(replace(progress, since=since))
 
     return watch
 
@@ -138,6 +172,7 @@ def _summary(
         source=str(source),
         target=str(target),
         frames=stages.frames,
+        kept=writer.kept,
         duration=stages.end - stages.start,
         elapsed=elapsed,
         damage=found,

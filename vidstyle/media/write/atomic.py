@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vidstyle.errors import OutputError, UsageError, output_error
-from vidstyle.media.write.file_lock import lock_file
+from vidstyle.media.write.file_lock import FileLock, lock_file
 
 MIN_FREE = 200 * 2**20
 """Bytes left free on the disk at which writing stops, so that the file can still be closed."""
@@ -32,10 +32,16 @@ class PartialFile:
     Attributes:
         target: where the finished file goes; a symbolic link to a file is followed.
         path: where it is written meanwhile.
+        is_left: whether an earlier run has left `path`; `start_anew` or `continue_beside` is due then.
     """
 
     def __init__(
-        self, target: Path, source: str | Path | None, overwrite: bool, ending: str | None = None
+        self,
+        target: Path,
+        source: str | Path | None,
+        overwrite: bool,
+        ending: str | None = None,
+        keep: bool = False,
     ) -> None:
         """Check all that can be checked before anything is written.
 
@@ -44,13 +50,14 @@ class PartialFile:
             source: the input, which is never written to, whatever name or link leads there.
             overwrite: whether `target` may exist.
             ending: of the partial file's name, if it is of another kind.
+            keep: whether to leave what an earlier run has left in place; otherwise it is replaced.
 
         Raises:
             UsageError: the target is the input, exists, is no file, or is being written by another run.
             OutputError: its folder is missing or cannot be written to.
         """
-        self.target = _real(target)
-        self.path = self.target.with_name(partial_name(self.target.name, ending))
+        self.target = real_path(target)
+        self.path = partial_path(self.target, ending)
         self._overwrite = overwrite
         _refuse_source(self.target, source)
         _refuse_source(self.path, source)
@@ -59,22 +66,52 @@ class PartialFile:
         self._refuse_existing(target)
         self._checked = 0.0
         self._lock = lock_file(self.path, target)
-        if not self._lock.is_empty:
-            self._start_anew()
+        self._earlier: tuple[Path, FileLock] | None = None
+        self.is_left = not self._lock.is_empty
         try:
             self._refuse_existing(target)  # the run that had the lock may have ended just now
         except UsageError:
-            self.remove()
+            self.release() if self.is_left else self.remove()
             raise
+        if self.is_left and not keep:
+            self.start_anew()
 
-    def check(self) -> None:
-        """Raise OutputError if the file was taken away or the disk is nearly full; it looks once a second."""
+    def start_anew(self) -> None:
+        """Put an empty file in place of what an earlier run has left."""
+        _log.warning("%s: left over from an earlier run; it is replaced", self.path)
+        self.path.unlink()
+        self.release()
+        self._lock, self.is_left = lock_file(self.path, self.target), False
+
+    def continue_beside(self) -> None:
+        """Go on in an empty file beside what an earlier run has left, which stays until `take_over`."""
+        self._earlier = self.path, self._lock
+        self.path = self._beside
+        self.path.unlink(missing_ok=True)
+        self._lock, self.is_left = lock_file(self.path, self.target), False
+
+    def take_over(self) -> None:
+        """Put the file in place of what an earlier run has left."""
+        if self._earlier is not None:
+            self._check_owned()
+            path, lock = self._earlier
+            os.replace(self.path, path)
+            self.path, self._earlier = path, None
+            lock.release()
+
+    def check(self) -> bool:
+        """Whether it has looked, as it does once a second, if the file is there and the disk has room.
+
+        Raises:
+            OutputError: the file was taken away, or the disk is nearly full.
+        """
         if time.monotonic() - self._checked < POLL_SECONDS:
-            return
+            return False
         self._checked = time.monotonic()
         self._check_owned()
         if self.free_bytes < 0:
             raise OutputError(self.target, f"less than {MIN_FREE // 2**20} MB are left on the disk")
+        return True
 
     def rewrite(self, convert: Callable[[Path, Path], bool]) -> None:
         """Put in place of the file what `convert` makes of it, from path to path, if it returns True.
@@ -82,7 +119,8 @@ class PartialFile:
         Raises:
             OSError: it cannot be written; the file is as it was.
         """
-        other = self.path.with_name(partial_name(self.target.name, mark=".partial.2"))
+        self.take_over()
+        other = self._beside
         lock = lock_file(other, self.target)
         try:
             if convert(self.path, other):
@@ -92,6 +130,15 @@ class PartialFile:
         finally:
             lock.release()
             other.unlink(missing_ok=True)
+
+    @property
+    def _beside(self) -> Path:
+        return partial_path(self.target, mark=".partial.2")
+
+    @property
+    def earlier(self) -> Path | None:
+        """What an earlier run has left, while this one goes on beside it."""
+        return self._earlier and self._earlier[0]
 
     @property
     def exists(self) -> bool:
@@ -110,6 +157,7 @@ class PartialFile:
             OutputError: the target has appeared, and is not to be overwritten; or the file is gone.
             OSError: it cannot be renamed.
         """
+        self.take_over()
         self._check_owned()
         try:
             (os.replace if self._overwrite else _rename_to_new)(self.path, self.target)
@@ -120,6 +168,8 @@ class PartialFile:
     def release(self) -> None:
         """Leave the file to others, as it is."""
         self._lock.release()
+        if self._earlier is not None:
+            self._earlier[1].release()
 
     def remove(self) -> None:
         """Delete the file."""
@@ -130,13 +180,6 @@ class PartialFile:
     def _refuse_existing(self, target: Path) -> None:
         if os.path.lexists(target) and not self._overwrite:
             raise UsageError(target, "exists already", "add -y to overwrite it, or choose another name")
-
-    def _start_anew(self) -> None:
-        """Put an empty file in place of what an earlier run has left."""
-        _log.warning("%s: left over from an earlier run; it is replaced", self.path)
-        self.path.unlink()
-        self.release()
-        self._lock = lock_file(self.path, self.target)
 
     def _check_owned(self) -> None:
         if not self.exists:
@@ -174,7 +217,8 @@ def is_regular_file(target: Path) -> bool:
         return True
 
 
-def _real(target: Path) -> Path:
+def real_path(target: Path) -> Path:
+    """Where a path leads, links followed; raises UsageError where they lead in a circle."""
     try:
         return target.resolve()
     except (OSError, RuntimeError):
@@ -190,11 +234,16 @@ def _refuse_source(path: Path, source: str | Path | None) -> None:
         raise UsageError(path, "is the input itself, and would be overwritten", "choose another output name")
 
 
-def partial_name(name: str, ending: str | None = None, mark: str = ".partial") -> str:
-    """The name with a mark before its ending, cut where it would become too long."""
-    stem, suffix = os.path.splitext(name)
+def partial_path(target: Path, ending: str | None = None, mark: str = ".partial") -> Path:
+    """The path with a mark before its ending, which may be another; cut where it would become too long.
+
+    >>> partial_path(Path("a.mp4")).name
+    'a.partial.mp4'
+    """
+    stem, suffix = os.path.splitext(target.name)
     suffix = mark + (suffix if ending is None else ending)
-    return os.fsencode(stem)[: MAX_NAME - len(os.fsencode(suffix))].decode("utf-8", "ignore") + suffix
+    stem = os.fsencode(stem)[: MAX_NAME - len(os.fsencode(suffix))].decode("utf-8", "ignore")
+    return target.with_name(stem + suffix)
 
 
 @contextmanager

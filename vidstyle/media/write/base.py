@@ -15,6 +15,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.containers import ContainerKind
+from vidstyle.media.write.fingerprint import Fingerprint
 from vidstyle.media.write.video_plan import plan_video
 
 
@@ -28,10 +29,12 @@ class Writer(ABC):
         name: the same, for messages.
         partial: the temporary file that is written, if there is one.
         frames: number of frames accepted.
+        kept: number of leading frames that an earlier run has written; their pictures are not used.
     """
 
     partial: Path | None = None
     frames: int = 0
+    kept: int = 0
 
     def __init__(
         self,
@@ -40,11 +43,12 @@ class Writer(ABC):
         info: VideoInfo,
         options: WriteOptions,
         source: Reader | None,
+        fingerprint: Fingerprint | None,
     ) -> None:
         """See `open_writer`."""
         self.target = Path(target)
         self.name = "standard output" if str(target) == "-" else str(target)
-        self._kind, self._options, self._source = kind, options, source
+        self._kind, self._options, self._source, self._fingerprint = kind, options, source, fingerprint
         self._source_path = source.name if source else None
         self._plan = plan_video(self.name, kind, info, options)
         self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb

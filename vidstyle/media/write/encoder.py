@@ -12,6 +12,7 @@ import av
 import numpy as np
 
 from vidstyle.core.picture import Picture
+from vidstyle.errors import OutputError
 from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.write.video_plan import VideoPlan
 
@@ -46,21 +47,54 @@ class VideoEncoder:
         self._taken = 0
         self._durations: dict[int | None, int] = {}
         self._held: av.Packet | None = None
+        self._earlier: Iterator[tuple[Fraction, av.Packet]] = iter(())
+        self._tick = Fraction(0)
+
+    def resume(self, earlier: Iterator[tuple[Fraction, av.Packet]], tick: Fraction) -> None:
+        """Use packets of an earlier run for the first frames, in place of encoding them.
+
+        Args:
+            earlier: a frame's time in seconds, and the next packet, for each of the first frames.
+            tick: how exact the times are, in seconds.
+        """
+        self._earlier, self._tick = earlier, tick
 
     def encode(self, frame: Frame) -> list[av.Packet]:
-        """Encode a frame; returns packets, or none while the encoder looks ahead."""
+        """Encode a frame; returns packets, or none while the encoder looks ahead.
+
+        Raises:
+            OutputError: an earlier run had another frame here.
+        """
+        pts, duration = self._clocked(frame), self._duration(frame)
+        self.end = (pts + duration) * self.plan.time_base
+        stored = self._stored(pts)
+        if stored is not None:
+            return list(self._timed(stored))
         native = encoder_frame(frame, self.plan)
-        native.pts, native.time_base = self._clocked(frame), self.plan.time_base
-        native.duration = self._duration(frame)
-        self._durations[native.pts] = native.duration
-        self.end = (native.pts + native.duration) * self.plan.time_base
+        native.pts, native.time_base, native.duration = pts, self.plan.time_base, duration
+        self._durations[pts] = duration
         self._taken += 1
         return [timed for packet in self.stream.encode(native) for timed in self._timed(packet)]
+
+    def _stored(self, pts: int) -> av.Packet | None:
+        """The next packet of an earlier run, with times as from the encoder; None if there are no more."""
+        shown, packet = next(self._earlier, (None, None))
+        if shown is None or packet is None:
+            return None
+        assert packet.pts is not None and packet.dts is not None and packet.time_base is not None
+        base = self.plan.time_base
+        if abs(shown - pts * base) > self._tick:
+            raise OutputError("the unfinished film", f"has no frame at {float(pts * base):.3f} s")
+        packet.pts, packet.dts = (
+            round(stamp * packet.time_base / base) for stamp in (packet.pts, packet.dts)
+        )
+        packet.time_base, packet.stream = base, self.stream
+        return packet
 
     def flush(self, seconds: float | None = None) -> Iterator[av.Packet]:
         """Flush the encoder; it stops after `seconds`."""
         deadline = time.monotonic() + (seconds if seconds is not None else float("inf"))
-        if self.end:
+        if self._taken:
             for packet in self.stream.codec_context.encode_lazy(None):
                 packet.stream = self.stream
                 if self._taken < MIN_TO_REORDER:
@@ -97,6 +131,8 @@ class VideoEncoder:
         if held is not None:
             duration = self._durations.pop(held.pts, 1)
             if packet.dts is not None and held.dts is not None:
+                # The first of an encoder may come as early as the last stored ones.
+                packet.dts = max(packet.dts, held.dts + 1)
                 duration = max(1, packet.dts - held.dts)
             held.duration = duration
             yield held

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
-import os
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -15,8 +16,10 @@ from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.write.atomic import PartialFile, is_regular_file
 from vidstyle.media.write.base import StandardOutput, Writer, write_error
+from vidstyle.media.write.earlier import EarlierFilm, frames_in
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
+from vidstyle.media.write.fingerprint import earlier_run, record_path
 from vidstyle.media.write.interleaver import MAX_QUEUED_BYTES, OUTPUT_ERRORS, Interleaver
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, portable_tags
 
@@ -28,8 +31,8 @@ FLUSH_SECONDS = 1.0
 """How long flushing an abandoned encoder may take."""
 INDEXED = ("mp4", "mov")
 """Containers whose index is moved to the front (faststart)."""
-READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
-"""The demuxers of the formats that are written here and can be read back."""
+LOOK_FRAMES = 50
+"""Frames after which it is checked again whether a continued film is as long as the earlier one."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -43,24 +46,65 @@ class FilmWriter(Writer):
         kind, piped = self._kind, self.name == "standard output" or not is_regular_file(self.target)
         if piped and not kind.piped:
             raise UsageError(self.name, f"{kind.endings[0]} cannot be written to a pipe", "use nut or mkv")
-        overwrite, ending = self._options.overwrite, self.partial_ending
-        self._file = None if piped else PartialFile(self.target, self._source_path, overwrite, ending)
-        self.partial = self._file.path if self._file else None
         self._closed = self._whole = False
+        self._earlier: EarlierFilm | None = None
+        self._file = None if piped else self._open_file()
+        self.partial = (self._file.earlier or self._file.path) if self._file else None
         try:
             self._open_streams()
+            self._continue()
         except BaseException:
             self._discard()
             raise
+
+    def _open_file(self) -> PartialFile:
+        """The partial file; what an earlier run has left is continued, kept or replaced."""
+        overwrite = self._options.overwrite
+        file = PartialFile(self.target, self._source_path, overwrite, self.partial_ending, keep=True)
+        self._record = record_path(file.target)
+        if not file.is_left:
+            return file
+        earlier = EarlierFilm(file.path)
+        if earlier.stored and self._fingerprint and self._fingerprint.resume:
+            self._earlier, self._look_at = earlier, earlier.stored
+            file.continue_beside()
+        elif overwrite or not earlier.stored:
+            file.start_anew()
+            self._record.unlink(missing_ok=True)
+        else:
+            file.release()
+            raise earlier_run(file.path, f"the first {earlier.seconds:.1f} s", self._record)
+        return file
+
+    def _continue(self) -> None:
+        """Take over the earlier run's pictures if its fingerprint is the same; else store this run's own."""
+        if self._file is None or self._fingerprint is None:
+            return
+        context = self._video.stream.codec_context
+        if not context.is_open:
+            context.open()
+        headers = bytes(context.extradata or b"")
+        digest = hashlib.sha256(headers).hexdigest()
+        fingerprint = replace(self._fingerprint, parts={**self._fingerprint.parts, "encoder headers": digest})
+        if self._earlier is None or self._file.earlier is None:
+            fingerprint.store(self._record)
+            return
+        fingerprint.check(self._record, self._file.earlier)
+        self._video.resume(self._earlier.packets(start_codes=headers[:1] != b"\x01"), self._earlier.tick)
+        self.kept = self._earlier.kept
+        _log.info(
+            "%s: is continued after %.1f s; %d of %d frames are kept",
+            *(self._file.earlier, self._earlier.kept_seconds, self.kept, self._earlier.stored),
+        )
 
     def _open_streams(self) -> None:
         """Set up all streams and write the header, so that errors show before decoding."""
         if self._file:
             self._file.check()
-        piped = self._file is None
-        muxing = self._kind.piped_options if piped else self._kind.options
+        path = self._file.path if self._file else self.target
+        muxing = self._kind.options if self._file else self._kind.piped_options
         self._container = av.open(
-            StandardOutput() if self.name == "standard output" else str(self.partial or self.target),
+            StandardOutput() if self.name == "standard output" else str(path),
             "w",
             format=self._kind.muxer,
             container_options={"flush_packets": "1", "max_interleave_delta": "1"} | muxing,
@@ -122,10 +166,18 @@ class FilmWriter(Writer):
                     self._interleaver.push(packet)
             if not self._begun:
                 self._begin_when_all_have_come(item)
-            if self._file:
-                self._file.check()
+            if self._file and self._file.check():
+                self._take_over(self._file)
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
+
+    def _take_over(self, file: PartialFile) -> None:
+        """Drop what the earlier run has left as soon as this one has stored as much."""
+        if self._earlier is not None and self.frames > self._look_at:
+            self._look_at = self.frames + LOOK_FRAMES
+            if frames_in(file.path) >= self._earlier.stored:
+                file.take_over()
+                self._earlier = None
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
         """See Writer."""
@@ -165,9 +217,11 @@ class FilmWriter(Writer):
             except (av.FFmpegError, OSError) as error:
                 _log.debug("%s: %s", self.name, error)
             self._close_quietly()
-        if self._file is None or not self._file.exists or frames_in(self._file.path) == 0:
+        least = self._earlier.stored if self._earlier else 1
+        if self._file is None or not self._file.exists or frames_in(self._file.path) < least:
             self._discard()
-            return None
+            return self.partial
+        self._file.take_over()
         self._file.release()
         return self._file.path
 
@@ -208,6 +262,7 @@ class FilmWriter(Writer):
             except OSError as error:
                 _log.info("%s: its index stays at its end (%s)", self.name, error)
         file.finish()
+        self._record.unlink(missing_ok=True)
 
     def _failure(self, error: Exception) -> OutputError:
         """What to tell after writing has failed; the file is closed, so that what is in it is known."""
@@ -228,9 +283,11 @@ class FilmWriter(Writer):
 
     def _discard(self) -> None:
         self._closed = True
+        self.partial = self._file.earlier if self._file else None
         if self._file:
             self._file.remove()
-        self.partial = None
+            if self.partial is None:
+                self._record.unlink(missing_ok=True)
 
     def _report(self) -> None:
         """Say what was not carried over as it was."""
@@ -243,21 +300,3 @@ class FilmWriter(Writer):
         for text, count in notices.items():
             if count:
                 _log.warning("%s: %d %s", self.name, count, text)
-
-
-def frames_in(path: Path, whole: bool = True) -> int:
-    """How many frames can be read back from a file; 0 if it cannot be read at all.
-
-    Where it is not `whole`, frames are counted up to the time to which all have come: the last
-    packets may need others that are lost.
-    """
-    times: list[tuple[int, int]] = []
-    try:
-        with av.open(os.fspath(path), options={"format_whitelist": READABLE}) as container:
-            for packet in container.demux(video=0):
-                if packet.size and packet.pts is not None and not packet.is_corrupt:
-                    times.append((packet.pts, packet.pts if packet.dts is None else packet.dts))
-    except (av.FFmpegError, OSError, IndexError) as error:
-        _log.debug("%s: %s", path, error)
-    complete = max((decoded for _, decoded in times), default=0)
-    return len(times) if whole else sum(shown <= complete for shown, _ in times)

@@ -26,7 +26,7 @@ class GifWriter(FilmWriter):
 
     def _put_in_place(self, file: PartialFile) -> None:
         file.rewrite(write_gif)
-        file.finish()
+        super()._put_in_place(file)
 
 
 def write_gif(source: Path, target: Path) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import logging
 import re
 from pathlib import Path
 
@@ -9,10 +11,13 @@ import av
 
 from vidstyle.errors import UsageError
 from vidstyle.media.frame import Frame
-from vidstyle.media.write.atomic import PartialFile, partial_name
+from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.encoder import encoder_frame
-from vidstyle.media.write.file_lock import lock_file
+from vidstyle.media.write.file_lock import FileLock, lock_file
+from vidstyle.media.write.fingerprint import earlier_run, record_path
+
+_log = logging.getLogger("vidstyle")
 
 NUMBER = re.compile(r"%(0?\d*)d")
 """Where the number goes in a pattern."""
@@ -25,6 +30,9 @@ class PictureWriter(Writer):
         UsageError: at the second frame, if the name is no pattern.
     """
 
+    _left = 0
+    """How many pictures an earlier run has left."""
+
     def _open(self) -> None:
         self._pattern = is_pattern(str(self.target))
         path = self._source_path
@@ -33,20 +41,50 @@ class PictureWriter(Writer):
                 self.name, "is the input itself, and would be overwritten", "choose another name"
             )
         self._written: Path | None = None
-        self._lock_path = self.target.with_name(partial_name(self.target.name, ".lock"))
-        # Each picture is locked by itself; two runs would still write every other one.
-        self._lock = lock_file(self._lock_path, self.target) if self._pattern else None
         self._file: PartialFile | None = None
+        self._record = record_path(self.target)
+        # Each picture is locked by itself; two runs would still write every other one.
+        self._lock = lock_file(self._record, self.target) if self._pattern else None
         try:
+            if self._lock is not None:
+                self._continue(self._lock)
             self._file = self._next_file()
-        finally:
-            if self._file is None:
-                self._unlock()
+        except BaseException:
+            self._unlock(keep=self._left > 0)
+            raise
         self.partial = self._file.path
+
+    def _continue(self, lock: FileLock) -> None:
+        """Find what an earlier run has written, and continue it, keep it or begin anew."""
+        if not lock.is_empty:
+            self._left = self._count_written()
+        if self._left and self._fingerprint and self._fingerprint.resume:
+            self._fingerprint.check(self._record, self.target)
+            # The last one is written again: after a power cut its content may be missing.
+            self.kept = self._left - 1
+            _log.info("%s: is continued; %d of %d pictures are kept", self.target, self.kept, self._left)
+        elif self._left and not self._options.overwrite:
+            raise earlier_run(self.target, f"the first {self._left} pictures", self._record)
+        else:
+            self._left = 0
+            if self._fingerprint:
+                self._fingerprint.store(self._record)
+
+    def _count_written(self) -> int:
+        """How many pictures, from the first on, have been written since the record was."""
+        begun = self._record.stat().st_mtime_ns
+        for number in itertools.count():
+            path = numbered_path(str(self.target), number + 1)
+            if not path.exists() or path.stat().st_mtime_ns < begun:
+                return number
+        raise AssertionError
 
     def write(self, item: Frame | av.Packet) -> None:
         """See Writer; packets of other streams are ignored."""
         if not isinstance(item, Frame):
+            return
+        if self.frames < self.kept:
+            self.frames += 1
             return
         if self._file is None:
             if not self._pattern:
@@ -66,26 +104,33 @@ class PictureWriter(Writer):
 
     def finish(self) -> None:
         """See Writer."""
-        if self._file is not None:
-            self._file.remove()
-            self._file = self.partial = None
-        self._unlock()
+        self._close(keep=False)
 
     def abandon(self) -> Path | None:
         """See Writer; returns the last complete picture."""
-        self.finish()
+        self._close(keep=self._fingerprint is not None and self._left + self.frames > 0)
         return self._written
 
-    def _unlock(self) -> None:
+    def _close(self, keep: bool) -> None:
+        if self._file is not None:
+            self._file.remove()
+            self._file = self.partial = None
+        self._unlock(keep)
+
+    def _unlock(self, keep: bool) -> None:
+        """Let others write the sequence; `keep`: whether it is to be continued."""
         if self._lock is not None:
-            self._lock_path.unlink(missing_ok=True)
+            if not keep:
+                self._record.unlink(missing_ok=True)
             self._lock.release()
             self._lock = None
 
     def _next_file(self) -> PartialFile:
         """The file of the next frame; the first has the number 1."""
-        path = numbered_path(str(self.target), self.frames + 1) if self._pattern else self.target
-        return PartialFile(path, self._source_path, self._options.overwrite)
+        number = max(self.frames, self.kept) + 1
+        path = numbered_path(str(self.target), number) if self._pattern else self.target
+        overwrite = self._options.overwrite or number <= self._left
+        return PartialFile(path, self._source_path, overwrite)
 
     def _encoded(self, frame: Frame) -> bytes:
         context = av.CodecContext.create(self._plan.encoder, "w")

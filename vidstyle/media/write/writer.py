@@ -6,17 +6,27 @@ from pathlib import Path
 
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
+from vidstyle.media.write.atomic import is_regular_file, partial_path, real_path
 from vidstyle.media.write.base import Writer
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.film_writer import FilmWriter
+from vidstyle.media.write.fingerprint import Fingerprint, record_path
 from vidstyle.media.write.gif import GifWriter
-from vidstyle.media.write.images import PictureWriter, is_pattern
+from vidstyle.media.write.images import PictureWriter, is_pattern, numbered_path
 
 __all__ = ["WriteOptions", "Writer", "open_writer"]
 
 
+RESUMABLE = ("mp4", "mov", "matroska", "webm", "image2")
+"""Muxers of what can be continued, if it is no animation."""
+
+
 def open_writer(
-    target: str | Path, info: VideoInfo, options: WriteOptions, source: Reader | None = None
+    target: str | Path,
+    info: VideoInfo,
+    options: WriteOptions,
+    source: Reader | None = None,
+    fingerprint: Fingerprint | None = None,
 ) -> Writer:
     """A writer for the target; checks what can be checked before the first frame is decoded.
 
@@ -26,6 +36,7 @@ def open_writer(
         info: description of the video.
         options: how to write.
         source: where they come from; its other streams, chapters and tags are carried over.
+        fingerprint: what decides the result, so that a later run can continue it, or this one an earlier run.
 
     Raises:
         UsageError: the target exists, is the input, or cannot hold what is asked for.
@@ -33,4 +44,26 @@ def open_writer(
     """
     kind = kind_of(str(target), options.format, info.still or is_pattern(str(target)))
     writers: dict[str, type[Writer]] = {"picture": PictureWriter, "gif": GifWriter, "film": FilmWriter}
-    return writers[kind.way](target, kind, info, options, source)
+    return writers[kind.way](target, kind, info, options, source, fingerprint)
+
+
+def is_resumable(target: str | Path, options: WriteOptions) -> bool:
+    """Whether an unfinished target can be continued: films in most containers, and numbered pictures.
+
+    Raises:
+        UsageError: its name does not say what it is.
+    """
+    if str(target) == "-" or not is_regular_file(Path(target)):
+        return False
+    kind = kind_of(str(target), options.format, False)
+    return kind.muxer in RESUMABLE and (
+        kind.way == "film" or kind.way == "picture" and is_pattern(str(target))
+    )
+
+
+def is_finished(target: str | Path) -> bool:
+    """Whether a target that `is_resumable` is there, and no run has left it unfinished."""
+    path = real_path(Path(target))
+    if is_pattern(str(target)):
+        return numbered_path(str(path), 1).exists() and not record_path(path).exists()
+    return path.exists() and not partial_path(path).exists()
