@@ -59,7 +59,8 @@ def render(
         frames: how many frames at most.
         compare: "side" or "split" to show the source beside the result.
         resume: continue what an interrupted run with the same settings has left, from its last complete
-            group of pictures on. It begins anew where nothing is left, and does nothing where the target is finished.
+            group of pictures on. Where nothing is left, begin at the start; where the target is finished,
+            do nothing.
         on_progress: called about ten times a second, in the calling thread.
         stop: set it, from anywhere, to end early: what is done is kept as a partial file, which plays.
 
