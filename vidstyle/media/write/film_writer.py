@@ -243,9 +243,12 @@ class FilmWriter(Writer):
             self._container.close()
         except av.FFmpegError as error:
             # The end of another stream was refused, perhaps; the rest is written all the same.
-            if error.errno in OUTPUT_ERRORS or not self._file or frames_in(self._file.path) < self.frames:
+            if error.errno in OUTPUT_ERRORS or not self._file:
                 raise
+            self._interleaver.refused += 1
             _log.warning("%s: its end was refused by the muxer: %s", self.name, error_reason(error))
+        if self._interleaver.refused and self._file and frames_in(self._file.path) < self.frames:
+            raise OutputError(self.name, "pictures were refused by the muxer")
 
     def _close_quietly(self) -> None:
         """Close a container that may be broken already; what it has on disk plays by its fragments."""

@@ -28,7 +28,8 @@ class Interleaver:
 
     Attributes:
         moved: how many copied packets came too early for their stream and were put right.
-        dropped: how many were left out, being repeated or without a time, or since the muxer refused them.
+        dropped: how many were left out, being repeated or without a time, or refused.
+        refused: how many the muxer did not take.
         cut: how many came after the end of the pictures, where that was to be cut.
     """
 
@@ -36,15 +37,15 @@ class Interleaver:
         self,
         container: av.container.OutputContainer,
         text_last: bool = False,
-        refused: Callable[[int, float], None] | None = None,
+        on_refusal: Callable[[int, float], None] | None = None,
     ) -> None:
         """All packets wait until `start`.
 
         Args:
             text_last: whether subtitles are written after all else.
-            refused: called with the stream's index and the seconds of a packet that the muxer does not take.
+            on_refusal: called with the stream's index and the seconds of a packet that the muxer does not take.
         """
-        self._container, self._text_last, self._refused = container, text_last, refused
+        self._container, self._text_last, self._on_refusal = container, text_last, on_refusal
         self._pictures: list[av.Packet] | None = []
         self._inside: deque[tuple[Fraction, int | None, float]] = deque()
         self._texts: list[av.Packet] = []
@@ -53,7 +54,7 @@ class Interleaver:
         self._held = 0
         self._last: dict[int, int] = {}
         self._sounds: dict[int, av.Packet] = {}
-        self.moved = self.dropped = self.cut = 0
+        self.moved = self.dropped = self.refused = self.cut = 0
 
     def start(self) -> None:
         """Write what has come; the container's header is written."""
@@ -128,7 +129,8 @@ class Interleaver:
     def _mux(self, packet: av.Packet, is_picture: bool = False) -> None:
         """Give the muxer a packet, which may keep it inside until one with a later time comes.
 
-        So the packet that it refuses is the oldest inside. If that is no picture, it is no reason to fail.
+        So what it refuses may be an earlier one: the oldest inside that is no picture, which is no reason to
+        fail. `FilmWriter.finish` looks whether all pictures are there.
         """
         stamp = packet.dts if packet.dts is not None else packet.pts
         time = (stamp or 0) * packet.time_base
@@ -139,12 +141,15 @@ class Interleaver:
             while self._inside[0][0] < time:
                 self._inside.popleft()
         except av.FFmpegError as error:
-            _, stream, seconds = self._inside.popleft()
-            if stream is None or error.errno in OUTPUT_ERRORS:
+            refused = next((each for each in self._inside if each[1] is not None), None)
+            if refused is None or error.errno in OUTPUT_ERRORS:
                 raise
+            self._inside.remove(refused)
+            _, stream, seconds = refused
+            self.refused += 1
             self.dropped += 1
-            if self._refused is not None:
-                self._refused(stream, seconds)
+            if self._on_refusal is not None and stream is not None:
+                self._on_refusal(stream, seconds)
             _log.debug("a packet of stream %d was refused: %s", stream, error)
 
     def _clocked(self, packet: av.Packet) -> bool:
