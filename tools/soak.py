@@ -1,4 +1,7 @@
-"""Renders a long film and fails if memory, threads or open files grow: `python tools/soak.py`."""
+"""Renders a long film and fails if memory, threads or open files grow, or sound and pictures part.
+
+`python tools/soak.py --frames 108000 --rate 10 --size 64 48` renders three hours.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
+import av
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
@@ -22,7 +26,6 @@ WARM_UP = 500
 """Frames after which every buffer has been made once."""
 MAX_MEGABYTES = 1.0
 """Memory growth in 10,000 frames at most; steps of the allocator count for more in shorter runs."""
-RATE = Fraction(75)
 SAMPLE_RATE = 48000
 
 
@@ -32,6 +35,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--frames", type=int, default=10_000)
+    parser.add_argument("--rate", type=int, default=75, help="frames per second")
     parser.add_argument("--style", default="plain")
     parser.add_argument("--size", type=int, nargs=2, default=(192, 108), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument(
@@ -41,20 +45,27 @@ def main() -> None:
         "--limit", type=float, default=MAX_MEGABYTES, help="MB that memory may grow in 10,000 frames"
     )
     arguments = parser.parse_args()
-    samples = soak(arguments.frames, arguments.style, tuple(arguments.size), arguments.kind)
+    size, rate = tuple(arguments.size), arguments.rate
+    samples, apart = soak(arguments.frames, arguments.style, size, arguments.kind, rate)
     _, resident, threads, files = samples.T
     slope = growth(samples)
     print(
         f"{len(samples)} samples: {slope:+.2f} MB per 10,000 frames "
         f"({resident.min() / 2**20:.1f} to {resident.max() / 2**20:.1f} MB), "
-        f"threads {threads.min()} to {threads.max()}, open files {files.min()} to {files.max()}"
+        f"threads {threads.min()} to {threads.max()}, open files {files.min()} to {files.max()}, "
+        f"ends of the streams within {apart:.3f} s"
     )
     constant = threads.min() == threads.max() and files.min() == files.max()
-    sys.exit(slope > arguments.limit or not constant)
+    sys.exit(slope > arguments.limit or not constant or apart > 1 / rate)
 
 
-def soak(frames: int, style: str, size: tuple[int, int], kind: str) -> np.ndarray:
-    """What rendering costs while it goes on: rows of frames written, bytes of memory, threads, open files."""
+def soak(frames: int, style: str, size: tuple[int, int], kind: str, rate: int) -> tuple[np.ndarray, float]:
+    """What rendering costs while it goes on, and how well the streams keep together.
+
+    Returns:
+        Rows of frames written, bytes of memory, threads, open files; and by how many seconds a stream of the
+        result ends before or after it did in the source, at most.
+    """
     samples: list[tuple[int, int, int, int]] = []
 
     def sample(progress: Progress) -> None:
@@ -63,10 +74,22 @@ def soak(frames: int, style: str, size: tuple[int, int], kind: str) -> np.ndarra
 
     with tempfile.TemporaryDirectory() as folder:
         film, target = Path(folder, "film.mp4"), Path(folder, f"restyled.{kind}")
-        write_film(film, pictures(frames, *size), RATE, tune(int(frames / RATE)))
+        write_film(film, pictures(frames, *size), Fraction(rate), tune(frames // rate))
         render(film, target, style, on_progress=sample)
+        apart = max(abs(one - other) for one, other in zip(ends(film), ends(target), strict=True))
     # Near the end the reading thread is through already.
-    return np.array([one for one in samples if WARM_UP < one[0] < frames - WARM_UP])
+    return np.array([one for one in samples if WARM_UP < one[0] < frames - WARM_UP]), apart
+
+
+def ends(path: Path) -> list[float]:
+    """When each stream ends, in seconds."""
+    with av.open(str(path)) as container:
+        last = [0.0] * len(container.streams)
+        for packet in container.demux():
+            if packet.pts is not None and packet.time_base is not None:
+                end = float((packet.pts + (packet.duration or 0)) * packet.time_base)
+                last[packet.stream_index] = max(last[packet.stream_index], end)
+    return last
 
 
 def growth(samples: np.ndarray) -> float:
@@ -92,8 +115,8 @@ def pictures(count: int, width: int, height: int) -> Iterator[Picture]:
 
 def tune(seconds: int) -> np.ndarray:
     """A soft tone."""
-    tone: np.ndarray = np.sin(np.arange(seconds * SAMPLE_RATE, dtype=np.float32) * 0.07)
-    return tone * np.float32(0.1)
+    second = 0.1 * np.sin(np.arange(SAMPLE_RATE) * np.pi / 50)
+    return np.tile(second.astype(np.float32), seconds)
 
 
 if __name__ == "__main__":
