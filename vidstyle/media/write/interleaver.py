@@ -43,7 +43,7 @@ class Interleaver:
 
         Args:
             text_last: whether subtitles are written after all else.
-            on_refusal: called with the stream's index and the seconds of a packet that the muxer does not take.
+            on_refusal: called with the stream's index and the seconds of a packet that is refused.
         """
         self._container, self._text_last, self._on_refusal = container, text_last, on_refusal
         self._pictures: list[av.Packet] | None = []
