@@ -201,7 +201,8 @@ def make_clip(
         options: for the encoder, on top of a quick preset and a keyframe every second.
     """
     times = [Fraction(number) / Fraction(rate) for number in range(frames)] if times is None else list(times)
-    with av.open(str(path), "w", format=format) as container:
+    # Without this Matroska gets random numbers.
+    with av.open(str(path), "w", format=format, container_options={"fflags": "+bitexact"}) as container:
         video = container.add_stream(codec, rate=Fraction(rate), options=_encoder_options(codec, options))
         video.width, video.height, video.pix_fmt = *size, pix_fmt
         video.codec_context.time_base = _time_base(times, Fraction(rate))

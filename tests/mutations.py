@@ -6,6 +6,7 @@ import io
 import math
 import os
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -92,13 +93,15 @@ STORY = [
 ]
 
 
-def whole_files(folder: Path) -> dict[str, list[Path]]:
-    """The files that are mutated, by kind; banks and the texts of styles are made anew for each case."""
-    films = [make_clip(folder / name, size=SIZE, frames=10, **options) for name, options in FILMS.items()]
-    # As root, SVT-AV1 gives the thread that opens it the highest real-time priority.
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    stills = [_still(folder / name, **options) for name, options in STILLS.items()]
-    return {"film": films, "picture": stills}
+def whole_files(folder: Path, kinds: Iterable[str]) -> dict[str, list[Path]]:
+    """The films and pictures that are mutated; files of other kinds are made anew for each case."""
+    folder.mkdir(exist_ok=True)
+    makers = {"film": (FILMS, _film), "picture": (STILLS, _still)}
+    return {
+        kind: [make(folder / name, **options) for name, options in files.items()]
+        for kind, (files, make) in makers.items()
+        if kind in kinds
+    }
 
 
 def mutated(kind: str, seed: int, number: int, whole: dict[str, list[Path]]) -> tuple[str, bytes]:
@@ -160,6 +163,14 @@ def _with_odd_header(random: Random, content: bytearray) -> bytearray:
         number = random.choice(ODD_NUMBERS) & (256**size - 1)
         content[place : place + size or None] = number.to_bytes(size, random.choice(("big", "little")))
     return content
+
+
+def _film(path: Path, **options: Any) -> Path:
+    # Anew each time: the same film has the same bytes.
+    make_clip.__wrapped__(path, size=SIZE, frames=10, **options)
+    # As root, SVT-AV1 gives the thread that opens it the highest real-time priority.
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    return path
 
 
 def _still(

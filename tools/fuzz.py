@@ -226,10 +226,11 @@ def main() -> None:
     numbers = itertools.takewhile(
         lambda number: number < chosen.first + count and time.monotonic() < end, itertools.count(chosen.first)
     )
-    cases = (Case(kind, chosen.seed, number) for number in numbers for kind in chosen.kind or KINDS)
+    kinds = chosen.kind or KINDS
+    cases = (Case(kind, chosen.seed, number) for number in numbers for kind in kinds)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["TMPDIR"] = folder  # so that nothing is left of workers that crash
-        whole = whole_files(Path(folder))
+        whole = whole_files(Path(folder), kinds)
         counts = try_all(cases, whole, chosen.found, chosen.workers)
     for kind, outcomes in counts.items():
         said = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
