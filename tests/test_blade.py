@@ -22,6 +22,7 @@ from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulat
 from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius, window_weights
 from vidstyle.blade.symmetry import SYMMETRIES, pixel_pairs
 from vidstyle.blade.training import mssim, psnr
+from vidstyle.core.picture import WIDE_RANGE
 
 BINS = Bins(24, 3, 3)
 IMAGES = {
@@ -112,7 +113,7 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
 def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[int, int]) -> None:
     luma, bank = noise(*shape), random_bank(size=size)
     chosen = np.random.default_rng(1).integers(0, BINS.count, shape).astype(np.int32)
-    result = apply_filters(luma, chosen, padded_filters(bank.filters[0]))
+    result = apply_filters(luma, chosen, padded_filters(bank.filters[0]), WIDE_RANGE)
     np.testing.assert_allclose(result, slowly_filtered(luma, chosen, bank.filters[0]), atol=2e-5)
 
 
@@ -130,8 +131,8 @@ def test_bands_with_their_margin_give_what_the_whole_gives(passes: int, reselect
 
 def test_parts_and_the_picture_itself_are_weighted() -> None:
     luma, bank = face(), random_bank(parts=2)
-    one, two = (BankRun(bank, weights).run(luma) for weights in ((1.0, 0.0), (0.0, 1.0)))
-    mixed = BankRun(bank, (0.25, -2.0), 0.5).run(luma)
+    one, two = (BankRun(bank, each, is_wide=True).run(luma) for each in ((1.0, 0.0), (0.0, 1.0)))
+    mixed = BankRun(bank, (0.25, -2.0), 0.5, is_wide=True).run(luma)
     np.testing.assert_allclose(mixed, 0.25 * one - 2 * two + 0.5 * luma, atol=1e-5)
     np.testing.assert_allclose(BankRun(bank, (0.0, 0.0), 1.0, passes=4).run(luma), luma, atol=1e-6)
 
@@ -225,6 +226,14 @@ BAD = {
     "even size": {"filters": np.zeros((1, 216, 4, 4), np.float32)},
     "not square": {"filters": np.zeros((1, 216, 5, 7), np.float32)},
     "NaN": {"filters": np.full((1, 216, 5, 5), np.nan, np.float32)},
+    "huge weights": {"filters": np.full((1, 216, 5, 5), 2e3, np.float32)},
+    "more filters than a texture numbers": {
+        "bins": np.array([24, 10, 10], np.int32),
+        "filters": np.zeros((1, 2400, 3, 3), np.float32),
+    },
+    "a window too wide for shaders": {"rho": np.float64(8.1)},
+    "a range too narrow for floats": {"ranges": np.array([[0, 5e-324], [0.2, 0.8]])},
+    "bins that are floats": {"bins": np.array([24, 3, np.inf])},
     "description that is none": {"about": np.zeros(3, np.uint8)},
     "description nested too deeply": {"about": np.full(100_000, ord("["), np.uint8)},
     "bins of infinity": {"bins": np.full(3, np.inf)},

@@ -85,7 +85,8 @@ def test_a_picture_is_luma_or_color() -> None:
 )
 @pytest.mark.parametrize("shape", [(2, 3), (2, 3, 3), (2, 3, 4)])
 def test_from_array(dtype: type[np.generic], depth: int, shape: tuple[int, ...]) -> None:
-    array = np.arange(np.prod(shape)).reshape(shape).astype(dtype)
+    array = np.arange(np.prod(shape)).reshape(shape).astype(dtype) / np.array(1 if depth else 32, dtype)
+    array = array.astype(dtype)
     picture = Picture.from_array(array)
     assert picture.encoding == Encoding("bt709", full_range=True, depth=depth, step=(1, 1))
     held = picture.luma if len(shape) == 2 else picture.color

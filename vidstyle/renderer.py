@@ -138,7 +138,7 @@ class Renderer(Closing):
 
         Raises:
             UsageError: an array of another shape or type.
-            InputError: a frame in an unsupported pixel format.
+            InputError: a frame in an unsupported pixel format, or floats that are NaN or outside -1..2.
         """
         if isinstance(frame, np.ndarray):
             time = self._count / self.ARRAY_RATE if time is None else time
@@ -177,6 +177,7 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
 
     Raises:
         UsageError: an array of another shape or type.
+        InputError: floats that are NaN or outside -1..2.
 
     >>> bright = stylize(np.full((2, 2, 3), 0.5), {"format": 1, "background": [{"block": "brightness"}]})
     >>> bright.dtype, bright[0, 0].round(3).tolist()

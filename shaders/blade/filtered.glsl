@@ -2,7 +2,7 @@
 // weight of their difference from the middle; `part_sums` are the responses of the parts to a constant 1.
 float filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
         float part_sums[8], float identity) {
-    int number = int(chosen * 1024.0 + 0.5);
+    int number = clamp(int(chosen * 1024.0 + 0.5), 0, textureSize(bank, 0).y - 1);
     int radius = size / 2, pair = 0;
     float middle = picture_at(at), total = identity * middle;
     vec4 weights = vec4(0.0);

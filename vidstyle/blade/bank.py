@@ -30,6 +30,12 @@ MAX_ENTRIES = 64
 """The most entries of the archive: a directory of a million takes half a minute."""
 MAX_ABOUT = 4 << 20
 """The longest description of a bank, in bytes."""
+MAX_FILTERS = 1024
+"""The most filters of a part: their numbers are kept in textures of 16 bits."""
+MAX_RHO = 8
+"""The largest standard deviation of the tensor's window, in pixels: shaders hold 16 of its weights."""
+MAX_WEIGHT = 1024.0
+"""The largest weight of a pixel; those of trained banks are below 1."""
 ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
 _NPY_HEADER = re.compile(
     rb"\x93NUMPY\x01\x00..\{'descr': '(<[fi][48]|\|u1)', 'fortran_order': (True|False), "
@@ -205,8 +211,8 @@ def _problem(bank: Bank) -> str:
     bins, filters = bank.bins, bank.filters
     if min(bins.counts) < 1 or bins.orientations % 2:
         return f"has bins {bins.orientations} x {bins.strengths} x {bins.coherences}; orientations are even"
-    ends = (*bins.strength_range, *bins.coherence_range, bank.rho)
-    if not np.isfinite(ends).all() or ends[0] >= ends[1] or ends[2] >= ends[3] or not 0 < bank.rho <= 16:
+    ends = (*bins.strength_range, *bins.coherence_range)
+    if not (ends[0] < ends[1] and ends[2] < ends[3] and 0 < bank.rho <= MAX_RHO and bins.is_finite):
         return "has an empty range of bins, or a window of an invalid size"
     if filters.dtype != np.float32 or filters.ndim != 4 or filters.shape[2] != filters.shape[3]:
         return (
@@ -214,6 +220,7 @@ def _problem(bank: Bank) -> str:
         )
     if filters.shape[2] not in SIZES or not 1 <= len(filters) <= 8:
         return f"has {len(filters)} parts of {filters.shape[2]} x {filters.shape[2]} pixels"
-    if filters.shape[1] != bins.count:
-        return f"has {filters.shape[1]} filters for {bins.count} bins"
-    return "" if np.isfinite(filters).all() else "has filters with values that are not finite"
+    if filters.shape[1] != bins.count or bins.count > MAX_FILTERS:
+        return f"has {filters.shape[1]} filters for {bins.count} bins; there are at most {MAX_FILTERS}"
+    wrong = filters.size - np.count_nonzero(np.abs(filters) <= MAX_WEIGHT)
+    return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""

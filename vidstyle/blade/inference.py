@@ -14,6 +14,7 @@ from vidstyle.blade.bank import Bank
 from vidstyle.blade.simd import filter_pixel_block
 from vidstyle.blade.structure_tensor import LANES, pad_edges, select_filters, window_radius
 from vidstyle.core.kernels import compiled
+from vidstyle.core.picture import RANGES, WIDE_RANGE
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,11 @@ class BankRun:
     is_wide: bool = False
 
     @property
+    def limits(self) -> tuple[float, float]:
+        """What the result of each pass is clipped to."""
+        return WIDE_RANGE if self.is_wide else RANGES["luma"]
+
+    @property
     def window(self) -> float:
         """Standard deviation of the structure tensor's window, in pixels."""
         return self.bank.rho if self.rho is None else self.rho
@@ -51,6 +57,12 @@ class BankRun:
         if self.reselect:
             return self.passes * max(of_pass, of_selection)
         return (self.passes - 1) * of_pass + max(of_pass, of_selection)
+
+    @property
+    def work(self) -> int:
+        """Multiplications for each pixel at the size at which it runs, roughly."""
+        selection = 12 * window_radius(self.window) + 50
+        return self.passes * self.bank.size**2 + selection * (self.passes if self.reselect else 1)
 
     def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
         """The height and width at which it runs on a picture of this size."""
@@ -83,7 +95,7 @@ class BankRun:
             above, below = (max(0, rows - left * step) for rows in margin)
             if selected is None or self.reselect:
                 selected = select_filters(luma, self.bank.bins, self.window, (above, below))
-            luma = apply_filters(luma, selected, self._padded, (above, below))
+            luma = apply_filters(luma, selected, self._padded, self.limits, (above, below))
         return luma
 
 
@@ -93,7 +105,11 @@ def padded_filters(filters: np.ndarray) -> np.ndarray:
 
 
 def apply_filters(
-    luma: np.ndarray, selected: np.ndarray, padded: np.ndarray, margin: tuple[int, int] = (0, 0)
+    luma: np.ndarray,
+    selected: np.ndarray,
+    padded: np.ndarray,
+    limits: tuple[float, float],
+    margin: tuple[int, int] = (0, 0),
 ) -> np.ndarray:
     """Filter each pixel with the filter selected for it.
 
@@ -101,6 +117,7 @@ def apply_filters(
         luma: H x W float32; beyond its border the border is repeated.
         selected: H x W int32, the index of each pixel's filter.
         padded: from `padded_filters`.
+        limits: the range that the result is clipped to.
         margin: first and last rows that are not needed.
 
     Returns:
@@ -110,7 +127,9 @@ def apply_filters(
     size, columns = padded.shape[1], -(-width // LANES) * LANES
     around = pad_edges(luma, size // 2, columns - width + padded.shape[2] + LANES)
     out = np.empty((height, columns), np.float32)
-    _apply(around, _widened(selected, columns), padded, (0,) * size, margin[0], height - margin[1], out)
+    ends = np.float32(limits[0]), np.float32(limits[1])
+    rows = margin[0], height - margin[1]
+    _apply(around, _widened(selected, columns), padded, (0,) * size, *rows, *ends, out)
     return out[:, :width]
 
 
@@ -122,7 +141,7 @@ def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _apply(around, selected, filters, rows, top, bottom, out):  # type: ignore[no-untyped-def]
+def _apply(around, selected, filters, rows, top, bottom, low, high, out):  # type: ignore[no-untyped-def]
     for row in range(top, bottom):
         for column in range(0, out.shape[1], 8):
-            filter_pixel_block(filters, selected[row], around, row, column, rows, out[row])
+            filter_pixel_block(filters, selected[row], around, row, column, rows, low, high, out[row])

@@ -16,9 +16,10 @@ from vidstyle.blade.structure_tensor import LANES
 
 
 class PixelBlockIntrinsic:
-    """`filter_pixel_block(bank, bins, luma, row, column, rows, out)` for compiled functions.
+    """`filter_pixel_block(bank, bins, luma, row, column, rows, low, high, out)` for compiled functions.
 
-    Writes the filtered pixels column..column + 7 of a row into `out`.
+    Writes the filtered pixels column..column + 7 of a row into `out`, clipped; what is not a number becomes
+    the lowest.
 
     Args of the compiled call:
         bank: filters x size x padded size, float32, contiguous.
@@ -26,6 +27,7 @@ class PixelBlockIntrinsic:
         luma: float32 rows, so padded that pixel (row, column) is the upper left one of the filter's window
             at (row, column), and that `LANES` more columns can be read.
         rows: a tuple with as many integers as a filter has rows; only its length is used.
+        low, high: float32, the ends of the range that the result is clipped to.
         out: float32, one row.
     """
 
@@ -43,10 +45,10 @@ class PixelBlockIntrinsic:
         extending: Any = importlib.import_module("numba.extending")
 
         def filter_pixel_block(
-            typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any, out: Any
-        ) -> Any:
-            signature = numba.types.void(bank, bins, luma, row, column, rows, out)
-            return signature, _emit_code
+            typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any,
+            low: Any, high: Any, out: Any,
+        ) -> Any:  # fmt: skip
+            return numba.types.void(bank, bins, luma, row, column, rows, low, high, out), _emit_code
 
         return extending.intrinsic(filter_pixel_block)
 
@@ -62,7 +64,7 @@ class _Emitter:
         self._ir: Any = importlib.import_module("llvmlite.ir")
         proxies: Any = importlib.import_module("numba.core.cgutils")
         self._context, self._builder = context, builder
-        bank, bins, luma, row, column, _, out = (
+        bank, bins, luma, row, column, _, self._low, self._high, out = (
             proxies.create_struct_proxy(kind)(context, builder, value) if hasattr(kind, "ndim") else value
             for kind, value in zip(signature.args, arguments, strict=True)
         )
@@ -82,8 +84,9 @@ class _Emitter:
         sums = [self._reduced(reduce(self._sum, self._products(number))) for number in range(LANES)]
         while len(sums) > 1:
             sums = [self._pairwise_sums(*sums[number : number + 2]) for number in range(0, len(sums), 2)]
-        target = self._builder.inttoptr(self._out, sums[0].type.as_pointer())
-        self._builder.store(sums[0], target).align = 4
+        clipped = self._chosen("<", self._chosen(">", sums[0], self._low), self._high)
+        target = self._builder.inttoptr(self._out, clipped.type.as_pointer())
+        self._builder.store(clipped, target).align = 4
         return self._context.get_dummy_value()
 
     def _products(self, number: int) -> Iterator[Any]:
@@ -96,7 +99,7 @@ class _Emitter:
             weights = self._load(self._plus(start, 4 * row * self._lanes), self._vector(self._lanes), 4)
             there = self._plus(self._window, self._times(self._row_bytes, row))
             window = self._load(self._plus(there, 4 * number), self._vector(self._lanes), 4)
-            yield self._builder.fmul(weights, window, flags=["fast"])
+            yield self._builder.fmul(weights, window, flags=["contract"])
 
     def _reduced(self, vector: Any) -> Any:
         """A vector of several registers reduced to eight numbers."""
@@ -109,8 +112,14 @@ class _Emitter:
         even, odd = (self._shuffled(first, second, list(range(start, 2 * LANES, 2))) for start in (0, 1))
         return self._sum(even, odd)
 
+    def _chosen(self, relation: str, vector: Any, number: Any) -> Any:
+        """Each element that stands in this relation to a number, which no NaN does, else the number."""
+        lowest = self._builder.insert_element(vector, number, self._ir.Constant(self._ir.IntType(32), 0))
+        limit = self._shuffled(lowest, lowest, [0] * LANES)
+        return self._builder.select(self._builder.fcmp_ordered(relation, vector, limit), vector, limit)
+
     def _sum(self, one: Any, other: Any) -> Any:
-        return self._builder.fadd(one, other, flags=["fast"])
+        return self._builder.fadd(one, other, flags=["contract"])
 
     def _shuffled(self, first: Any, second: Any, order: list[int]) -> Any:
         mask = self._ir.Constant(self._ir.VectorType(self._ir.IntType(32), LANES), order)

@@ -15,7 +15,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, index_at
 
 LANES = 8
 """Pixels that are filtered together in vector registers."""
@@ -51,12 +51,18 @@ class Bins:
         return math.prod(self.counts)
 
     @property
+    def is_finite(self) -> bool:
+        """Whether kernels can work with the ranges."""
+        return bool(np.isfinite(self.as_array).all())
+
+    @property
     def as_array(self) -> np.ndarray:
         """For kernels, seven float32: the counts, then start and bins per unit of both ranges."""
         low, high = self.strength_range
         first, last = self.coherence_range
         densities = 255 * self.strengths / (high - low), self.coherences / (last - first)
-        return np.array([*self.counts, low / 255, densities[0], first, densities[1]], np.float32)
+        with np.errstate(over="ignore"):
+            return np.array([*self.counts, low / 255, densities[0], first, densities[1]], np.float32)
 
 
 def window_radius(rho: float) -> int:
@@ -177,6 +183,7 @@ def _quantize(tensor, bins, selected):  # type: ignore[no-untyped-def]
         angle = -angle if up < zero else angle
         orientation = np.int32(np.floor(angle * per_turn + half))
         orientation = orientation + orientations if orientation < 0 else orientation
-        level = np.int32(min(max((strength - bins[3]) * bins[4], zero), bins[1] - half))
-        clearness = np.int32(min(max((coherence - bins[5]) * bins[6], zero), bins[2] - half))
+        level = index_at(min(max((strength - bins[3]) * bins[4], zero), bins[1] - half), strengths - 1)
+        clearness = index_at(min(max((coherence - bins[5]) * bins[6], zero), bins[2] - half), coherences - 1)
+        orientation = min(max(orientation, np.int32(0)), orientations - np.int32(1))
         selected[x] = (orientation * strengths + level) * coherences + clearness

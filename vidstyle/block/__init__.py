@@ -80,6 +80,8 @@ class Block:
     Attributes:
         saves: the name under which every step of it saves its input.
         is_identity: whether its function returns luma as it is, so that only the chroma changes.
+        overshoots: whether its result may leave the range of its input and of 0..1; it is then clipped to
+            `core.picture.RANGES`.
     """
 
     name: str
@@ -93,6 +95,7 @@ class Block:
     chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
     is_identity: bool = False
+    overshoots: bool = False
 
     @property
     def saved_refs(self) -> dict[str, SavedRef]:
@@ -142,6 +145,7 @@ def block(
     chroma: Literal["kept", "dropped"] = "kept",
     saves: str = "",
     is_identity: bool = False,
+    overshoots: bool = False,
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of its name.
 
@@ -154,6 +158,7 @@ def block(
         chroma: "dropped" where a luma block leaves a gray picture.
         saves: a name under which each of its steps saves its input.
         is_identity: for a luma block that only changes the chroma; a style does not call its function.
+        overshoots: the function's result may leave the range of its input and of 0..1, and has to be clipped.
 
     Raises:
         TypeError: at import, for an invalid declaration, such as a default out of range.
@@ -169,8 +174,9 @@ def block(
             raise TypeError(f"{name}: a block says in its docstring what it does")
         parameters, injected = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
         return Block(
-            name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity
-        )
+            name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity,
+            overshoots,
+        )  # fmt: skip
 
     return declare
 

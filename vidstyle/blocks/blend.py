@@ -30,7 +30,7 @@ MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 """The blend modes: functions of each channel of the picture below and the one above."""
 
 
-@block("pixel", on="channels")
+@block("pixel", on="channels", overshoots=True)
 def blend(
     picture: np.ndarray,
     other: Annotated[Any, SavedRef("picture blended over the current one")] = "source",

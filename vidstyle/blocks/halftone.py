@@ -132,6 +132,7 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
     lift = np.float32(1e-4) * per_pixel
     columns, flat = np.int32(levels.shape[1]), levels.reshape(-1)
     origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
+    last = np.int32(flat.size - 1)
     cell, height, slope = np.empty(width, np.int32), np.empty(width, np.float32), np.empty(width, np.float32)
     for x in range(width):
         along, across = start + np.float32(x) * step, side - np.float32(x) * turn
@@ -142,7 +143,7 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
         height[x] = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
         slope[x] = max(steepness * np.sqrt(down * down + right * right), least_slope)
     for x in range(width):
-        height[x] -= flat[np.uint32(cell[x])]
+        height[x] -= flat[np.uint32(min(max(cell[x], np.int32(0)), last))]
     red, green, blue = one - ink[0], one - ink[1], one - ink[2]
     for x in range(width):
         cover = min(max(height[x] / slope[x] + half, np.float32(0)), one)

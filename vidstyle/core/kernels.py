@@ -130,6 +130,15 @@ def user_cache() -> Path:
     return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "vidstyle"
 
 
+@compiled
+def index_at(place, last):  # type: ignore[no-untyped-def]
+    """The whole part of a place as an index, 0..last, int32.
+
+    Compared after the cast: NaN passes comparisons of floats where the compiler may assume there is none.
+    """
+    return min(max(np.int32(place), np.int32(0)), np.int32(last))
+
+
 def mix_channels(color: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Multiply RGB, N x W x 3 float32, by a 3 x 4 matrix whose last column is added; clipped to 0..1, new.
 

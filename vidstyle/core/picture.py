@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import InputError, UsageError
 
 LUMA_WEIGHTS: dict[str, tuple[float, float]] = {
     "bt601": (0.299, 0.114),
@@ -32,6 +32,14 @@ SITINGS = {
 
 NEUTRAL = 1e-6
 """Chroma below this is rounding."""
+
+RANGES = {"luma": (-0.5, 1.5), "chroma": (-0.75, 0.75), "color": (-1.0, 2.0)}
+"""What values keep to between steps, by their kind; what may leave it is clipped (rules, Style safety).
+
+There is room for the RGB of colours that no screen shows, and for what bicubic and Lanczos resampling put
+beside sharp edges: beside ink on paper almost half of the step, beyond black and white."""
+WIDE_RANGE = (-256.0, 256.0)
+"""The same for differences of Gaussians, which go to 28 times black and white at their strongest."""
 
 
 @dataclass(frozen=True)
@@ -199,6 +207,7 @@ class Picture:
 
         Raises:
             UsageError: another shape or type.
+            InputError: floats that are NaN or outside -1..2, the range of RGB in `RANGES`.
         """
         if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
             raise UsageError(
@@ -209,11 +218,21 @@ class Picture:
         if kind not in depths:
             raise UsageError("picture", f"an array of {array.dtype}", "give uint8, uint16 or floats")
         if array.dtype.kind == "f":
-            array = array.astype(np.float32, copy=False)
+            array = _checked(array)
         encoding = Encoding("bt709", full_range=True, depth=depths[kind], step=(1, 1))
         if array.ndim == 2:
             return cls(encoding, luma=array)
         return cls(encoding, color=array[..., :3], alpha=array[..., 3] if array.shape[2] == 4 else None)
+
+
+def _checked(array: np.ndarray) -> np.ndarray:
+    """The floats as float32."""
+    low, high = RANGES["color"]
+    if not (array.min() >= low and array.max() <= high):
+        count = array.size - np.count_nonzero((array >= low) & (array <= high))
+        reason = f"{count} of its {array.size} numbers are NaN or outside {low:g}..{high:g}"
+        raise InputError("the picture of floats", reason, "0 is black and 1 is white")
+    return array.astype(np.float32, copy=False)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Conversion between a picture's planes and working values, a band of rows at a time.
 
 Working values are float32: luma and RGB 0..1, chroma -0.5..0.5 at luma's own resolution, all of
-them gamma-encoded as the picture is. Rows outside the picture repeat the row at its edge.
+them gamma-encoded as the picture is; `RANGES` says how far they may leave that. Rows outside the picture
+repeat the row at its edge.
 """
 
 from __future__ import annotations

@@ -16,10 +16,19 @@ METHODS = {
 when enlarging."""
 
 
-def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarray:
+OVERSHOOTING = ("bicubic", "lanczos")
+"""The methods whose result may leave the range of the plane, beside edges."""
+
+
+def resample(
+    plane: np.ndarray, shape: tuple[int, int], method: str, limits: tuple[float, float] | None = None
+) -> np.ndarray:
     """The H x W or H x W x 3 plane at another height and width; itself where they are its own.
 
     Maps pixel areas, not pixel centres, so that corners stay corners.
+
+    Args:
+        limits: the range that the result is clipped to.
     """
     if plane.shape[:2] == shape:
         return plane
@@ -27,7 +36,8 @@ def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarr
         rows, columns = (_nearest(old, new) for old, new in zip(plane.shape, shape, strict=False))
         return np.ascontiguousarray(plane[rows][:, columns])
     interpolation = METHODS[fitting_method(method, (plane.shape[0], plane.shape[1]), shape)]
-    return cv2.resize(np.ascontiguousarray(plane), (shape[1], shape[0]), interpolation=interpolation)
+    resized = cv2.resize(np.ascontiguousarray(plane), (shape[1], shape[0]), interpolation=interpolation)
+    return np.clip(resized, *limits, out=resized) if limits else resized
 
 
 def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> str:

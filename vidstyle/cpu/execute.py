@@ -154,7 +154,8 @@ class FrameExecutor:
         pictures = {name: inputs.get(name) for name in block.saved_refs}
         others = {name: injected[kind] for name, kind in block.injected.items()}
         result: np.ndarray = block.function(inputs["image"], **node.values, **pictures, **others)
-        return result[above : above + bottom - top]
+        result = result[above : above + bottom - top]
+        return np.clip(result, *node.limits) if node.limits else result
 
     def _load(self, node: Node, top: int, bottom: int) -> Value:
         if node.op == "plane":
@@ -173,8 +174,8 @@ class FrameExecutor:
         else:
             value = self._load(image, 0, image.shape[0])
         if isinstance(value, tuple):
-            return tuple(resample(plane, node.shape, method) for plane in value)
-        return resample(value, node.shape, method)
+            return tuple(resample(plane, node.shape, method, node.limits) for plane in value)
+        return resample(value, node.shape, method, node.limits)
 
     def _sampled(self, node: Node) -> np.ndarray:
         """A small copy of luma or RGB that is at hand as planes, but for a conversion."""

@@ -6,14 +6,15 @@ import math
 
 import numpy as np
 
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, index_at
 
 
 @compiled(fastmath=True)
 def look_up(table, position):  # type: ignore[no-untyped-def]
     """The table's entry nearest to a position 0..1."""
-    last = np.float32(table.size - 1)
-    return table[int(min(max(position, np.float32(0)), np.float32(1)) * last + np.float32(0.5))]
+    last = np.int32(table.size - 1)
+    position = min(max(position, np.float32(0)), np.float32(1))
+    return table[index_at(position * np.float32(last) + np.float32(0.5), last)]
 
 
 @compiled(fastmath=True)
@@ -57,7 +58,7 @@ def mix_rows(plane, row, weights):  # type: ignore[no-untyped-def]
     """One chroma row interpolated between the rows above and below a place, in rows."""
     last = plane.shape[0] - 1
     place = min(max(row, 0.0), float(last))
-    above = min(int(place), max(last - 1, 0))
+    above = index_at(place, max(last - 1, 0))
     share = np.float32(place - above)
     below = min(above + 1, last)
     for column in range(plane.shape[1]):
@@ -70,7 +71,7 @@ def between(row, place):  # type: ignore[no-untyped-def]
     """The value of a row of chroma at a place, in samples."""
     last = row.size - 1
     place = min(max(place, np.float32(0)), np.float32(last))
-    index = min(int(place), max(last - 1, 0))
+    index = index_at(place, max(last - 1, 0))
     return row[index] + (place - np.float32(index)) * (row[min(index + 1, last)] - row[index])
 
 

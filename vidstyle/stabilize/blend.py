@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from vidstyle.core.bands import in_bands
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, index_at
 
 STILL = np.zeros((1, 1, 2), np.float32)
 """The flow of a film in which nothing moves."""
@@ -184,7 +184,7 @@ def _take_row(before, y, above, below, part, line):  # type: ignore[no-untyped-d
         from_x = np.float32(np.int32(x)) + across[x] + part * (more_across[x] - across[x])
         from_y = np.float32(y) + down[x] + part * (more_down[x] - down[x])
         from_x, from_y = min(max(from_x, zero), right), min(max(from_y, zero), bottom)
-        column, row = min(np.int32(from_x), last_column), min(np.int32(from_y), last_row)
+        column, row = index_at(from_x, last_column), index_at(from_y, last_row)
         parts[0, x], parts[1, x] = from_x - np.float32(column), from_y - np.float32(row)
         # Unsigned, so that no index is looked at for being negative.
         first[x] = np.uint32(row) * np.uint32(width) + np.uint32(column)

@@ -14,6 +14,8 @@ from vidstyle.blade.inference import BankRun
 from vidstyle.block import Block, rgb_from_text
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.core.resample import fitting_method
+from vidstyle.errors import StyleError
+from vidstyle.style.limits import excess
 from vidstyle.style.model import SOURCE, Style
 from vidstyle.style.nodes import Kind, LoweredStyle, Measure, Node, Op, Shape, StepKey, identity_key
 from vidstyle.style.resolve import ResolvedStep
@@ -57,14 +59,21 @@ def lower(style: Style, steps: Steps, source: PictureLayout, target: Encoding, r
         source: layout of the pictures.
         target: how the planes of the result are encoded.
         rgb: packed RGB of the target's depth is wanted instead.
+
+    Raises:
+        StyleError: it would take more time or memory than a style may (docs/rules.md, Style safety).
     """
     graph = GraphBuilder(source)
     image = graph.run_layers(style, steps)
     if rgb:
-        return LoweredStyle(source, target, color=graph.color(image))
-    image = graph.in_matrix(image, target.matrix)
-    chroma = image.chroma if graph.is_on_grid(image.chroma, target) else graph.chroma(image)
-    return LoweredStyle(source, target, luma=graph.luma(image), chroma=chroma)
+        lowered = LoweredStyle(source, target, color=graph.color(image))
+    else:
+        image = graph.in_matrix(image, target.matrix)
+        chroma = image.chroma if graph.is_on_grid(image.chroma, target) else graph.chroma(image)
+        lowered = LoweredStyle(source, target, luma=graph.luma(image), chroma=chroma)
+    if problem := excess(lowered.outputs, source.shape):
+        raise StyleError(style.name, [problem])
+    return lowered
 
 
 class GraphBuilder:
@@ -152,7 +161,8 @@ class GraphBuilder:
         if node.shape == shape and not grid:
             return node
         values = {"method": fitting_method(method, node.shape, shape)}
-        return self.node("resample", node.kind, shape, {"image": node}, values=values, **grid)
+        inputs = {"image": node}
+        return self.node("resample", node.kind, shape, inputs, values=values, is_wide=node.is_wide, **grid)
 
     def _convert(self, op: Op, kind: Kind, inputs: dict[str, Node]) -> Node:
         shape = next(iter(inputs.values())).shape
@@ -220,8 +230,9 @@ class GraphBuilder:
         if run.scale != 1:
             small = self.resampled(luma, run.shape_at_scale(luma.shape), "area")
         filtered = self.node(
-            "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius
-        )
+            "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius,
+            is_wide=run.is_wide,
+        )  # fmt: skip
         return self.resampled(filtered, luma.shape, "bicubic")
 
     def _call(
@@ -248,6 +259,7 @@ class GraphBuilder:
             radius=block.radius_for(step.values),
             measure=measure,
             matrix=self.encoding.matrix,
+            is_wide=block.overshoots and any(node.is_wide for node in inputs.values()),
         )
 
     def _with_luma(

@@ -31,7 +31,8 @@ from functools import lru_cache
 from typing import Any, Generic, Literal, TypeVar
 
 from vidstyle.block import Block
-from vidstyle.core.picture import Encoding, PictureLayout
+from vidstyle.core.picture import RANGES, WIDE_RANGE, Encoding, PictureLayout
+from vidstyle.core.resample import OVERSHOOTING
 
 T = TypeVar("T")
 Kind = Literal["luma", "chroma", "color"]
@@ -91,6 +92,7 @@ class Node:
         matrix: the colour matrix of a conversion, or of the luma weights that a block takes.
         grid: step and siting of subsampled chroma; None for chroma at every pixel.
         page: shape of the luma that subsampled chroma belongs to.
+        is_wide: whether it goes far beyond black and white, as a difference of Gaussians does.
     """
 
     op: Op
@@ -104,6 +106,18 @@ class Node:
     matrix: str = ""
     grid: Encoding | None = None
     page: Shape | None = None
+    is_wide: bool = False
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """What its values are clipped to; None if they stay within those of its inputs.
+
+        So no chain of steps leaves all bounds. A bank clips after each of its passes itself.
+        """
+        overshoots = self.op == "resample" and self.values["method"] in OVERSHOOTING
+        if not (overshoots or (self.block is not None and self.block.overshoots)):
+            return None
+        return WIDE_RANGE if self.is_wide else RANGES[self.kind]
 
     @property
     def reads_neighbors(self) -> bool:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from vidstyle.blade.references.rows import for_all_rows, require_positive
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, index_at
 
 CUT = 3
 """Standard deviations at which a Gaussian ends. At 2 it would lose a twentieth of its weight and an eighth of
@@ -225,5 +225,5 @@ def add_sample(planes, x, y, weight, total):  # type: ignore[no-untyped-def]
 def _neighbours(width, height, x, y):  # type: ignore[no-untyped-def]
     """The columns and rows around a place, and how far it lies between them; the border is repeated."""
     x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
-    left, upper = int(x), int(y)
+    left, upper = index_at(x, width - 1), index_at(y, height - 1)
     return left, min(left + 1, width - 1), upper, min(upper + 1, height - 1), x - left, y - upper

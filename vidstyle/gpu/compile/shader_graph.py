@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, Literal, cast
 
+from vidstyle.blade.bank import MAX_RHO
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.structure_tensor import window_radius, window_weights
 from vidstyle.block import Block, Choice, LumaWeights
@@ -17,7 +18,7 @@ from vidstyle.style.nodes import Measure, Node, encoding_of, identity_key, nodes
 FILES = {name: file for file in ("frame/color.glsl", "frame/layers.glsl") for name in signatures(file)}
 """The operations that are a GLSL function of the same name, and its file."""
 
-MAX_TAPS = 16
+MAX_TAPS = window_radius(MAX_RHO)
 """Weights of one half of the window that `chosen_filter` takes."""
 MAX_PARTS = 8
 """Parts of a bank that `filtered` takes."""
@@ -98,7 +99,8 @@ class ShaderGraph:
                 options={"method": methods},
                 grid=node.grid,
                 page=node.page,
-                is_wide=image.is_wide,
+                is_wide=node.is_wide,
+                limits=node.limits,
             )
         )
 
@@ -119,6 +121,8 @@ class ShaderGraph:
                 values=values,
                 options=options,
                 measure=self._measure(node.measure),
+                is_wide=node.is_wide,
+                limits=node.limits,
             )
             if block.kind == "filter":
                 call = replace(call, around=image, radius=node.radius)
@@ -154,6 +158,7 @@ class ShaderGraph:
                 radius=run.bank.size // 2,
                 values=filter_values(run),
                 is_wide=run.is_wide,
+                limits=run.limits,
             )
             luma = self.node(call)
         return luma

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vidstyle.core.picture import Encoding
+from vidstyle.core.picture import RANGES, Encoding
 from vidstyle.gpu.compile.glsl import Signature, signatures
 from vidstyle.style.nodes import Measure, Shape
 
@@ -53,6 +53,7 @@ class ShaderNode:
         grid: for subsampled chroma, step and siting of its samples; None for chroma at every pixel.
         page: for subsampled chroma, the shape of the luma that it belongs to.
         is_wide: whether its range requires storing it as float32.
+        limits: what its values are clipped to, or None.
     """
 
     kind: ShaderKind
@@ -67,6 +68,7 @@ class ShaderNode:
     grid: Encoding | None = None
     page: Shape | None = None
     is_wide: bool = False
+    limits: tuple[float, float] | None = None
 
     @property
     def is_plane(self) -> bool:
@@ -121,17 +123,20 @@ class Format:
         return {"f1": 255, "nu2": 65535, "f4": 1}[self.dtype]
 
 
+def _working_texture(kind: str, components: int) -> Format:
+    low, high = RANGES[kind]
+    return Format(components, "nu2", low, high - low)
+
+
 WORKING: dict[ShaderKind, Format] = {
-    "luma": Format(1, "nu2", -0.5, 2.0),
-    "chroma": Format(2, "nu2", -0.75, 1.5),
-    "color": Format(4, "nu2", -1.0, 3.0),
+    "luma": _working_texture("luma", 1),
+    "chroma": _working_texture("chroma", 2),
+    "color": _working_texture("color", 4),
     "choices": Format(4, "nu2"),
 }
 """Textures between passes: normalized 16 bit, not half floats of the same size. Near white the error of a
 half float is up to 1/4096, which a difference of Gaussians with a soft threshold multiplies by forty, to
-three levels of 255; here it is 1/65000 of white in luma and 1/43000 in RGB. The range has headroom for
-out-of-gamut RGB and for the overshoot of bicubic and Lanczos resampling, which at a sharp edge is almost half
-of the step."""
+three levels of 255; here it is 1/65000 of white in luma and 1/43000 in RGB."""
 
 
 WIDE = Format(1, "f4")

@@ -127,7 +127,10 @@ class _Writer:
         parameters = node.function.signature.parameters
         arguments = ", ".join(self._argument(node, number, each) for each in parameters)
         name = self._names[node] = f"value_{number}"
-        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {function}({arguments});"]
+        call = f"{function}({arguments})"
+        if node.limits:
+            call = f"clamp({call}, {node.limits[0]}, {node.limits[1]})"
+        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {call};"]
 
     def _add_enlarging(self, node: ShaderNode) -> str:
         assert node.around is not None and node.function is not None
