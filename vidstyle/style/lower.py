@@ -94,7 +94,8 @@ class GraphBuilder:
 
     def node(self, op: Op, kind: Kind, shape: Shape, inputs: dict[str, Node], **others: Any) -> Node:
         """A node, or the equal one made before."""
-        node = Node(op, kind, shape, inputs, **others)
+        follows = any(other.may_overshoot for other in inputs.values())
+        node = Node(op, kind, shape, inputs, follows_overshoot=follows, **others)
         return self._nodes.setdefault(identity_key(node), node)
 
     def luma(self, image: ImageValue) -> Node:

@@ -93,6 +93,7 @@ class Node:
         grid: step and siting of subsampled chroma; None for chroma at every pixel.
         page: shape of the luma that subsampled chroma belongs to.
         is_wide: whether it goes far beyond black and white, as a difference of Gaussians does.
+        follows_overshoot: whether resampling may have put what it is made from beyond its range.
     """
 
     op: Op
@@ -107,17 +108,28 @@ class Node:
     grid: Encoding | None = None
     page: Shape | None = None
     is_wide: bool = False
+    follows_overshoot: bool = False
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """What its values are clipped to; None if they stay within those of its inputs.
+        """What its values are clipped to, so that no chain of steps leaves all bounds; None: they are not.
 
-        So no chain of steps leaves all bounds. A bank clips after each of its passes itself.
+        Resampling once is not: textures have room for what it adds. A bank clips each of its passes itself.
         """
-        overshoots = self.op == "resample" and self.values["method"] in OVERSHOOTING
-        if not (overshoots or (self.block is not None and self.block.overshoots)):
+        resampled_again = self.follows_overshoot and self._is_overshooting_resample
+        if not (resampled_again or (self.block is not None and self.block.overshoots)):
             return None
         return WIDE_RANGE if self.is_wide else RANGES[self.kind]
+
+    @property
+    def may_overshoot(self) -> bool:
+        """Whether resampling may have put it beyond its range, with nothing to clip it since."""
+        is_clipped = self.op == "filter_bank" or self.limits is not None
+        return not is_clipped and (self.follows_overshoot or self._is_overshooting_resample)
+
+    @property
+    def _is_overshooting_resample(self) -> bool:
+        return self.op == "resample" and self.values["method"] in OVERSHOOTING
 
     @property
     def reads_neighbors(self) -> bool:
