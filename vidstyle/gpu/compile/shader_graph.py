@@ -20,6 +20,8 @@ FILES = {name: file for file in ("frame/color.glsl", "frame/layers.glsl") for na
 
 MAX_TAPS = window_radius(MAX_RHO)
 """Weights of one half of the window that `chosen_filter` takes."""
+NO_LIMITS = (-1e30, 1e30)
+"""For a resampled picture that is not clipped: another method, which may be, must not change the shader."""
 MAX_PARTS = 8
 """Parts of a bank that `filtered` takes."""
 
@@ -100,7 +102,7 @@ class ShaderGraph:
                 grid=node.grid,
                 page=node.page,
                 is_wide=node.is_wide,
-                limits=node.limits,
+                limits=node.limits or NO_LIMITS,
             )
         )
 

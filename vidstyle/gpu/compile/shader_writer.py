@@ -129,7 +129,10 @@ class _Writer:
         name = self._names[node] = f"value_{number}"
         call = f"{function}({arguments})"
         if node.limits:
-            call = f"clamp({call}, {node.limits[0]}, {node.limits[1]})"
+            limits = self.shader.add_uniform(
+                f"limits_{number}", ShaderParameter("vec2", "limits"), node.limits
+            )
+            call = f"clamp({call}, {limits}.x, {limits}.y)"
         return [f"{TYPES[CHANNELS[node.kind]]} {name} = {call};"]
 
     def _add_enlarging(self, node: ShaderNode) -> str:
