@@ -9,6 +9,7 @@ from pathlib import Path
 import media
 import numpy as np
 import pytest
+from faults import Program, cut
 
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
@@ -125,3 +126,8 @@ def test_an_animation_that_does_not_fit_in_memory_is_refused(tmp_path):
         open_reader(path, ReadOptions(max_pixels=320 * 180))
     with pytest.raises(InputError, match="larger than the limit"):
         open_reader(path, ReadOptions(max_pixels=320 * 179))
+
+
+def test_a_damaged_animation_is_refused_in_one_line(program: Program):
+    path = media.make_clip(program.folder / "a.webp", frames=3, codec="libwebp_anim", pix_fmt="yuva420p")
+    program.refused(3, "not a readable video", cut(path, 0.5), "out.mkv")

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.moment import Box
+from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError
 
 _DEFAULT_CASCADE = "haarcascade_frontalface_default.xml"
@@ -98,16 +99,14 @@ def _cascade(path: Path) -> _Finder:
 
 def _network(path: Path) -> _Finder:
     content = np.frombuffer(_content(path), np.uint8)
-    level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
-        network = cv2.FaceDetectorYN.create(
-            "onnx", content, np.empty(0, np.uint8), (_TRIAL, _TRIAL), score_threshold=_MIN_SCORE
-        )
-        network.detect(np.zeros((_TRIAL, _TRIAL, 3), np.uint8))
+        with silent_opencv():
+            network = cv2.FaceDetectorYN.create(
+                "onnx", content, np.empty(0, np.uint8), (_TRIAL, _TRIAL), score_threshold=_MIN_SCORE
+            )
+            network.detect(np.zeros((_TRIAL, _TRIAL, 3), np.uint8))
     except cv2.error:
         raise InputError(path, "is not a model of faces", _REMEDY) from None
-    finally:
-        cv2.utils.logging.setLogLevel(level)
 
     def find(color: np.ndarray) -> list[Box]:
         height, width = color.shape[:2]

@@ -13,6 +13,7 @@ import av
 import cv2
 import numpy as np
 
+from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.core.picture import Picture
 from vidstyle.errors import InputError
 from vidstyle.media.frame import DecodedFrame, frame_from_picture
@@ -103,7 +104,8 @@ class SequenceSource:
         """
         content = path.read_bytes()
         _check_webp(path, content, max_pixels)
-        ok, animation = cv2.imdecodeanimation(np.frombuffer(content, np.uint8))
+        with silent_opencv():
+            ok, animation = cv2.imdecodeanimation(np.frombuffer(content, np.uint8))
         if not ok or not animation.frames:
             raise InputError(path, "not a readable video")
         stamps = np.concatenate([[0], np.cumsum(np.maximum(animation.durations, 1))]).tolist()
