@@ -97,8 +97,8 @@ def _bright_span(line: np.ndarray) -> slice:
     lit = np.flatnonzero(line > _BAR_LEVEL)
     if len(lit) == 0 or 2 * (lit[-1] + 1 - lit[0]) < len(line):
         return slice(None)
-    first, last = lit[0], lit[-1] + 1
-    return slice(first + (first > 0), last - (last < len(line)))
+    first, last = lit[0] + (lit[0] > 0), lit[-1] + (lit[-1] + 1 == len(line))
+    return slice(first, last) if first < last else slice(None)
 
 
 def _blocks(picture: np.ndarray) -> Iterator[_Block]:

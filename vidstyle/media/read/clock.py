@@ -93,6 +93,7 @@ class FrameClock:
 
     Attributes:
         time_base: of the timestamps that it gives.
+        step: the time of a frame by the frame rate, in the time base of the source.
         nudged, invented: how many timestamps were moved, and made up from the frame rate.
     """
 
@@ -107,6 +108,7 @@ class FrameClock:
         self.time_base = fine_time_base(time_base)
         self.nudged = 0
         self.invented = 0
+        self.step = 1 / (rate * time_base)
         self._scale = int(time_base / self.time_base)
         self._step = max(1, round(1 / (rate * self.time_base)))
         self._last: int | None = None

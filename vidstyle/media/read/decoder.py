@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import av
+from av.codec.context import Flags
 
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.read.clock import FrameClock
+from vidstyle.media.read.decode_report import DecodeReport
 
 log = logging.getLogger("vidstyle")
 
-MAX_FAILURES = 8
-"""After so many packets in a row that do not decode, decoding waits for the next key frame."""
 ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 """FFmpeg's own decoders of these leave the alpha channel out."""
+MAX_RECENT_BYTES = 2**26
+"""Packets are kept up to this size for decoding the end of a damaged film once more."""
 
 
 class Decoder:
@@ -38,53 +39,105 @@ class Decoder:
     ) -> None:
         self.damage = damage
         self._clock = clock
+        self._stream, self._max_pixels = stream, max_pixels
         self._context: Any = _context(stream, max_pixels)
         self.codec = str(self._context.name)
-        self._awaited: list[int] = []
-        self._failures = 0
-        self._in_a_row = 0
-        self._last: av.VideoFrame | None = None
+        self._forget()
+        self._enters_at_key: bool | None = None
 
-    def decode(self, packet: av.Packet | None) -> Iterator[DecodedFrame]:
+    def _forget(self) -> None:
+        self._awaited: list[int] = []
+        self._gaps: list[int] = []
+        self._recent: list[av.Packet] = []
+        self._recent_bytes = self._failures = 0
+        self._highest: int | None = None
+        self._newest: int | None = None
+        self._last: av.VideoFrame | None = None
+        self._enters_at_key = True
+
+    def decode(self, packet: av.Packet | None, after_gap: bool = False) -> Iterator[DecodedFrame]:
         """The frames that come out when a packet goes in, after those repeated for failed packets.
 
-        None in place of a packet flushes the decoder; what failed at the very end is lost.
+        Args:
+            packet: None flushes the decoder; what failed at the very end is lost.
+            after_gap: whether there was something before the packet that could not be read.
         """
-        if packet is not None:
-            if self._in_a_row >= MAX_FAILURES and not packet.is_keyframe:
-                self.damage.lost += 1
-                return
-            if packet.pts is not None and not packet.is_discard:
-                self._awaited.append(packet.pts)
-        try:
-            for frame in self._context.decode(packet):
-                self._push(frame)
-                yield from self._clock.pull()
-        except av.EOFError:
-            pass
-        except av.FFmpegError as error:
-            log.debug("a packet could not be decoded: %s", error)
-            self._failures += 1
-            self._in_a_row += 1
         if packet is None:
-            self.damage.lost += self._failures
-            self._failures = 0
-            yield from self._clock.pull(flush=True)
+            yield from self._flush()
+            return
+        if self._enters_at_key is None:
+            self._enters_at_key = packet.is_keyframe
+        if packet.pts is not None:
+            if after_gap and self._highest is not None:
+                self._gaps.append(self._highest)
+            self._highest = max(packet.pts, self._highest or packet.pts)
+            if not packet.is_discard:
+                self._awaited.append(packet.pts)
+            self._remember(packet)
+        yield from self._decoded(self._context, packet)
 
     def reset(self) -> None:
         """Forget the packets seen, before a seek; `damage` keeps its counts."""
         self._context.flush_buffers()
         self._clock.reset()
-        self._awaited.clear()
-        self._failures = self._in_a_row = 0
-        self._last = None
+        self._forget()
+
+    def _decoded(
+        self, context: Any, packet: av.Packet | None, after: int | None = None
+    ) -> Iterator[DecodedFrame]:
+        """What a context makes of a packet, as far as it is shown after a time."""
+        try:
+            frames = context.decode(packet)
+        except av.EOFError:
+            return
+        except av.FFmpegError as error:
+            log.debug("a packet could not be decoded: %s", error)
+            stamp = None if packet is None else packet.pts
+            self._failures += after is None or (stamp is not None and stamp > after)
+            return
+        for frame in frames:
+            if after is None or (frame.pts is not None and frame.pts > after):
+                self._push(frame)
+                yield from self._clock.pull()
+
+    def _flush(self) -> Iterator[DecodedFrame]:
+        yield from self._decoded(self._context, None)
+        after = self._newest
+        if self._awaited and after is not None and self._recent and self._recent[0].is_keyframe:
+            # Threads that are flushed stop at the first error, with good frames behind it.
+            self._failures = 0
+            context = _context(self._stream, self._max_pixels, frame_threads=False)
+            for packet in (*self._recent, None):
+                yield from self._decoded(context, packet, after)
+        self.damage.lost += self._failures
+        self._failures = 0
+        yield from self._clock.pull(flush=True)
+
+    def _remember(self, packet: av.Packet) -> None:
+        """Keep the packets from the last key frame on that has come out: what a flush may have to repeat."""
+        if packet.is_keyframe:
+            shown = -math.inf if self._newest is None else self._newest
+            keys = [
+                number
+                for number, each in enumerate(self._recent)
+                if each.is_keyframe and each.pts is not None and each.pts <= shown
+            ]
+            del self._recent[: keys[-1] if keys else 0]
+            self._recent_bytes = sum(each.size for each in self._recent)
+        self._recent.append(packet)
+        self._recent_bytes += packet.size
+        if self._recent_bytes > MAX_RECENT_BYTES:
+            self._recent.clear()
+            self._recent_bytes = 0
 
     def _push(self, frame: av.VideoFrame) -> None:
+        if self._last is None and frame.is_corrupt and not frame.key_frame:
+            # Made of nothing, where a film begins between key frames.
+            return
         # Formats without display times give the decoding time.
         pts: int | None = frame.pts if frame.pts is not None else frame.dts
         self._fill(pts)
-        self._in_a_row = 0
-        self._last = frame
+        self._last, self._newest = frame, pts
         self.damage.decoded += 1
         self.damage.concealed += bool(frame.is_corrupt)
         self._clock.push(frame, pts)
@@ -95,85 +148,49 @@ class Decoder:
         Without a failure an empty slot is none: some codecs have packets that show nothing. A failure may
         come before its slot, since decoders work ahead on several threads.
         """
-        empty = sorted(stamp for stamp in self._awaited if pts is not None and stamp < pts)[: self._failures]
+        empty = sorted(stamp for stamp in self._awaited if pts is not None and stamp < pts)
+        if self._last is not None or self._enters_at_key:
+            empty = empty[: self._failures]
         self._awaited = [stamp for stamp in self._awaited if pts is not None and stamp > pts]
-        self._failures -= len(empty)
-        if self._last is None or self._in_a_row >= MAX_FAILURES:
+        self._failures = max(0, self._failures - len(empty))
+        self._count_missing(pts, empty)
+        if self._last is None:
             self.damage.lost += len(empty)
             return
         for slot in empty:
             self.damage.repeated += 1
             self._clock.push(self._last, slot, repeated=True)
 
+    def _count_missing(self, pts: int | None, filled: list[int]) -> None:
+        """Count the frames for which there is time in a gap of the file that ends with this one."""
+        if pts is None or not self._gaps or pts <= self._gaps[0]:
+            return
+        start = self._gaps[0]
+        step = (self._last and self._last.duration) or self._clock.step
+        missing = round((pts - start) / step) - 1 - sum(slot > start for slot in filled)
+        self.damage.missing_frames += max(0, missing)
+        self._gaps = [gap for gap in self._gaps if gap >= pts]
 
-def _context(stream: av.video.stream.VideoStream, max_pixels: int) -> Any:
-    """The stream's decoder, on as many threads as are worth it, or the one that knows alpha."""
-    codec = stream.codec_context.codec.canonical_name
-    if stream.metadata.get("alpha_mode") == "1" and codec in ALPHA_DECODERS:
-        context: Any = av.CodecContext.create(ALPHA_DECODERS[codec], "r")
-        context.extradata = stream.codec_context.extradata
-    else:
-        context = stream.codec_context
-    context.thread_type = "AUTO"
+
+def _context(stream: av.video.stream.VideoStream, max_pixels: int, frame_threads: bool = True) -> Any:
+    """The stream's decoder, on as many threads as are worth it, or the one that knows alpha.
+
+    Without `frame_threads` it is another one, which fails at the packet that is at fault.
+    """
+    given = stream.codec_context
+    alpha = (
+        ALPHA_DECODERS.get(given.codec.canonical_name) if stream.metadata.get("alpha_mode") == "1" else None
+    )
+    context: Any = given
+    if alpha or not frame_threads:
+        context = av.CodecContext.create(alpha or given.name, "r")
+        context.extradata = given.extradata
+        context.width, context.height = given.width, given.height
+        context.codec_tag = given.codec_tag
+        context.bits_per_coded_sample = given.bits_per_coded_sample
+    # Frames whose references are lost are shown, patched, rather than left out.
+    context.flags |= Flags.output_corrupt
+    context.thread_type = "AUTO" if frame_threads else "SLICE"
     # av.open's option reaches only the probing.
     context.options = {"max_pixels": str(max_pixels)}
     return context
-
-
-CONCEALED_SHARE = 0.01
-"""Up to this share of frames that a decoder has patched by itself nobody need hear of."""
-DURATION_TOLERANCE = Fraction(1, 2)
-"""Seconds by which a file may end before its header says so; headers round, and count the sound."""
-
-
-@dataclass
-class DecodeReport:
-    """Counts of a reading that is still under way or over.
-
-    Attributes:
-        decoded: frames delivered from packets of their own.
-        repeated: frames that could not be decoded and were replaced by the last good one.
-        lost: frames that could not be decoded and left nothing.
-        concealed: frames that the decoder delivered, but flagged as patched.
-        missing_frames: frames that the header announces and the file does not hold.
-        missing_seconds: how much earlier than its header says the file ends, where frames are not counted.
-        header_seconds: what the header says.
-        broken_reads: places where the container itself could not be read.
-    """
-
-    decoded: int = 0
-    repeated: int = 0
-    lost: int = 0
-    concealed: int = 0
-    missing_frames: int = 0
-    missing_seconds: Fraction = Fraction(0)
-    header_seconds: Fraction = Fraction(0)
-    broken_reads: int = 0
-
-    @property
-    def is_significant(self) -> bool:
-        """Whether a program should end with another code than success."""
-        undone = self.repeated + self.lost + self.missing_frames
-        return bool(undone or self.missing_seconds) or self.concealed > CONCEALED_SHARE * self.decoded
-
-    def report(self) -> str:
-        """One line for people, or "" when nothing was found.
-
-        >>> DecodeReport(decoded=72, missing_frames=78).report()
-        'the input is damaged: 78 frames missing of 150'
-        """
-        total = self.decoded + self.repeated + self.lost + self.missing_frames
-        missing, said = float(self.missing_seconds), float(self.header_seconds)
-        found = [
-            (self.missing_frames, f"{_frames(self.missing_frames)} missing of {total}"),
-            (self.repeated, f"{_frames(self.repeated)} damaged, the last good one held"),
-            (self.lost, f"{_frames(self.lost)} damaged and left out"),
-            (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
-            (self.missing_seconds, f"it ends {missing:.1f} s before the {said:.1f} s that its header says"),
-        ]
-        words = [text for count, text in found if count]
-        return "the input is damaged: " + ", ".join(words) if words else ""
-
-
-def _frames(count: int) -> str:
-    return f"{count} frame" + "s" * (count != 1)

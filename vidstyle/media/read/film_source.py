@@ -13,8 +13,16 @@ from av.stream import Discard
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
-from vidstyle.media.read.decoder import DURATION_TOLERANCE, MAX_FAILURES, Decoder, DecodeReport
-from vidstyle.media.read.headers import HEADER_BYTES, exif_orientation, is_jpeg
+from vidstyle.media.read.decode_report import DURATION_TOLERANCE, DecodeReport
+from vidstyle.media.read.decoder import Decoder
+from vidstyle.media.read.headers import (
+    HEADER_BYTES,
+    ends_early,
+    exif_orientation,
+    is_jpeg,
+    is_named_as_picture,
+    jpeg_ends_early,
+)
 from vidstyle.media.read.source import (
     choose_stream,
     frame_rate,
@@ -32,9 +40,16 @@ UNSORTED = frozenset({"avi"})
 """Formats that store no display times, so that those of packed B-frames come out of order."""
 SORTING_WINDOW = 2
 MAX_SEEKS = 6
-FORMATS_WITH_FRAME_COUNT = frozenset({"mov", "mp4"})
-"""Formats whose header counts the frames; the others at most say the duration."""
-FORMATS_WITH_DURATION = frozenset({"matroska", "webm", "flv", "avi"})
+FORMATS_WITH_DURATION = frozenset({"matroska", "webm", "flv"})
+"""Formats whose header says the duration, but does not count the frames."""
+FORMATS_WITHOUT_HOLES = frozenset({"matroska", "webm", "flv", "nut", "avi"})
+"""Formats in which little but packets lies between the first packet and the last."""
+MAX_BETWEEN_PACKETS = 1024
+"""Bytes that such a format puts between two packets at most."""
+NEAR_CORRUPT = 8
+"""Among so many packets is the gap for which one of them is marked: demuxers mark it early."""
+MAX_FAILURES = 8
+"""After so many failures in a row a container is not read on."""
 
 
 class FilmSource:
@@ -71,15 +86,22 @@ class FilmSource:
         )
         self.may_be_still = may_be_still(container)
         self.orientation = _photograph_orientation(container, file)
-        self._formats = formats
-        self._seekable = file is not None
+        self._formats, self._file = formats, file
+        self._is_one_picture = (
+            file is not None and is_picture_format(container) and is_named_as_picture(file)
+        ) and "apng" not in formats
+        self._announced = self._announced_frames()
         self._seen_packets = self._hidden_packets = 0
         self._seen_end = Fraction(0)
         self._from_start = True
         self._key_gap: Fraction | None = None
-        for stream in container.streams:
-            if stream is not self.stream and stream not in self.copied_streams:
-                stream.discard = Discard.all
+        unread = [each for each in container.streams if each not in (self.stream, *self.copied_streams)]
+        for stream in unread:
+            stream.discard = Discard.all
+        alpha = "alpha_mode" in self.stream.metadata  # lies beside the packets
+        self._shows_holes = bool(formats & FORMATS_WITHOUT_HOLES) and not unread and not alpha
+        self._position = self._position_end = 0
+        self._suspects = 0
 
     def seek(self, time: Fraction) -> None:
         """Continue from the last key frame that is shown at or before a time in seconds."""
@@ -88,7 +110,7 @@ class FilmSource:
         if was_read:
             self._decoder.reset()
             self._packet_clock.reset()
-        if not self._seekable or self.stream.start_time is None or self.stream.time_base is None:
+        if self._file is None or self.stream.start_time is None or self.stream.time_base is None:
             # A pipe, or a raw stream in which no time can be found: read from its start.
             if was_read:
                 self._rewind()
@@ -118,6 +140,7 @@ class FilmSource:
     def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """Frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
+            self._look_for_gap(packet)
             self._packet_clock.restamp(packet)
             if packet.pts is not None and packet.time_base is not None:
                 end = (packet.pts + (packet.duration or 0)) * packet.time_base
@@ -127,7 +150,11 @@ class FilmSource:
                 continue
             self._seen_packets += 1
             self._hidden_packets += packet.is_discard
-            yield from self._decoder.decode(packet)
+            if not packet.size:
+                # A frame like the one before it; a decoder would take it for the end.
+                continue
+            yield from self._decoder.decode(packet, after_gap=self._suspects > 0)
+            self._suspects = max(0, self._suspects - 1)
         yield from self._decoder.decode(None)
         if self._from_start:
             self._compare_with_header()
@@ -148,14 +175,35 @@ class FilmSource:
                     failures = 0
                     if packet.size or packet.pts is not None or packet.dts is not None:
                         yield packet
+                        if self._is_one_picture:
+                            self.damage.cut_off = is_jpeg(bytes(packet)) and jpeg_ends_early(bytes(packet))
+                            return
+                return
+            except IndexError:
+                # PyAV ends so where a stream appears that the header did not name.
                 return
             except av.FFmpegError as error:
                 failures += 1
-                self.damage.broken_reads += 1
+                self._suspects = max(1, self._suspects)
                 log.debug("%s: a place that cannot be read: %s", self.name, error)
                 if isinstance(error, TimeoutError | ConnectionError | av.ExitError):
                     log.warning("the connection was lost: %s", error.strerror)
                     return
+        self.damage.cut_off = True
+
+    def _look_for_gap(self, packet: av.Packet) -> None:
+        """Notice a part that could not be read: a hole in the file, or what the demuxer has marked."""
+        if packet.is_corrupt:
+            self._suspects = NEAR_CORRUPT
+            # Broadcast streams count their packets; elsewhere the file has ended within this one.
+            self.damage.cut_off |= not self._formats & BROADCAST
+        if packet.pos is None:
+            return
+        if self._shows_holes and packet.pos > self._position_end + MAX_BETWEEN_PACKETS and self._position_end:
+            self._suspects = max(1, self._suspects)
+        # Several that lie in one block have its position.
+        start = self._position_end if packet.pos == self._position else packet.pos
+        self._position, self._position_end = packet.pos, max(self._position_end, start + packet.size)
 
     def _key_packets(self, gap: Fraction) -> Iterator[av.Packet]:
         last: Fraction | None = None
@@ -168,17 +216,27 @@ class FilmSource:
                 last = time
                 yield packet
 
+    def _announced_frames(self) -> int:
+        """How many packets of the film there are by the container's index; 0: it does not say."""
+        if "mp4" in self._formats:
+            return self.stream.frames
+        if "avi" in self._formats and self._file is not None:
+            # Its header also counts frames that are left out; a file that was cut off has lost its index.
+            cut_off = ends_early(self._file, self._formats)
+            return self.stream.frames if cut_off else len(self.stream.index_entries)
+        return 0
+
     def _compare_with_header(self) -> None:
         """A file that was cut off ends without an error; only its header knows."""
         assert self.container is not None
         damage = self.damage
-        if self._formats & FORMATS_WITH_FRAME_COUNT and self.stream.frames:
-            if self._seen_packets < self.stream.frames:
-                # Every one that is not delivered is missing, that of a packet cut in two included.
-                damage.missing_frames = (
-                    self.stream.frames - self._hidden_packets - damage.decoded - damage.repeated
-                )
-                damage.lost = 0
+        if self._file is not None:
+            without_index = "nut" in self._formats and not self.stream.index_entries
+            damage.cut_off |= without_index or ends_early(self._file, self._formats)
+        if self._seen_packets < self._announced:
+            # Every one that is not delivered is missing, that of a packet cut in two included.
+            damage.missing_frames = self._announced - self._hidden_packets - damage.decoded - damage.repeated
+            damage.lost = 0
         elif self._formats & FORMATS_WITH_DURATION and self.container.duration:
             announced = Fraction(self.container.duration, av.time_base)
             if announced - self._seen_end > max(DURATION_TOLERANCE, announced / 100):
@@ -194,10 +252,11 @@ class FilmSource:
 
     def _rewind(self) -> None:
         assert self.container is not None
-        # In a raw stream, which has no timestamps, only bytes can be sought.
-        for offset, is_byte in ((self.container.start_time or 0, False), (0, True)):
+        start = self.container.start_time or 0
+        # A film may begin between key frames; a raw stream has no timestamps, only bytes.
+        for offset, any_frame, is_byte in ((start, False, False), (start, True, False), (0, False, True)):
             try:
-                self.container.seek(offset, unsupported_byte_offset=is_byte)
+                self.container.seek(offset, any_frame=any_frame, unsupported_byte_offset=is_byte)
                 return
             except av.FFmpegError:
                 log.debug("%s: cannot be rewound", self.name)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 HEADER_BYTES = 2**18
 """Bytes at the start of a file that contain the size of the picture and its EXIF tags."""
@@ -32,6 +34,19 @@ def is_jpeg(head: bytes) -> bool:
     return head[:3] == b"\xff\xd8\xff"
 
 
+def is_named_as_picture(path: Path) -> bool:
+    """Whether the name promises one picture, so that what follows the first one in the file is not shown.
+
+    Cameras append previews, gain maps and films to photographs (CIPA DC-007, ISO 21496-1).
+    """
+    return path.suffix.lower() in (".jpg", ".jpeg", ".jpe", ".jfif", ".mpo", ".png")
+
+
+def jpeg_ends_early(content: bytes) -> bool:
+    """Whether no end of image follows the last scan of a JPEG (ITU-T T.81, B.1.1)."""
+    return b"\xff\xd9" not in content.rpartition(b"\xff\xda")[2]
+
+
 def exif_orientation(head: bytes) -> int:
     """The EXIF orientation, 1 to 8, of a JPEG; 1, upright, where it has none (EXIF 2.32, section 4.6.4)."""
     found = re.search(rb"Exif\0\0(II\*\0|MM\0\*)", head) if is_jpeg(head) else None
@@ -51,7 +66,8 @@ def exif_orientation(head: bytes) -> int:
     return 1
 
 
-MAX_BOXES = 10_000
+MAX_BOXES = 2**17
+"""A film of 18 hours in fragments of a second has as many."""
 
 
 def top_boxes(path: Path) -> Iterator[tuple[bytes, int, int]]:
@@ -79,3 +95,79 @@ def has_no_index(path: Path) -> bool:
     """Whether the file starts as MP4 or MOV but was never given its "moov" box."""
     kinds = [kind for kind, _, _ in top_boxes(path)]
     return kinds[:1] in ([b"ftyp"], [b"wide"], [b"mdat"]) and b"moov" not in kinds
+
+
+def ends_early(path: Path, formats: set[str]) -> bool:
+    """Whether a file of one of FFmpeg's formats ends, or cannot be followed, before its structure does.
+
+    Formats that do not tell where they end are taken for complete.
+    """
+    if "mp4" in formats:
+        boxes = list(top_boxes(path))
+        # Without fragments the index knows every frame, and what follows it does not matter.
+        fragmented = len(boxes) < MAX_BOXES and any(kind == b"moof" for kind, _, _ in boxes)
+        last, start, size = boxes[-1]
+        return fragmented and not (last.isalnum() and start + size == path.stat().st_size)
+    with path.open("rb") as file:
+        try:
+            return any(check(file) for name, check in _ENDS_EARLY.items() if name in formats)
+        except (IndexError, struct.error):
+            return True
+
+
+def _matroska_ends_early(file: BinaryIO) -> bool:
+    before, identifier, after = file.read(HEADER_BYTES).partition(b"\x18\x53\x80\x67")
+    if not after or not after[0]:
+        return False
+    length = 9 - after[0].bit_length()
+    unknown = (1 << 7 * length) - 1
+    segment = int.from_bytes(after[:length], "big") & unknown
+    return segment != unknown and len(before + identifier) + length + segment > _size(file)
+
+
+def _avi_ends_early(file: BinaryIO) -> bool:
+    (length,) = struct.unpack("<I", file.read(8)[4:])
+    # It is -1 where the writer could not go back; some leave the byte out that makes it even.
+    return length != 2**32 - 1 and length + 7 > _size(file)
+
+
+def _gif_ends_early(file: BinaryIO) -> bool:
+    """Follow the blocks to the trailer (GIF89a, section 15 and appendix A)."""
+
+    def skip(count: int) -> None:
+        file.seek(count, os.SEEK_CUR)
+
+    def skip_colors(flags: int) -> None:
+        skip(6 << (flags & 7) if flags & 0x80 else 0)
+
+    skip_colors(file.read(13)[10])
+    while (kind := file.read(1)) != b";":
+        if kind == b",":
+            skip_colors(file.read(9)[8:][0])
+        elif kind != b"!":
+            return True
+        skip(1)
+        while length := file.read(1):
+            if length == b"\0":
+                break
+            skip(length[0])
+    return False
+
+
+def _ogg_ends_early(file: BinaryIO) -> bool:
+    """The last page has the flag for the end of a stream (RFC 3533, section 6)."""
+    file.seek(max(0, _size(file) - HEADER_BYTES))
+    _, _, last = file.read().rpartition(b"OggS")
+    return not (len(last) > 1 and last[1] & 4)
+
+
+_ENDS_EARLY: dict[str, Callable[[BinaryIO], bool]] = {
+    "matroska": _matroska_ends_early,
+    "avi": _avi_ends_early,
+    "gif": _gif_ends_early,
+    "ogg": _ogg_ends_early,
+}
+
+
+def _size(file: BinaryIO) -> int:
+    return os.fstat(file.fileno()).st_size

@@ -13,7 +13,7 @@ import av
 from av.codec.hwaccel import HWAccel
 
 from vidstyle.errors import InputError, UsageError, error_reason
-from vidstyle.media.read.headers import HEADER_BYTES, has_no_index, is_jpeg, picture_size
+from vidstyle.media.read.headers import HEADER_BYTES, has_no_index, is_jpeg, is_named_as_picture, picture_size
 
 log = logging.getLogger("vidstyle")
 
@@ -70,7 +70,8 @@ def open_media(
         head = _checked_head(Path(source))
         check_size(source, picture_size(head), max_pixels)
         # FFmpeg would go by a picture's name, and take it for a sequence.
-        format = format or ("jpeg_pipe" if _is_still_jpeg(Path(source), head) else None)
+        if is_jpeg(head) and is_named_as_picture(Path(source)):
+            format = format or "jpeg_pipe"
     if format is not None and format not in av.formats_available:
         raise UsageError("format", f"{format} is not one that this build reads")
     options = {"max_pixels": str(max_pixels)} | (options or {})
@@ -138,10 +139,6 @@ class _Nameless:
 
     def __del__(self) -> None:
         self._file.close()
-
-
-def _is_still_jpeg(path: Path, head: bytes) -> bool:
-    return is_jpeg(head) and path.suffix.lower() in (".jpg", ".jpeg", ".jpe", ".jfif")
 
 
 def _checked_head(path: Path) -> bytes:

@@ -18,9 +18,8 @@ from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.orientation import orientation_of
-from vidstyle.media.read.decoder import MAX_FAILURES
 from vidstyle.media.read.deinterlace import Deinterlacer
-from vidstyle.media.read.film_source import FilmSource
+from vidstyle.media.read.film_source import MAX_FAILURES, FilmSource
 from vidstyle.media.read.frame_converter import FrameConverter
 from vidstyle.media.read.reader import open_source
 from vidstyle.media.read.source import VideoSource

@@ -19,7 +19,8 @@ from vidstyle.errors import InputError
 from vidstyle.media.frame import DecodedFrame, frame_from_picture
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import FrameClock, fine_time_base
-from vidstyle.media.read.decoder import Decoder, DecodeReport
+from vidstyle.media.read.decode_report import DecodeReport
+from vidstyle.media.read.decoder import Decoder
 from vidstyle.media.read.headers import picture_size
 from vidstyle.media.read.open import check_size, open_media
 from vidstyle.media.read.source import choose_stream

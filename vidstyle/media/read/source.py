@@ -13,7 +13,7 @@ from av.stream import Disposition
 from vidstyle.errors import InputError
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.read.decoder import DecodeReport
+from vidstyle.media.read.decode_report import DecodeReport
 
 
 class VideoSource(Protocol):

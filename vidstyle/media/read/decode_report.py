@@ -1,0 +1,68 @@
+"""What was found wrong in a source."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+CONCEALED_SHARE = 0.01
+"""Up to this share of frames that a decoder has patched by itself nobody need hear of."""
+DURATION_TOLERANCE = Fraction(1, 2)
+"""Seconds by which a file may end before its header says so; headers round, and count the sound."""
+
+
+@dataclass
+class DecodeReport:
+    """Counts of a reading that is still under way or over.
+
+    Attributes:
+        decoded: frames delivered from packets of their own.
+        repeated: frames that could not be decoded and were replaced by the last good one.
+        lost: frames that could not be decoded and left nothing.
+        concealed: frames that the decoder delivered, but flagged as patched.
+        missing_frames: frames that the header announces, or a gap has time for, and the file does not hold.
+        missing_seconds: how much earlier than its header says the file ends, where frames are not counted.
+        header_seconds: what the header says.
+        cut_off: whether the file ends before its structure does.
+    """
+
+    decoded: int = 0
+    repeated: int = 0
+    lost: int = 0
+    concealed: int = 0
+    missing_frames: int = 0
+    missing_seconds: Fraction = Fraction(0)
+    header_seconds: Fraction = Fraction(0)
+    cut_off: bool = False
+
+    @property
+    def is_significant(self) -> bool:
+        """Whether a program should end with another code than success."""
+        undone = self.repeated + self.lost + self.missing_frames
+        return (
+            bool(undone or self.missing_seconds or self.cut_off)
+            or self.concealed > CONCEALED_SHARE * self.decoded
+        )
+
+    def report(self) -> str:
+        """One line for people, or "" when nothing was found.
+
+        >>> DecodeReport(decoded=72, missing_frames=78).report()
+        'the input is damaged: 78 frames missing of 150'
+        """
+        total = self.decoded + self.repeated + self.lost + self.missing_frames
+        missing, said = float(self.missing_seconds), float(self.header_seconds)
+        found = [
+            (self.missing_frames, f"{_frames(self.missing_frames)} missing of {total}"),
+            (self.repeated, f"{_frames(self.repeated)} damaged, the last good one held"),
+            (self.lost, f"{_frames(self.lost)} left out that could not be decoded"),
+            (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
+            (self.missing_seconds, f"it ends {missing:.1f} s before the {said:.1f} s that its header says"),
+            (self.cut_off and not (self.missing_frames or missing), "the file is cut off"),
+        ]
+        words = [text for count, text in found if count]
+        return "the input is damaged: " + ", ".join(words) if words else ""
+
+
+def _frames(count: int) -> str:
+    return f"{count} frame" + "s" * (count != 1)
