@@ -62,16 +62,17 @@ class PacketClock:
         self.shift = self._start
         self._expected.clear()
 
-    def restamp(self, packet: av.Packet) -> None:
-        """Change the packet's own stamps."""
+    def restamp(self, packet: av.Packet) -> bool:
+        """Change the packet's own stamps; whether the clock has jumped there."""
         stamp = packet.dts if packet.dts is not None else packet.pts
         if stamp is None or packet.time_base is None:
-            return
+            return False
         time = stamp * packet.time_base - self.shift
         expected = self._expected.get(packet.stream_index)
-        if expected is not None and (
+        jumps = expected is not None and (
             time < expected - MAX_BACKWARD or (self._leaps and time > expected + MAX_FORWARD)
-        ):
+        )
+        if expected is not None and jumps:
             self._bridge(time - expected)
             time = expected
         duration = (packet.duration or 0) * packet.time_base
@@ -80,6 +81,7 @@ class PacketClock:
             offset = round(self.shift / packet.time_base)
             packet.pts = None if packet.pts is None else packet.pts - offset
             packet.dts = None if packet.dts is None else packet.dts - offset
+        return jumps
 
     def _bridge(self, jump: Fraction) -> None:
         self.shift += jump

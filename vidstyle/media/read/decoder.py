@@ -49,7 +49,7 @@ class Decoder:
         self._awaited: list[int] = []
         self._gaps: list[int] = []
         self._recent: list[av.Packet] = []
-        self._recent_bytes = self._failures = 0
+        self._recent_bytes = self._failures = self._interval = 0
         self._highest: int | None = None
         self._newest: int | None = None
         self._last: av.VideoFrame | None = None
@@ -75,6 +75,10 @@ class Decoder:
                 self._awaited.append(packet.pts)
             self._remember(packet)
         yield from self._decoded(self._context, packet)
+
+    def forget_gaps(self) -> None:
+        """Take what could not be read for nothing: the time begins anew here."""
+        self._gaps.clear()
 
     def reset(self) -> None:
         """Forget the packets seen, before a seek; `damage` keeps its counts."""
@@ -137,6 +141,8 @@ class Decoder:
         # Formats without display times give the decoding time.
         pts: int | None = frame.pts if frame.pts is not None else frame.dts
         self._fill(pts)
+        if pts is not None and self._newest is not None:
+            self._interval = pts - self._newest
         self._last, self._newest = frame, pts
         self.damage.decoded += 1
         self.damage.concealed += bool(frame.is_corrupt)
@@ -166,7 +172,7 @@ class Decoder:
         if pts is None or not self._gaps or pts <= self._gaps[0]:
             return
         start = self._gaps[0]
-        step = (self._last and self._last.duration) or self._clock.step
+        step = max((self._last and self._last.duration) or self._clock.step, self._interval)
         missing = round((pts - start) / step) - 1 - sum(slot > start for slot in filled)
         self.damage.missing_frames += max(0, missing)
         self._gaps = [gap for gap in self._gaps if gap >= pts]

@@ -22,6 +22,7 @@ from vidstyle.media.read.headers import (
     is_jpeg,
     is_named_as_picture,
     jpeg_ends_early,
+    states_duration,
 )
 from vidstyle.media.read.source import (
     choose_stream,
@@ -40,8 +41,6 @@ UNSORTED = frozenset({"avi"})
 """Formats that store no display times, so that those of packed B-frames come out of order."""
 SORTING_WINDOW = 2
 MAX_SEEKS = 6
-FORMATS_WITH_DURATION = frozenset({"matroska", "webm", "flv"})
-"""Formats whose header says the duration, but does not count the frames."""
 FORMATS_WITHOUT_HOLES = frozenset({"matroska", "webm", "flv", "nut", "avi"})
 """Formats in which little but packets lies between the first packet and the last."""
 MAX_BETWEEN_PACKETS = 1024
@@ -92,7 +91,7 @@ class FilmSource:
         ) and "apng" not in formats
         self._announced = self._announced_frames()
         self._seen_packets = self._hidden_packets = 0
-        self._seen_end = Fraction(0)
+        self._seen_end = self._seen_start = self._longest = Fraction(0)
         self._from_start = True
         self._key_gap: Fraction | None = None
         unread = [each for each in container.streams if each not in (self.stream, *self.copied_streams)]
@@ -141,13 +140,21 @@ class FilmSource:
         """Frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
             self._look_for_gap(packet)
-            self._packet_clock.restamp(packet)
+            if self._packet_clock.restamp(packet):
+                self._suspects = 0
+                self._decoder.forget_gaps()
             if packet.pts is not None and packet.time_base is not None:
                 end = (packet.pts + (packet.duration or 0)) * packet.time_base
                 self._seen_end = max(self._seen_end, end)
             if packet.stream_index != self.stream.index:
                 yield packet
                 continue
+            if packet.dts is not None and packet.time_base is not None:
+                start = packet.dts * packet.time_base
+                self._longest = (
+                    max(self._longest, start - self._seen_start) if self._seen_packets else Fraction(0)
+                )
+                self._seen_start = start
             self._seen_packets += 1
             self._hidden_packets += packet.is_discard
             if not packet.size:
@@ -231,17 +238,24 @@ class FilmSource:
         assert self.container is not None
         damage = self.damage
         if self._file is not None:
-            without_index = "nut" in self._formats and not self.stream.index_entries
-            damage.cut_off |= without_index or ends_early(self._file, self._formats)
+            damage.cut_off |= ends_early(self._file, self._formats)
         if self._seen_packets < self._announced:
             # Every one that is not delivered is missing, that of a packet cut in two included.
             damage.missing_frames = self._announced - self._hidden_packets - damage.decoded - damage.repeated
             damage.lost = 0
-        elif self._formats & FORMATS_WITH_DURATION and self.container.duration:
+        elif self.container.duration and self._states_duration():
             announced = Fraction(self.container.duration, av.time_base)
-            if announced - self._seen_end > max(DURATION_TOLERANCE, announced / 100):
+            # Where frames are held for long, the last one may be.
+            if announced - self._seen_end > max(DURATION_TOLERANCE, announced / 100, self._longest):
                 damage.missing_seconds = announced - self._seen_end
                 damage.header_seconds = announced
+
+    def _states_duration(self) -> bool:
+        """Whether the header says, reliably, how long the film is."""
+        if "flv" in self._formats:
+            # It counts for how long the last frame is held, which nothing else does.
+            return self.damage.cut_off
+        return "matroska" in self._formats and (self._file is None or states_duration(self._file))
 
     def _next_key_time(self) -> Fraction | None:
         assert self.container is not None

@@ -115,14 +115,34 @@ def ends_early(path: Path, formats: set[str]) -> bool:
             return True
 
 
+def states_duration(path: Path) -> bool:
+    """Whether a Matroska file has the duration in its header, which FFmpeg else estimates."""
+    with path.open("rb") as file:
+        return re.search(rb"\x44\x89[\x84\x88]", file.read(HEADER_BYTES)) is not None
+
+
 def _matroska_ends_early(file: BinaryIO) -> bool:
-    before, identifier, after = file.read(HEADER_BYTES).partition(b"\x18\x53\x80\x67")
+    end = _segment_end(file.read(HEADER_BYTES))
+    return end is not None and end > _size(file)
+
+
+def _segment_end(head: bytes) -> int | None:
+    """Where a Matroska file says that it ends; None: it is written as it comes (RFC 8794, section 6.2)."""
+    before, identifier, after = head.partition(b"\x18\x53\x80\x67")
     if not after or not after[0]:
-        return False
+        return None
     length = 9 - after[0].bit_length()
     unknown = (1 << 7 * length) - 1
     segment = int.from_bytes(after[:length], "big") & unknown
-    return segment != unknown and len(before + identifier) + length + segment > _size(file)
+    return None if segment == unknown else len(before + identifier) + length + segment
+
+
+def _nut_ends_early(file: BinaryIO) -> bool:
+    """The index is the last packet, and tells its length (NUT specification, file structure)."""
+    size = _size(file)
+    file.seek(size - 12)
+    file.seek(max(0, size - int.from_bytes(file.read(8), "big")))
+    return file.read(8) != b"NX\xdd\x67\x2f\x23\xe6\x4e"
 
 
 def _avi_ends_early(file: BinaryIO) -> bool:
@@ -163,6 +183,7 @@ def _ogg_ends_early(file: BinaryIO) -> bool:
 
 _ENDS_EARLY: dict[str, Callable[[BinaryIO], bool]] = {
     "matroska": _matroska_ends_early,
+    "nut": _nut_ends_early,
     "avi": _avi_ends_early,
     "gif": _gif_ends_early,
     "ogg": _ogg_ends_early,
