@@ -88,6 +88,15 @@ def test_black_bars_do_not_hide_a_cut(pair: tuple[str, str]) -> None:
     assert cuts(np.ascontiguousarray(frame.T) for frame in grainy(frames, 2)) == [4]
 
 
+def test_narrow_pictures_with_a_black_half_have_no_cuts() -> None:
+    """Reduced, such a picture is two pixels wide, and one of them is the bar."""
+    detector = SceneCutDetector()
+    for width in (1, 2, 3, 40):
+        picture = np.ones((2000, width), np.float32)
+        picture[:, : width // 2] = 0
+        assert [detector.is_cut(picture) for _ in range(2)] == [True, False]
+
+
 def test_movement_is_no_cut() -> None:
     assert cuts(frame[..., 1].astype(np.float32) / 255 for frame in moving_frames(40, (160, 90))) == []
     assert cuts(view("coffee", 20 * step - 50) for step in range(6)) == []

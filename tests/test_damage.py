@@ -7,14 +7,17 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
+import cv2
 import media
 import numpy as np
 import pytest
+from faults import cut, remux
 
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.reader import open_reader
+from vidstyle.media.read.sampler import FilmSampler
 
 
 def read(path: Path) -> tuple[list[Frame], DecodeReport]:
@@ -98,6 +101,152 @@ def test_a_truncated_matroska_knows_its_length(tmp_path):
     assert 40 < len(frames) < 120 and damage.is_significant
     assert float(damage.missing_seconds) == pytest.approx(5 - len(frames) / 30, abs=0.1)
     assert "before the 5.0 s that its header says" in damage.report()
+
+
+SMALL = (160, 90)
+QUICK = {"deadline": "realtime", "cpu-used": "8"}
+
+
+def holed(path: Path, start: float, end: float) -> Path:
+    """The film with zeros in a part of its file, between two shares of its length."""
+    content = bytearray(path.read_bytes())
+    first, last = int(len(content) * start), int(len(content) * end)
+    content[first:last] = bytes(last - first)
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize("ending", ["mkv", "webm", "flv", "nut"])
+def test_frames_missing_in_a_hole_are_counted(tmp_path, ending):
+    codec = "libvpx" if ending == "webm" else "libx264"
+    options = {"g": "15"} | (QUICK if ending == "webm" else {})
+    path = media.make_clip(tmp_path / f"clip.{ending}", frames=90, codec=codec, size=SMALL, options=options)
+    frames, damage = read(holed(path, 0.4, 0.6))
+    assert len(frames) < 80 and abs(len(frames) + damage.missing_frames - 90) <= 2
+    assert damage.is_significant and f"{damage.missing_frames} frames missing of" in damage.report()
+
+
+def test_frames_missing_from_a_broadcast_are_counted(tmp_path):
+    """Its packets bear numbers of four bits."""
+    path = media.make_clip(tmp_path / "clip.ts", frames=90, size=SMALL, options={"g": "15"})
+    content = path.read_bytes()
+    packets = [content[start : start + 188] for start in range(0, len(content), 188)]
+    video = [number for number, packet in enumerate(packets) if packet[1:3] in (b"\x41\x00", b"\x01\x00")]
+    del packets[video[len(video) // 2] : video[len(video) // 2 + 16 * 20 + 8]]
+    path.write_bytes(b"".join(packets))
+    frames, damage = read(path)
+    assert len(frames) < 85 and abs(len(frames) + damage.missing_frames - 90) <= 2
+
+
+@pytest.mark.parametrize("ending", ["mkv", "nut", "ts", "mp4"])
+def test_gaps_between_frames_alone_are_no_damage(tmp_path, ending):
+    """A screen recording: frames come when something moves, and the last one is held long."""
+    times = [Fraction(number, 10) for number in (0, 1, 2, 31, 32, 70, 71, 72, 73, 110)]
+    path = media.make_clip(tmp_path / f"clip.{ending}", times=times, size=SMALL, audio_tracks=1)
+    frames, damage = read(path)
+    assert len(frames) == 10 and not damage.is_significant and damage.report() == ""
+
+
+def test_recordings_that_were_joined_are_no_damage(tmp_path):
+    """The counters of the second begin anew in the midst of the first."""
+    path = media.make_clip(tmp_path / "clip.ts", frames=45, size=SMALL)
+    path.write_bytes(path.read_bytes() * 2)
+    frames, damage = read(path)
+    assert len(frames) == 90 and not damage.is_significant
+
+
+def without_first(path: Path, target: Path, count: int) -> Path:
+    """The film without its first packets."""
+    with av.open(str(path)) as source, av.open(str(target), "w") as out:
+        stream = out.add_stream_from_template(source.streams.video[0])
+        for packet in [packet for packet in source.demux(video=0) if packet.size][count:]:
+            packet.stream = stream
+            out.mux(packet)
+    return target
+
+
+@pytest.mark.parametrize("ending", ["mkv", "ts", "mp4"])
+@pytest.mark.parametrize("codec", ["libx264", "libx265"])
+def test_a_film_that_begins_between_key_frames(tmp_path, codec, ending):
+    options = {"g": "20", "bf": "0", "x265-params": "log-level=0:keyint=20:bframes=0"}
+    path = media.make_clip(tmp_path / "clip.mp4", frames=40, codec=codec, size=SMALL, options=options)
+    cut = without_first(path, tmp_path / f"cut.{ending}", 5)
+    frames, damage = read(cut)
+    assert (len(frames), damage.decoded, damage.lost) == (20, 20, 15) and damage.is_significant
+    assert damage.report() == "the input is damaged: 15 frames left out that could not be decoded"
+    with FilmSampler(cut) as sampler:
+        assert [len(list(sampler.frames())) for _ in range(2)] == [20, 20], "it can be gone back in"
+
+
+CUT_OFF = {
+    "clip.avi": ("mpeg4", "before the 2.0 s"),
+    "clip.gif": ("gif", "the file is cut off"),
+    "clip.ogv": ("libvpx", "the file is cut off"),
+    "clip.nut": ("libx264", "the file is cut off"),
+    "clip.flv": ("libx264", "before the 2.0 s"),
+    "fragments.mp4": ("libx264", "the file is cut off"),
+}
+
+
+@pytest.mark.parametrize("name", CUT_OFF)
+def test_a_file_that_is_cut_off_is_told_from_a_whole_one(tmp_path, name):
+    codec, words = CUT_OFF[name]
+    pix_fmt, options = "rgb8" if codec == "gif" else "yuv420p", QUICK if codec == "libvpx" else None
+    path = media.make_clip(
+        tmp_path / name, frames=60, codec=codec, size=SMALL, pix_fmt=pix_fmt, options=options
+    )
+    if name.endswith("mp4"):
+        path = remux(path, tmp_path / "clip.mp4", movflags="frag_keyframe+empty_moov")
+    whole, damage = read(path)
+    assert len(whole) == 60 and not damage.is_significant and damage.report() == ""
+    frames, damage = read(cut(path, 0.6))
+    assert 0 < len(frames) < 45 and damage.is_significant and words in damage.report()
+
+
+def jpeg(name: str, size: tuple[int, int]) -> bytes:
+    picture = cv2.resize(media.photograph(name), size)
+    return cv2.imencode(".jpg", picture[..., ::-1])[1].tobytes()
+
+
+@pytest.mark.parametrize("name", ["photo.jpg", "photo.mpo", "photo.png"])
+@pytest.mark.parametrize("appended", ["gain map", "film", "zeros"])
+def test_the_first_picture_of_a_photograph_is_the_picture(tmp_path, name, appended):
+    """Phones append gain maps, previews and films to photographs; what a player shows is the first one."""
+    path = media.make_picture(tmp_path / "one.png") if name.endswith("png") else tmp_path / "one.jpg"
+    first = path.read_bytes() if name.endswith("png") else jpeg("coffee", (96, 64))
+    path.write_bytes(first)
+    more = {"gain map": jpeg("chelsea", (48, 32)), "zeros": bytes(9000)}
+    more["film"] = media.make_clip(tmp_path / "clip.mp4", frames=5).read_bytes()
+    (tmp_path / name).write_bytes(first + more[appended])
+    with open_reader(path) as one, open_reader(tmp_path / name) as many:
+        pictures = [[item.picture for item in reader] for reader in (one, many)]
+        assert many.info.still and many.damage.report() == ""
+    assert len(pictures[1]) == 1
+    for plane in ("luma", "color"):
+        values = [getattr(found[0], plane) for found in pictures]
+        assert values[0] is values[1] is None or (values[0] == values[1]).all()
+
+
+def test_pictures_one_after_another_are_a_film_where_the_name_says_so(tmp_path):
+    path = tmp_path / "film.mjpeg"
+    path.write_bytes(jpeg("coffee", (96, 64)) + jpeg("chelsea", (96, 64)))
+    assert len(read(path)[0]) == 2
+
+
+def test_half_a_photograph_is_damage(tmp_path):
+    path = tmp_path / "photo.jpg"
+    path.write_bytes(jpeg("coffee", (96, 64)))
+    assert not read(path)[1].is_significant
+    frames, damage = read(cut(path, 0.7))
+    assert len(frames) == 1 and damage.report() == "the input is damaged: the file is cut off"
+
+
+def test_good_frames_behind_a_bad_packet_at_the_end_are_kept(tmp_path):
+    """Threads that work ahead have them all in hand when the film ends, and fail with the first."""
+    path = media.make_clip(tmp_path / "clip.mkv", frames=30, options={"bf": "0"}, size=SMALL)
+    frames, damage = read(spoiled(path, {26}, keep=5))
+    assert (len(frames), damage.decoded, damage.repeated, damage.lost) == (30, 29, 1, 0)
+    assert [frame.time for frame in frames] == [frame.time for frame in read(path)[0]]
 
 
 def test_when_nothing_decodes_there_is_no_film(tmp_path):

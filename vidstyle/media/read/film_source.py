@@ -225,17 +225,12 @@ class FilmSource:
 
     def _announced_frames(self) -> int:
         """How many packets of the film there are by the container's index; 0: it does not say."""
-        if "mp4" in self._formats:
-            return self.stream.frames
-        if "avi" in self._formats and self._file is not None:
-            # Its header also counts frames that are left out; a file that was cut off has lost its index.
-            cut_off = ends_early(self._file, self._formats)
-            return self.stream.frames if cut_off else len(self.stream.index_entries)
-        return 0
+        if "avi" in self._formats:
+            return len(self.stream.index_entries)
+        return self.stream.frames if "mp4" in self._formats else 0
 
     def _compare_with_header(self) -> None:
         """A file that was cut off ends without an error; only its header knows."""
-        assert self.container is not None
         damage = self.damage
         if self._file is not None:
             damage.cut_off |= ends_early(self._file, self._formats)
@@ -243,19 +238,24 @@ class FilmSource:
             # Every one that is not delivered is missing, that of a packet cut in two included.
             damage.missing_frames = self._announced - self._hidden_packets - damage.decoded - damage.repeated
             damage.lost = 0
-        elif self.container.duration and self._states_duration():
-            announced = Fraction(self.container.duration, av.time_base)
+        elif announced := self._announced_seconds():
             # Where frames are held for long, the last one may be.
             if announced - self._seen_end > max(DURATION_TOLERANCE, announced / 100, self._longest):
                 damage.missing_seconds = announced - self._seen_end
                 damage.header_seconds = announced
 
-    def _states_duration(self) -> bool:
-        """Whether the header says, reliably, how long the film is."""
-        if "flv" in self._formats:
-            # It counts for how long the last frame is held, which nothing else does.
-            return self.damage.cut_off
-        return "matroska" in self._formats and (self._file is None or states_duration(self._file))
+    def _announced_seconds(self) -> Fraction | None:
+        """How long the film is by its header, where that does not count its frames; None: it does not say."""
+        assert self.container is not None and self.stream.time_base is not None
+        whole = Fraction(self.container.duration or 0, av.time_base)
+        if "matroska" in self._formats:
+            return whole if self._file is None or states_duration(self._file) else None
+        # These count what whole files lack, too: how long the last frame is held, frames that were left out.
+        if "flv" in self._formats and self.damage.cut_off:
+            return whole
+        if "avi" in self._formats and self._file is not None and ends_early(self._file, self._formats):
+            return self.stream.frames * self.stream.time_base
+        return None
 
     def _next_key_time(self) -> Fraction | None:
         assert self.container is not None

@@ -43,8 +43,11 @@ def is_named_as_picture(path: Path) -> bool:
 
 
 def jpeg_ends_early(content: bytes) -> bool:
-    """Whether no end of image follows the last scan of a JPEG (ITU-T T.81, B.1.1)."""
-    return b"\xff\xd9" not in content.rpartition(b"\xff\xda")[2]
+    """Whether no end of image follows the first scan of a JPEG (ITU-T T.81, B.1.1)."""
+    offset = 2
+    while content[offset : offset + 1] == b"\xff" and content[offset + 1 : offset + 2] != b"\xda":
+        offset += 2 + int.from_bytes(content[offset + 2 : offset + 4], "big")
+    return b"\xff\xd9" not in content[offset:]
 
 
 def exif_orientation(head: bytes) -> int:
