@@ -42,6 +42,8 @@ def test_a_coarse_time_base_is_divided_so_that_a_nudge_is_not_seen():
     assert clock.time_base == Fraction(1, 12800)
     assert stamps(clock, [0, 1, 1, 2]) == [0, 512, 513, 1024]
     assert fine_time_base(Fraction(1, 1000)) == Fraction(1, 1000)
+    largest = Fraction(2**31 - 1, 2**31 - 2)
+    assert fine_time_base(largest) == largest, "as far as FFmpeg's integers reach"
 
 
 def test_swapped_stamps_are_sorted_where_no_display_times_are_stored():

@@ -18,6 +18,8 @@ log = logging.getLogger("vidstyle")
 MIN_TICKS_PER_SECOND = 1000
 """Ticks a second below which a time base is divided, so that a nudge by one tick is not seen."""
 TIME_BASE_DIVISION = 512
+MAX_TERM = 2**31 - 1
+"""The largest numerator or denominator of a fraction in FFmpeg."""
 MAX_BACKWARD = Fraction(1)
 """A stamp this many seconds before its predecessor is a new beginning, not a disorder."""
 MAX_FORWARD = Fraction(10)
@@ -34,7 +36,10 @@ def fine_time_base(time_base: Fraction) -> Fraction:
     >>> fine_time_base(Fraction(1, 30)), fine_time_base(Fraction(1, 90000))
     (Fraction(1, 15360), Fraction(1, 90000))
     """
-    return time_base / TIME_BASE_DIVISION if 1 / time_base < MIN_TICKS_PER_SECOND else time_base
+    if 1 / time_base >= MIN_TICKS_PER_SECOND:
+        return time_base
+    # As far as FFmpeg's integers reach: a damaged header may say anything.
+    return time_base / min(TIME_BASE_DIVISION, MAX_TERM // time_base.denominator)
 
 
 def start_shift(container: av.container.InputContainer) -> Fraction:

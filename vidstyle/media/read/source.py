@@ -59,12 +59,23 @@ def choose_stream(container: av.container.InputContainer, name: str) -> av.video
     streams = [stream for stream in container.streams.video if not is_attached_picture(stream)]
     if not streams:
         raise InputError(name, "no video stream")
+    if container.metadata.get("major_brand") in STILL_BRANDS:
+        streams = _primary_item(streams, name)
     chosen = max(streams, key=lambda stream: (_own_seconds(stream) or 0, -stream.index))
     if len(streams) > 1:
         log.info("%d video streams: stream %d is taken, the longest", len(streams), chosen.index)
     if chosen.codec_context is None:
         raise InputError(name, "its video codec is not one that this build decodes")
     return chosen
+
+
+def _primary_item(streams: list[av.video.stream.VideoStream], name: str) -> list[av.video.stream.VideoStream]:
+    """The picture itself, not its thumbnail, gain map or depth (ISO/IEC 23008-12)."""
+    primary = [stream for stream in streams if stream.disposition & Disposition.default]
+    tiles = [stream for stream in streams if stream.disposition & Disposition.dependent]
+    if tiles and not primary:
+        raise InputError(name, f"is a picture in {len(tiles)} tiles", "save it as JPEG or PNG")
+    return primary or streams
 
 
 def is_attached_picture(stream: av.stream.Stream) -> bool:
