@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import media
 import pytest
 
 from vidstyle import cli
@@ -52,7 +53,8 @@ def test_python_minus_m_is_the_program():
     [
         (["rendre"], "rendre"),
         (["render"], "INPUT"),
-        (["render", "a.mp4", "b.mp4"], "--style"),
+        (["render", "a.mp4", "-i", "b.mp4", "c.mp4"], "'c.mp4'"),
+        (["render", "a.mp4", "b.mp4"], "--style: is missing; choose one of abstraction, "),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "x"], "--crf"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "-1"], "--start"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "1:2:3:4"], "--start"),
@@ -71,6 +73,14 @@ def test_bad_usage_is_one_line_and_exit_2(capfd, arguments, words):
     assert (exit_code, out) == (2, "")
     assert err.startswith("vidstyle: ") and err.count("\n") == 1
     assert words in err
+
+
+@pytest.mark.parametrize("words", ["-i {0} -o {1}", "{1} -i {0}", "-o {1} {0}", "{0} {1}"])
+def test_paths_are_arguments_or_options(capfd, tmp_path, words):
+    source, target = media.make_picture(tmp_path / "in.png"), tmp_path / "out.png"
+    arguments = words.format(source, target).split()
+    assert run(capfd, "render", "-s", "plain", *arguments)[0] == 0
+    assert target.is_file()
 
 
 def test_an_unknown_style_is_one_line_and_exit_3(capfd):

@@ -31,7 +31,7 @@ def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
 @click.command(short_help="Measure the speed of blocks and styles.")
 @click.option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"],
               callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
-@click.option("--style", "styles", metavar="NAME", multiple=True, help="Measure only these styles.")
+@click.option("-s", "--style", "styles", metavar="NAME", multiple=True, help="Measure only these styles.")
 @click.option("--block", "blocks", metavar="NAME", multiple=True, help="Measure only these blocks.")
 @device_option("GPU to measure beside the CPU.")
 @click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best",

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.options import Parsed, device_option, parse_seconds
+from vidstyle.cli.options import Parsed, device_option, parse_seconds, path_arguments
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.comic.layout.paper import DPI
 from vidstyle.errors import printable
@@ -44,8 +44,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 
 
 @click.command(short_help="Make comic pages from a film or a folder of pictures.")
-@click.argument("source", metavar="INPUT")
-@click.argument("target", metavar="OUTPUT")
+@path_arguments(source="INPUT", target="OUTPUT")
 @click.option("--panels", type=PANELS, default="auto", help="Number of panels.")
 @click.option("--at", type=TIMES, default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
 @click.option("--skip", type=SPANS, default=(), help="Exclude these time ranges.")
@@ -59,7 +58,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.option("--bleed", "bleeding", is_flag=True,
               help="Full bleed: extend full-width panels to the page edge.")  # fmt: skip
 @click.option("--right-to-left", is_flag=True, help="Right-to-left reading order.")
-@click.option("--style", "styles", metavar="A,B,C",
+@click.option("-s", "--style", "styles", metavar="A,B,C",
               help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
 @click.option("--subtitles", metavar="FILE|none", help="Subtitles, .srt or .vtt.  [default: the film's]")
 @click.option("--title", default="", show_default=False, help="Title above the first page.")

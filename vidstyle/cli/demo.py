@@ -10,7 +10,7 @@ from vidstyle.cli.reporting import reporting_options
 
 
 @click.command(short_help="Generate a short film and restyle it.")
-@click.option("--output", "folder", type=click.Path(path_type=Path), default=Path("demo"),
+@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), default=Path("demo"),
               metavar="FOLDER", help="Output folder.")  # fmt: skip
 @reporting_options
 def demo(folder: Path) -> None:

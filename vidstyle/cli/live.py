@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Restyle a camera, a screen or a stream in real time.")
-@click.argument("source", metavar="[SOURCE]", default="camera")
+@common.path_arguments(source="[SOURCE]")
 @common.style_options(default="ink")
 @click.option("--to", "targets", metavar="TARGET", multiple=True, default=["page"],
               help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.")  # fmt: skip
@@ -51,7 +51,9 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True,
               help="Print --stats or --list as JSON (on stderr when a target is '-').")  # fmt: skip
 @reporting_options
-def live(source: str, targets: tuple[str, ...], listing: bool, as_json: bool, **options: Any) -> int:
+def live(
+    targets: tuple[str, ...], listing: bool, as_json: bool, source: str = "camera", **options: Any
+) -> int:
     """Restyle SOURCE in real time: a camera, a screen, a stream or a file, to one or more targets.
 
     SOURCE is a camera's path, number or name (default: the first camera), screen, test, -, a URL, or a

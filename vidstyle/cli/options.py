@@ -6,9 +6,12 @@ import dataclasses
 import re
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import wraps
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
     from vidstyle.media.options import RawVideo
@@ -59,6 +62,41 @@ SIZE = Parsed("WxH", parse_size)
 RATE = Parsed("rate", parse_rate)
 
 
+PATH_OPTIONS = {"source": ("-i", "--input"), "target": ("-o", "--output")}
+"""The options that give what the arguments of these names give."""
+
+
+def path_arguments(**metavars: str) -> Decorator:
+    """Adds arguments that may be given as options too, in any mixture.
+
+    Args:
+        metavars: how the help calls each argument, one of `PATH_OPTIONS`; in brackets it may be missing.
+    """
+    words = " ".join(metavars.values())
+
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(command)
+        def run(words_given: tuple[str, ...], **options: Any) -> Any:
+            given = {name: options.pop(name) for name in metavars}
+            rest = list(words_given)
+            for name in [name for name in metavars if given[name] is None and rest]:
+                given[name] = rest.pop(0)
+            if rest:
+                hint = "put a pattern such as 'frames/*.png' in quotes"
+                raise click.UsageError(f"unexpected argument {rest[0]!r}; {hint}")
+            for name, metavar in metavars.items():
+                if given[name] is None and not metavar.startswith("["):
+                    raise click.UsageError(f"{metavar} is missing")
+            return command(**{name: path for name, path in given.items() if path is not None}, **options)
+
+        for name, metavar in reversed(metavars.items()):
+            text = f"Another way to give {metavar.strip('[]')}."
+            run = click.option(*PATH_OPTIONS[name], name, metavar="PATH", help=text)(run)
+        return click.argument("words_given", metavar=words, nargs=-1)(run)
+
+    return add
+
+
 def device_option(text: str = "Device that runs the style.") -> Decorator:
     """Adds --device; `text`: its help."""
     names = "auto|cpu|gpu|gpu:N"
@@ -68,7 +106,7 @@ def device_option(text: str = "Device that runs the style.") -> Decorator:
 def style_options(**declared: Any) -> Decorator:
     """Adds the options that choose a style and change its values; `declared`: of --style."""
     declared |= {"metavar": "NAME", "help": "Name of a style or a file."}
-    style = click.option("--style", "style_name", **declared)
+    style = click.option("-s", "--style", "style_name", **declared)
     changes = click.option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True,
                            help="Override a style parameter; may be repeated.")  # fmt: skip
     text = "Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]"
@@ -78,8 +116,10 @@ def style_options(**declared: Any) -> Decorator:
 
 def style_from_options(options: Mapping[str, Any]) -> Style:
     """The style that the values of `style_options` describe."""
-    from vidstyle.style import load_style, override, set_values
+    from vidstyle.style import load_style, override, set_values, style_names
 
+    if options["style_name"] is None:
+        raise UsageError("--style", "is missing", f"choose one of {', '.join(style_names())}, or a file")
     style = override(load_style(options["style_name"]), options["changes"])
     return style if options["steady"] is None else set_values(style, {"steady": options["steady"]})
 

@@ -17,9 +17,8 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Restyle a film, a picture, an image sequence or a pipe.")
-@click.argument("source", metavar="INPUT")
-@click.argument("target", metavar="OUTPUT")
-@common.style_options(required=True)
+@common.path_arguments(source="INPUT", target="OUTPUT")
+@common.style_options()
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite OUTPUT if it exists.")
 @click.option("--resume", is_flag=True, help="Continue what an interrupted run has left of OUTPUT.")
 @click.option("--start", type=common.SECONDS, help="Start time, in seconds or as h:mm:ss.")
