@@ -1,88 +1,191 @@
-"""Kills renders at random times and plays what is left of each: `python tools/kill_test.py --times 20`.
+"""Kills renders at random times, continues them, and lets two at a time write one file.
 
-A killed render may miss the last 2 seconds of the film that it had reached, no more.
+    python tools/kill_test.py --times 100 --endings .mp4 .mkv .mov --styles plain ink comic --resume 20
+
+A killed render may miss the last 2 seconds of the film that it had reached, no more. One that is
+continued has the frame times of a render that was never killed, the same pictures from the first cut
+after the border on, and pictures within one code before.
+
+    python tools/kill_test.py --times 0 --pairs 200
+
+Of two renders onto one file, begun at random times and with or without -y, one at least succeeds; a
+success is that of the film that is there, and nothing else is left.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import random
-import subprocess
+import re
+import shlex
 import sys
 import tempfile
-import threading
 import time
+from itertools import product
+from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
+
+from vidstyle import cli
+from vidstyle.core.measured import small_luma
+from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.demo.make_demo import make_film
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, open_reader
 
 MAY_MISS_SECONDS = 2.0
+LOSSLESS = ("--codec", "libx264", "--crf", "0")
+PAIR = {(96, 54): 20, (80, 46): 26}
+"""The size of each render's pictures, and how many there are: so it shows whose the file is."""
 
 
 def main() -> None:
-    """Kill renders, and fail if one misses more than it may."""
+    """Kill, continue and pair renders; fail if a film is not what it should be."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--times", type=int, default=20)
+    parser.add_argument("--resume", type=int, default=0, help="how many of the killed renders to continue")
+    parser.add_argument("--pairs", type=int, default=0, help="how many pairs of renders onto one file")
     parser.add_argument("--repeats", type=int, default=6, help="length of the film, in fours of seconds")
     parser.add_argument("--film", type=Path, help="film to render, instead of one that is made")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--within", type=float, default=4.0, help="kill at most so many seconds after the start"
+        "--within", type=float, default=4.0, help="kill at most so many seconds after the first frame"
     )
-    parser.add_argument("--options", default="--style plain --size 1280x720", help="for vidstyle render")
+    parser.add_argument("--endings", nargs="+", default=[".mp4"])
+    parser.add_argument("--styles", nargs="+", default=["plain"])
+    parser.add_argument("--options", default="--size 1280x720", help="for vidstyle render")
     arguments = parser.parse_args()
-    delays = random.Random(arguments.seed)
-    good = 0
-    with tempfile.TemporaryDirectory() as folder:
-        film = arguments.film or Path(folder, "film.mp4")
+    chance = random.Random(arguments.seed)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        film = arguments.film or folder / "film.mp4"
         if not arguments.film:
             make_film(film, repeats=arguments.repeats)
-        for number in range(arguments.times):
-            target = Path(folder, f"killed-{number}.mp4")
-            reached = kill_render(
-                film, target, arguments.options.split(), delays.uniform(0, arguments.within)
-            )
-            left = seconds_left(target)
-            good += reached - left <= MAY_MISS_SECONDS
-            print(f"killed at {reached:.2f} s of the film: {left:.2f} s play")
-    print(f"{good} of {arguments.times} miss at most {MAY_MISS_SECONDS:g} s")
-    sys.exit(good < arguments.times)
+        options = shlex.split(arguments.options)
+        bad = killed(film, folder, arguments, options, chance) + paired(film, folder, arguments.pairs, chance)
+    sys.exit(bad > 0)
 
 
-def kill_render(film: Path, target: Path, options: list[str], delay: float) -> float:
-    """Start a render and kill it `delay` seconds after its first frame; how far it had come, in seconds."""
-    command = [
-        sys.executable,
-        "-m",
-        "vidstyle",
-        "render",
-        str(film),
-        str(target),
-        "--progress",
-        "json",
-        *options,
-    ]
-    lines: list[str] = []
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        listener = threading.Thread(target=lambda: lines.extend(process.stderr or ()))
-        listener.start()
-        while process.poll() is None and not any(_position(line) for line in lines):
+PROCESSES = get_context("forkserver")
+"""Processes that need not load anything, and inherit no threads."""
+PROCESSES.set_forkserver_preload(["vidstyle.cli.render", "vidstyle.pipeline.render"])
+
+
+class Run:
+    """A render in a process of its own."""
+
+    def __init__(self, source: Path, target: Path, *options: str) -> None:
+        self._said = target.with_name(f"{target.name}.{time.monotonic_ns()}.txt")
+        arguments = ["render", str(source), str(target), "--progress", "json", *options]
+        self.process = PROCESSES.Process(target=_render, args=(arguments, self._said))
+        self.process.start()
+
+    @property
+    def reached(self) -> float:
+        """How far it has come, in seconds of the film."""
+        return max((json.loads(line)["position"] for line in self._lines() if line[:1] == "{"), default=0.0)
+
+    @property
+    def said(self) -> list[str]:
+        """Its messages."""
+        return [line for line in self._lines() if line[:1] != "{"]
+
+    def _lines(self) -> list[str]:
+        text = self._said.read_text(encoding="utf-8") if self._said.exists() else ""
+        return text[: text.rfind("\n") + 1].splitlines()
+
+    def kill(self, delay: float) -> None:
+        """Kill it so many seconds after its first frame, if it still runs."""
+        while self.process.is_alive() and not self.reached:
             time.sleep(0.01)
-        time.sleep(delay)
-        process.kill()
-        listener.join()
-    return max((_position(line) for line in lines), default=0.0)
+        self.process.join(delay)
+        self.process.kill()
+        self.process.join()
+
+    def end(self) -> int:
+        """Wait for its end; the exit code."""
+        self.process.join()
+        assert self.process.exitcode is not None
+        return self.process.exitcode
+
+
+def _render(arguments: list[str], said: Path) -> None:
+    os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT), 2)
+    os._exit(cli.main(arguments))
+
+
+def killed(
+    film: Path, folder: Path, arguments: argparse.Namespace, options: list[str], chance: random.Random
+) -> int:
+    """Kill renders, and continue the first of them; how many are not as they should be."""
+    kinds = list(product(arguments.endings, arguments.styles))
+    good = continued = kept = 0
+    for number in range(arguments.times):
+        ending, style = kinds[number % len(kinds)]
+        is_resumed = number < arguments.resume
+        target = folder / f"killed-{number}{ending}"
+        settings = [*options, "--style", style, *(LOSSLESS if is_resumed else ())]
+        run = Run(film, target, *settings)
+        run.kill(chance.uniform(0, arguments.within))
+        left = seconds_left(target)
+        good += run.reached - left <= MAY_MISS_SECONDS
+        print(f"{number} {ending} {style}: killed at {run.reached:.2f} s of the film: {left:.2f} s play")
+        if is_resumed:
+            whole = folder / f"whole-{style}{ending}"
+            if not whole.exists():
+                Run(film, whole, *settings).end()
+            run = Run(film, target, *settings, "--resume")
+            failure = (
+                f"exit code {run.process.exitcode}" if run.end() else difference(film, whole, target, run)
+            )
+            kept += any("frames are kept" in line and " 0 of" not in line for line in run.said)
+            continued += not failure
+            print(
+                f"  continued: {failure or 'as if it had never been killed'}; {' | '.join(run.said)}",
+                flush=True,
+            )
+        for path in folder.glob(f"{target.stem}*"):
+            path.unlink()
+    print(f"{good} of {arguments.times} miss at most {MAY_MISS_SECONDS:g} s")
+    if arguments.resume:
+        print(f"{continued} of {arguments.resume} continued as if never killed, {kept} of them amid the film")
+    return arguments.times - good + arguments.resume - continued
+
+
+def difference(film: Path, whole: Path, target: Path, run: Run) -> str:
+    """What is wrong with a film that was continued, or ""."""
+    border = next(
+        (int(found[1]) for line in run.said if (found := re.search(r"; (\d+) of \d+ frames", line))), 0
+    )
+    with open_reader(whole) as before, open_reader(target) as after:
+        old, new = frames(before), frames(after)
+        if [frame.time for frame in old] != [frame.time for frame in new]:
+            return f"{len(new)} frames, not {len(old)}, or at other times"
+        worst = [_distance(one, other) for one, other in zip(old, new, strict=True)]
+    with open_reader(film) as reader:
+        detector = SceneCutDetector()
+        cuts = [detector.is_cut(small_luma(frame.picture)) for frame in frames(reader)]
+    cut = next((number for number in range(border, len(cuts)) if cuts[number]), len(cuts))
+    if max(worst[:border], default=0) or max(worst[border:cut], default=0) > 1 or max(worst[cut:], default=0):
+        return f"differs: {worst[:border]} {worst[border:cut]} {worst[cut:]}"
+    return ""
+
+
+def _distance(one: Frame, other: Frame) -> int:
+    """The greatest difference of luma, in codes."""
+    assert one.picture.luma is not None and other.picture.luma is not None
+    return int(np.abs(one.picture.luma.astype(int) - other.picture.luma).max())
 
 
 def seconds_left(target: Path) -> float:
     """How long the film plays that the render has left, finished or not."""
-    left = [target, *target.parent.glob(f"{target.stem}.partial*")]
+    left = [target, target.with_suffix(f".partial{target.suffix}")]
     film = next((path for path in left if path.exists()), None)
     if film is None:
         return 0.0
@@ -99,9 +202,48 @@ def frames(reader: Reader) -> list[Frame]:
     return [item for item in reader if isinstance(item, Frame)]
 
 
-def _position(line: str) -> float:
-    """The film's time in a line of progress; 0 in any other line."""
-    return float(json.loads(line)["position"]) if line.startswith("{") else 0.0
+def paired(film: Path, folder: Path, pairs: int, chance: random.Random) -> int:
+    """Let pairs of renders write one file; how many go wrong."""
+    wrong, lasted = 0, 0.5
+    for number in range(pairs):
+        began = time.monotonic()
+        target = folder / f"pair-{number}.mp4"
+        overwrite = [chance.random() < 0.5 for _ in range(2)]
+        runs = []
+        for replaces, (size, count) in zip(overwrite, PAIR.items(), strict=True):
+            settings = ["--style", "plain", "--size", "{}x{}".format(*size), "--frames", str(count)]
+            runs.append(Run(film, target, *settings, *["-y"] * replaces))
+            time.sleep(chance.uniform(0, lasted) if len(runs) == 1 else 0)
+        codes = [run.end() for run in runs]
+        lasted = (lasted + time.monotonic() - began) / 2
+        failure = _pair_failure(target, runs, codes, overwrite)
+        wrong += bool(failure)
+        told = [line for run in runs for line in run.said if "frames in" not in line]
+        print(f"{number} -y {overwrite}: exit codes {codes} {told} {failure}", flush=True)
+        for path in folder.glob(f"{target.stem}*"):
+            path.unlink()
+    if pairs:
+        print(f"{pairs - wrong} of {pairs} pairs are right")
+    return wrong
+
+
+def _pair_failure(target: Path, runs: list[Run], codes: list[int], overwrite: list[bool]) -> str:
+    left = [path.name for path in target.parent.glob(f"{target.stem}*") if path.suffix != ".txt"]
+    if left != [target.name]:
+        return f"LEFT {left}"
+    with open_reader(target) as reader:
+        size, count = (reader.info.width, reader.info.height), len(frames(reader))
+    if PAIR.get(size) != count:
+        return f"MIXED {size} {count}"
+    owner = list(PAIR).index(size)
+    other = 1 - owner
+    if codes[owner] != 0 or codes[other] == 0 and not overwrite[owner]:
+        return "FALSE SUCCESS"
+    named = f"process {runs[owner].process.pid} is writing it"
+    reasons = named, "exists already", "has appeared meanwhile"
+    if codes[other] and not any(reason in line for line in runs[other].said for reason in reasons):
+        return "REFUSED WITHOUT A REASON"
+    return ""
 
 
 if __name__ == "__main__":
