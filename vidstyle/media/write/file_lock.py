@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import os
 import stat
 import sys
+import time
 import weakref
 from pathlib import Path
 
@@ -13,6 +15,9 @@ from vidstyle.errors import OutputError, UsageError, output_error
 
 if sys.platform != "win32":  # Windows itself lets nobody remove or rename a file that is being written
     import fcntl
+
+ATTEMPTS, ATTEMPT_SECONDS = 50, 0.02
+"""How often, and how many seconds apart, a locked file is tried whose owner is about to let it go."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -27,11 +32,11 @@ class FileLock:
         is_empty: whether it held nothing when it was locked.
     """
 
-    def __init__(self, path: Path, target: Path) -> None:
-        """Lock a file that is no link; the arguments are those of `lock_file`.
+    def __init__(self, path: Path) -> None:
+        """Lock a file that is no link.
 
         Raises:
-            UsageError: another run has locked it.
+            BlockingIOError: another run has locked it.
             OSError: it cannot be made or written to.
         """
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
@@ -47,8 +52,7 @@ class FileLock:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             self.release()
-            reason = f"{_owner(status.st_ino)} is writing it"
-            raise UsageError(target, reason, "wait for its end, or choose another name") from None
+            raise
         except OSError as error:
             _log.debug("%s: cannot be locked (%s)", path, error)
 
@@ -77,10 +81,18 @@ def lock_file(path: Path, target: Path) -> FileLock:
         OutputError: it cannot be made or written to.
     """
     try:
-        while True:
+        for attempt in itertools.count():
             if os.path.lexists(path) and not stat.S_ISREG(path.lstat().st_mode):
                 path.unlink()
-            lock = FileLock(path, target)
+            try:
+                lock = FileLock(path)
+            except BlockingIOError:
+                owner = _owner(path)
+                if owner is None and attempt < ATTEMPTS:  # it has just ended, or put another file in place
+                    time.sleep(ATTEMPT_SECONDS)
+                    continue
+                reason = f"{owner or 'another run'} is writing it"
+                raise UsageError(target, reason, "wait for its end, or choose another name") from None
             # Between opening and locking, the run that had it may have renamed or removed it.
             if lock.is_at(path):
                 return lock
@@ -89,14 +101,16 @@ def lock_file(path: Path, target: Path) -> FileLock:
         raise OutputError(target, "its folder does not exist", "make the folder first") from None
     except OSError as error:
         raise output_error(target, error) from error
+    raise AssertionError
 
 
-def _owner(inode: int) -> str:
-    """The process that holds the lock on a file, as far as the system tells (/proc/locks)."""
+def _owner(path: Path) -> str | None:
+    """The process that holds the lock on a file, by /proc/locks; None if nobody does any more."""
     try:
+        inode = path.stat().st_ino
         with open("/proc/locks", encoding="ascii") as table:
             found = [line.split() for line in table if "->" not in line]
-    except OSError:
-        found = []
+    except FileNotFoundError:
+        return None if Path("/proc/locks").exists() else "another run"
     numbers = [fields[4] for fields in found if fields[5].endswith(f":{inode}")]
-    return f"process {numbers[0]}" if numbers else "another run"
+    return f"process {numbers[0]}" if numbers else None
