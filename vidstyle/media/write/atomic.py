@@ -80,6 +80,7 @@ class PartialFile:
         """Put an empty file in place of what an earlier run has left."""
         _log.warning("%s: left over from an earlier run; it is replaced", self.path)
         self.path.unlink()
+        self._beside.unlink(missing_ok=True)
         self.release()
         self._lock, self.is_left = lock_file(self.path, self.target), False
 

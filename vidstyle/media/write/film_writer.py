@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -176,8 +177,9 @@ class FilmWriter(Writer):
         if self._earlier is not None and self.frames > self._look_at:
             self._look_at = self.frames + LOOK_FRAMES
             if frames_in(file.path) >= self._earlier.stored:
-                file.take_over()
-                self._earlier = None
+                with suppress(PermissionError):  # Windows renames no open file; it is done at the end then
+                    file.take_over()
+                    self._earlier = None
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
         """See Writer."""

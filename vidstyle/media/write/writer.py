@@ -66,4 +66,6 @@ def is_finished(target: str | Path) -> bool:
     path = real_path(Path(target))
     if is_pattern(str(target)):
         return numbered_path(str(path), 1).exists() and not record_path(path).exists()
-    return path.exists() and not partial_path(path).exists()
+    partial = partial_path(path)
+    # A run that is killed while it renames its film leaves it under both names.
+    return path.exists() and (not partial.exists() or path.samefile(partial))
