@@ -60,6 +60,9 @@ def interrupt(monkeypatch: pytest.MonkeyPatch) -> Interrupt:
             return write
 
         with monkeypatch.context() as patch:
+            # However slow the machine is, all that was encoded is stored.
+            patch.setattr("vidstyle.media.write.film_writer.FLUSH_SECONDS", 1e6)
+            patch.setattr("vidstyle.pipeline.stages.END_SECONDS", 1e6)
             for writer in (FilmWriter, PictureWriter):
                 patch.setattr(writer, "write", failing(writer.write))
             with pytest.raises(RuntimeError, match="interrupted"):
@@ -77,10 +80,10 @@ def shown(path: Path) -> list[tuple[Fraction, np.ndarray]]:
     ("ending", "options"),
     [
         (".mp4", WriteOptions()),
-        (".mov", WriteOptions(codec="prores_ks")),
         (".mkv", WriteOptions()),
-        (".mkv", WriteOptions(codec="libx265")),
-        (".mp4", WriteOptions(codec="mpeg4")),
+        (".mov", WriteOptions(codec="mpeg4")),
+        pytest.param(".mov", WriteOptions(codec="prores_ks"), marks=pytest.mark.thorough),
+        pytest.param(".mp4", WriteOptions(codec="libx265"), marks=pytest.mark.thorough),
     ],
 )
 def test_a_continued_film_is_that_of_one_run(film, tmp_path, interrupt: Interrupt, ending, options):
@@ -104,11 +107,11 @@ def test_what_an_earlier_run_has_made_stays_until_there_is_more(
     film, tmp_path, interrupt: Interrupt, monkeypatch
 ):
     target, partial = tmp_path / "out.mkv", tmp_path / "out.partial.mkv"
-    interrupt(70, film, target)
+    interrupt(40, film, target)
     content = partial.read_bytes()
-    assert frames_in(partial) == 70
+    assert frames_in(partial) == 40
     interrupt(10, film, target, resume=True)
-    interrupt(64, film, target, resume=True)
+    interrupt(36, film, target, resume=True)
     assert partial.read_bytes() == content
     assert sorted(os.listdir(tmp_path)) == ["out.mkv.partial.json", "out.partial.mkv"]
     monkeypatch.setattr(atomic, "POLL_SECONDS", 0)
@@ -119,8 +122,8 @@ def test_what_an_earlier_run_has_made_stays_until_there_is_more(
         return True
 
     monkeypatch.setattr(atomic.PartialFile, "check", watch)
-    interrupt(78, film, target, resume=True)
-    assert min(held) == 70 < frames_in(partial) == 78
+    interrupt(46, film, target, resume=True)
+    assert min(held) == 40 < frames_in(partial) == 46
 
 
 REMEMBERS = {
