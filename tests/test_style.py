@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import random
 from pathlib import Path
@@ -14,6 +15,7 @@ from vidstyle.block import Asset, block
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.style import Step, Style, load_style, style_names, table_from_style
+from vidstyle.style.resolve import resolve
 
 FIXTURES = sorted((Path(__file__).parent / "fixtures" / "styles").glob("*.toml"))
 
@@ -207,6 +209,19 @@ def test_paths_stay_in_the_folder_of_the_style(tmp_path: Path) -> None:
         (found,) = mistakes_of(write(folder, text))
         assert "folder" in found, path
     assert "no folder" in mistakes_of(step(block="stamp", file="tiles/one.png"))[0]
+
+
+@pytest.mark.usefixtures("with_stamp")
+def test_files_of_a_style_are_few_and_read_once(tmp_path: Path) -> None:
+    for number in range(5):
+        write(tmp_path, str(number), f"{number}.png")
+    steps = [f"{{block = 'stamp', file = '{number % 4}.png'}}" for number in range(8)]
+    chosen = load_style(write(tmp_path, f"format = 1\nlines = [{', '.join(steps)}]"))
+    read = [step.values["file"] for step in resolve(chosen, 4, 4)["lines"]]
+    assert read[:4] == [b"0", b"1", b"2", b"3"] and all(map(operator.is_, read[:4], read[4:]))
+    steps.append("{block = 'stamp', file = '4.png'}")
+    (found,) = mistakes_of(write(tmp_path, f"format = 1\nlines = [{', '.join(steps)}]"))
+    assert "'4.png' is one too many: a style has at most 4 files" in found
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,8 @@ from vidstyle.style.variants import read_variants, table_of_variant
 
 FORMAT = 1
 MAX_STEPS = 256
+MAX_FILES = 4
+"""The most files and folders of its own that a style reads: each may take 130 MiB of memory."""
 TEXTS = {"name": 100, "note": 1000}
 """The fields that hold text, and the maximum number of characters of each."""
 STEP_KEYS = ("block", "from", "save")
@@ -103,6 +105,7 @@ class StepReader:
         self.mistakes = mistakes
         self.saved = [SOURCE]
         self.implied: set[str] = set()
+        self.files: set[str] = set()
         self.count = 0
 
     def read_layer(self, layer: str, tables: object) -> tuple[Step, ...]:
@@ -165,8 +168,13 @@ class StepReader:
         if isinstance(parameter.control, SavedRef) and value:
             self.check_saved(parameter.name, value, where)
         elif isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
+            self.files.add(value)
             try:
                 asset_path(self.folder, value)
+                if len(self.files) > MAX_FILES:
+                    raise ValueError(
+                        f"{value!r} is one too many: a style has at most {MAX_FILES} files of its own"
+                    )
             except ValueError as error:
                 self.mistakes.append(f"{where}{parameter.name}: {error}")
 

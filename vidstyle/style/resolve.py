@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from vidstyle.block import Asset, Block, On, PageRegion, Slider
@@ -11,6 +13,8 @@ from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.style import Step, Style, expand
 from vidstyle.style.values import asset_path
+
+_Read = Callable[[Asset, Path], Any]
 
 
 @dataclass(frozen=True)
@@ -58,30 +62,31 @@ def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedSt
         StyleError: an asset cannot be read.
     """
     growth = 1.0 if style.height is None else min(height, width) / style.height
+    read = cache(lambda control, path: control.read(path))  # once for all steps
     return {
-        layer: tuple(_prepare_step(style, step, growth) for step in steps)
+        layer: tuple(_prepare_step(style, step, growth, read) for step in steps)
         for layer, steps in expand(style).layers.items()
     }
 
 
-def _prepare_step(style: Style, step: Step, growth: float) -> ResolvedStep:
+def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> ResolvedStep:
     if not step.block:
         return ResolvedStep(None, "channels", {}, {}, step.save, step.source)
     block = all_blocks()[step.block]
     values = block.arguments_for(step.values)
     pictures = {name: picture for name in block.saved_refs if (picture := values.pop(name))}
-    values = {name: _prepare_value(style, block, name, value, growth) for name, value in values.items()}
+    values = {name: _prepare_value(style, block, name, value, growth, read) for name, value in values.items()}
     return ResolvedStep(block, step.on or block.on, values, pictures, step.save, step.source)
 
 
-def _prepare_value(style: Style, block: Block, name: str, value: Any, growth: float) -> Any:
+def _prepare_value(style: Style, block: Block, name: str, value: Any, growth: float, read: _Read) -> Any:
     control = block.parameters[name].control
     if isinstance(control, Slider) and control.unit == "px":
         return max(value * growth, control.low)
     if isinstance(control, Asset) and value:
         try:
             shipped = control.shipped()
-            return control.read(shipped[value] if value in shipped else asset_path(style.folder, value))
+            return read(control, shipped[value] if value in shipped else asset_path(style.folder, value))
         except (ValueError, OSError) as error:
             raise StyleError(style.name, [f"{block.name}: {name}: {value!r}: {error}"]) from None
     return value
