@@ -10,6 +10,7 @@ from pathlib import Path
 if "PYTEST_XDIST_WORKER" in os.environ:
     # Each of several processes keeps to one core, as do the programs that it starts.
     os.environ |= {"LP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+os.environ["XDG_CONFIG_HOME"] = os.devnull  # without the user's own styles
 SEED = os.environ.setdefault("VIDSTYLE_TEST_SEED", f"{datetime.now(UTC):%Y%m%d}")
 """What random tests draw their cases from: the date, unless the variable says otherwise."""
 

@@ -112,6 +112,15 @@ def test_every_style_is_listed_and_described(capfd):
         assert json.loads(run(capfd, "styles", name, "--json")[1])["name"] == name
 
 
+def test_a_broken_style_of_the_user_hides_no_other(capfd, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    (folder := tmp_path / "vidstyle" / "styles").mkdir(parents=True)
+    (folder / "broken.toml").write_text("format = 2")
+    exit_code, out, err = run(capfd, "styles")
+    assert (exit_code, err.count("\n")) == (0, 1) and "broken.toml: format 2 is unknown" in err
+    assert [line.split()[0] for line in out.splitlines()] == [n for n in style_names() if n != "broken"]
+
+
 def test_the_schema_of_style_files_is_printed(capfd):
     schema = json.loads(run(capfd, "styles", "--schema")[1])
     assert schema["properties"]["format"] == {"const": 1}

@@ -171,7 +171,7 @@ UNUSABLE = {
         "--preview none.png -o out.html": "none.png: no such file",
         "--preview there.html -o out.html": "there.html: not a readable video",
         "--preview in.png --at 5 -o out.html": "in.png: has no frame",
-        "none --preview in.png -o out.html": "none: is not a style",
+        "none --preview in.png -o out.html": "there is no style 'none'",
     },
     5: {
         "--preview in.png -o none/out.html": "its folder does not exist",

@@ -100,6 +100,20 @@ def test_numbers_are_sorted_as_numbers(tmp_path):
     assert [path.name for path in numbered_files(str(tmp_path / "%d.png"))] == ["9.png", "10.png", "0100.png"]
 
 
+def test_a_name_with_a_star_is_a_sequence_in_natural_order(program: Program):
+    folder = program.folder / "in"
+    folder.mkdir()
+    for number, name in enumerate(("b10.png", "b2.png", "a.png", ".hidden.png")):
+        media.make_picture(folder / name, size=(64 + 2 * number, 48))
+    outcome = program(folder / "b*.png", "%d.png")
+    assert outcome.exit_code == 0, outcome.said
+    assert [read(program.folder / f"{number}.png")[0].picture.shape[1] for number in (1, 2)] == [66, 66]
+    assert [path.name for path in numbered_files(str(folder / "*.png"))] == ["a.png", "b2.png", "b10.png"]
+    (folder / "film.png").write_bytes(media.make_clip(folder / "film.mp4", frames=2).read_bytes())
+    program.refused(3, "film.png: is not a picture; a name with", folder / "f*.png", "%d.jpg")
+    program.refused(2, "is the input itself", folder / "b*.png", "in/b%d.png", "-y")
+
+
 def test_no_such_pictures(tmp_path):
     with pytest.raises(InputError, match="no such files"):
         open_reader(tmp_path / "%05d.png")

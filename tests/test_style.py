@@ -14,8 +14,12 @@ import pytest
 from vidstyle.block import Asset, block
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
+<<<<<<< HEAD
 from vidstyle.style import Step, Style, load_style, style_names, table_from_style
 from vidstyle.style.resolve import resolve
+=======
+from vidstyle.style import Step, Style, load_style, style_names, table_from_style, user_styles
+>>>>>>> 5c4f0fb (Habits: 'frames/*.png', a folder as output, one picture of a film, own styles by name; unknown styles are told as a sentence)
 
 FIXTURES = sorted((Path(__file__).parent / "fixtures" / "styles").glob("*.toml"))
 
@@ -88,14 +92,14 @@ def test_coloured_paper_alone_is_not_plain() -> None:
         ({}, "format is missing; a style file says format = 1"),
         ({"format": 2, "shiny": 1}, "format 2 is unknown; this vidstyle reads format 1"),
         ({"format": True}, "format True is unknown; this vidstyle reads format 1"),
-        ({"format": 1, "papper": "#ffffff"}, "'papper' is not a field of a style; did you mean paper?"),
+        ({"format": 1, "papper": "#ffffff"}, "'papper' is not a field of a style; did you mean 'paper'?"),
         ({"format": 1, "ink": "red"}, "ink: 'red' is not a colour such as #1a2b3c (#rrggbb)"),
         ({"format": 1, "height": 0}, "height: 0 is outside 16 to 65536 px"),
         ({"format": 1, "name": 7}, "name: 7 is not a text of at most 100 characters"),
         ({"format": 1, "note": "\x1b[2J"}, "note: '\\x1b[2J' is not a text of at most 1000 characters"),
         ({"format": 1, "base": {"block": "hue"}}, "base is not a list of steps; write [[base]] above each"),
-        (step(block="posterise"), "background step 1: 'posterise' is not a block; did you mean posterize?"),
-        (step(block="posterize", levls=5), "'levls' is not a parameter; did you mean levels?"),
+        (step(block="posterise"), "background step 1: 'posterise' is not a block; did you mean 'posterize'?"),
+        (step(block="posterize", levls=5), "'levls' is not a parameter; did you mean 'levels'?"),
         (step(block="posterize", levels=99), "background step 1 (posterize): levels: 99 is outside 2 to 32"),
         (step(block="posterize", levels=1), "levels: 1 is outside 2 to 32"),
         (step(block="posterize", levels=2.5), "levels: 2.5 is not a whole number (2 to 32)"),
@@ -112,7 +116,7 @@ def test_coloured_paper_alone_is_not_plain() -> None:
         (step(block="blend", mode="multipy"), "mode: 'multipy' is not one of normal, multiply"),
         (step(levels=5), "background step 1: block is missing; there are"),
         (step(from_="source", levels=5), "background step 1: 'levels' needs a block, and the step has none"),
-        (step(from_="sauce", block="hue"), "from: no step before it saves 'sauce'; did you mean source?"),
+        (step(from_="sauce", block="hue"), "from: no step before it saves 'sauce'; did you mean 'source'?"),
         (step(save="a b"), "save: 'a b' is not a name of letters and digits"),
         (step(save="source"), "save: 'source' is the untouched picture; choose another name"),
         (step(block="blend", other="x"), "other: no step before it saves 'x'; there are source"),
@@ -253,8 +257,18 @@ def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
     assert mistakes_of(tmp_path / "none.toml") == ["cannot be read: No such file or directory"]
     assert mistakes_of(tmp_path / ("n" * 999 + ".toml")) == ["cannot be read: File name too long"]
     assert mistakes_of("nul\0.toml") == ["embedded null byte"]
-    assert "did you mean plain?" in mistakes_of("plian")[0]
-    assert "is not a style" in mistakes_of("..")[0]
+    assert "did you mean 'plain'?" in mistakes_of("plian")[0]
+    assert "there is no style" in mistakes_of("..")[0]
+
+
+def test_the_user_s_own_styles_have_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    user_styles().mkdir(parents=True)
+    for name in ("mine", "ink"):
+        (user_styles() / f"{name}.toml").write_text('format = 1\nink = "#123456"\n[variants.red]\nink = "#ff0000"\n')
+    assert "mine" in style_names() and len(set(style_names())) == len(style_names())
+    assert load_style("mine:red").ink == "#ff0000" and load_style("ink").ink != "#123456"
+    assert mistakes_of("mime") == ["there is no style 'mime'; did you mean 'mine'?"]
 
 
 def test_a_note_of_several_lines_becomes_one(tmp_path: Path) -> None:

@@ -302,7 +302,7 @@ def test_the_command_writes_the_picture(
         (["plain", "--svg", "-o", "x.png"], 2, "x.png: is no name of an SVG file; end it in .svg"),
         (["plain", "--svg", "-o", "there.svg"], 2, "there.svg: exists already; add -y"),
         (["plain", "--svg", "-o", "none/x.svg"], 5, "its folder does not exist"),
-        (["plian", "--svg"], 3, "plian: is not a style; did you mean plain?"),
+        (["plian", "--svg"], 3, "there is no style 'plian'; did you mean 'plain'?"),
     ],
 )
 def test_what_cannot_be_drawn_is_one_line(

@@ -89,10 +89,10 @@ def test_shipped_styles_have_variants_too(tmp_path: Path, monkeypatch: pytest.Mo
     (tmp_path / "ink.toml").write_text(FILE.replace("inked", "ink"), encoding="utf-8")
     monkeypatch.setattr("vidstyle.style.asset_folder", lambda name: tmp_path)
     assert load_style("ink:dark-blue").name == "ink:dark-blue"
-    assert mistakes_of("ink:dark-bleu") == ["ink has no variant 'dark-bleu'; did you mean dark-blue?"]
+    assert mistakes_of("ink:dark-bleu") == ["ink has no variant 'dark-bleu'; did you mean 'dark-blue'?"]
     assert mistakes_of("ink:") == ["ink has no variant ''; there are dark-blue, 2"]
     assert mistakes_of("plain:x") == ["plain has no variant 'x'; there are none"]
-    assert mistakes_of("inc:dark-blue") == ["is not a style; did you mean ink?"]
+    assert mistakes_of("inc:dark-blue") == ["there is no style 'inc'; did you mean 'ink'?"]
 
 
 def test_every_shipped_variant_loads_and_differs_from_its_style() -> None:
@@ -128,10 +128,10 @@ def test_other_colons_are_no_variants(path: Path, tmp_path: Path, monkeypatch: p
         ({"é\n": {}}, "is not a name"),
         ({f"v{number}": {} for number in range(33)}, "variants: a style has at most 32 variants"),
         ({"b": {"posterize.levels": 99}}, "variants.b: posterize.levels: 99 is outside 2 to 32"),
-        ({"b": {"posterize.levls": 9}}, "variants.b: posterize: 'levls' is not a parameter; did you mean le"),
-        ({"b": {"posterise.levels": 9}}, "variants.b: there is no step 'posterise'; did you mean posterize?"),
+        ({"b": {"posterize.levls": 9}}, "variants.b: posterize: 'levls' is not a parameter; did you mean 'le"),
+        ({"b": {"posterise.levels": 9}}, "variants.b: there is no step 'posterise'; did you mean 'posterize'?"),
         ({"b": {"hue.angle": 9}}, "variants.b: 'hue' may be lines.hue#1 or lines.hue#2"),
-        ({"b": {"inc": "#000000"}}, "variants.b: 'inc' is not a field of a style; did you mean ink?"),
+        ({"b": {"inc": "#000000"}}, "variants.b: 'inc' is not a field of a style; did you mean 'ink'?"),
         ({"b": {"name": "x"}}, "variants.b: 'name' is not a field"),
         ({"b": {"variants": {}}}, "variants.b: 'variants' is a table"),
         (

@@ -267,8 +267,23 @@ def test_pictures_of_a_film_by_number(tmp_path):
 
 def test_one_picture_holds_one_frame(tmp_path):
     clip = make_clip(tmp_path / "clip.mp4", frames=3)
-    with pytest.raises(UsageError, match=r"one_%05d\.png"):
-        render(clip, tmp_path / "one.png", "plain")
+    one = tmp_path / "one.png"
+    with pytest.raises(UsageError, match=r"can hold one picture only; add --frames 1, or name it one_%05d\.png"):
+        render(clip, one, "plain")
+    assert list(tmp_path.iterdir()) == [clip]
+    render(clip, one, "plain", frames=1)
+    assert np.asarray(Image.open(one)).shape[2] == 3
+
+
+def test_a_folder_takes_a_file_of_the_source_s_name(tmp_path):
+    clip, folder = make_clip(tmp_path / "clip.mp4", frames=2, size=(64, 48)), tmp_path / "out"
+    folder.mkdir()
+    assert render(clip, folder, "plain").target == str(folder / "clip.mp4")
+    assert len(read_all(folder / "clip.mp4")) == 2
+    with pytest.raises(UsageError, match="input itself"):
+        render(clip, tmp_path, "plain")
+    with pytest.raises(UsageError, match=r"out: is a folder; name a file in it, such as .*out/film\.mp4"):
+        render(tmp_path / "%d.png", folder, "plain")
 
 
 @pytest.mark.parametrize("ending", [".png", ".jpg", ".webp", ".tif", ".bmp"])

@@ -12,6 +12,8 @@ log = logging.getLogger("vidstyle")
 class VidstyleError(Exception):
     """Base class of all errors; the text is one line: "subject: reason; remedy".
 
+    A reason that names the subject in quotes stands without it in front.
+
     Attributes:
         subject: the file or parameter concerned, with control characters escaped.
         reason: what is wrong with it.
@@ -25,7 +27,8 @@ class VidstyleError(Exception):
         self.subject = printable(subject)
         self.reason = printable(reason)
         self.remedy = printable(remedy)
-        super().__init__(f"{self.subject}: {self.reason}" + (f"; {self.remedy}" if remedy else ""))
+        front = "" if f"'{self.subject}'" in self.reason else f"{self.subject}: "
+        super().__init__(f"{front}{self.reason}" + (f"; {self.remedy}" if remedy else ""))
 
 
 class UsageError(VidstyleError, ValueError):
@@ -68,7 +71,7 @@ def output_error(target: object, error: OSError, remedy: str = "") -> OutputErro
         errno.ENOSPC: "the disk is full",
         errno.EDQUOT: "the disk quota is used up",
         errno.EFBIG: "a limit on the size of files is reached",
-        errno.EPIPE: "the program that reads it has gone",
+        errno.EPIPE: "the reading program has closed the pipe",
         errno.EBADF: "it is closed",
         errno.EACCES: "no permission to write there",
         errno.EROFS: "the file system is read-only",

@@ -49,7 +49,11 @@ if TYPE_CHECKING:
               help="Print a summary as JSON (on stderr when OUTPUT is '-').")  # fmt: skip
 @reporting_options
 def render(source: str, target: str, as_json: bool, progress: str, **options: Any) -> int:
-    """Restyle INPUT into OUTPUT: a film, a picture, an image sequence (%05d.png) or a pipe (-)."""
+    """Restyle INPUT into OUTPUT: a film, a picture, an image sequence or a pipe (-).
+
+    A sequence is named by %05d.png, as INPUT by '*.png' in quotes too. A folder as OUTPUT takes a file of
+    INPUT's name.
+    """
     from vidstyle.media.read.reader import ReadOptions
     from vidstyle.media.write.writer import WriteOptions
     from vidstyle.pipeline.render import render as render_film

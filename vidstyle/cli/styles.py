@@ -14,7 +14,7 @@ import click
 from vidstyle.cli.bench import FORMS, both_sides
 from vidstyle.cli.options import SECONDS, SIZE
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.errors import UsageError, printable
+from vidstyle.errors import StyleError, UsageError, printable
 
 if TYPE_CHECKING:
     from vidstyle.gpu.compile.plan import Form
@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> None:
     """List the styles, or describe the steps and parameters of one: a NAME or a style file.
 
-    NAME:VARIANT is a variant of a style.
+    NAME:VARIANT is a variant of a style. Your own styles are found by name in ~/.config/vidstyle/styles
+    (XDG_CONFIG_HOME; on macOS in ~/Library/Application Support, on Windows in %APPDATA%).
     """
     from vidstyle.style import describe, load_style, style_names, style_schema
 
@@ -61,7 +62,11 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
         click.echo(json.dumps([describe(load_style(each)) for each in style_names()], indent=2))
     else:
         for each in style_names():
-            style = load_style(each)
+            try:
+                style = load_style(each)
+            except StyleError as error:  # one of the user's own, which hides no other
+                say(str(error))
+                continue
             variants = ", ".join(f"{each}:{variant}" for variant in style.variants)
             variants = f" Variants: {variants}." if variants else ""
             click.echo(f"{each:16} {style.note}{variants}".rstrip())

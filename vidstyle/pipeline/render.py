@@ -15,7 +15,7 @@ from typing import Any
 from vidstyle.core.convert import convert
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, VideoInfo, open_reader
-from vidstyle.media.write.writer import WriteOptions, Writer, is_finished, open_writer
+from vidstyle.media.write.writer import WriteOptions, Writer, file_in_folder, is_finished, open_writer
 from vidstyle.pipeline.compare import Compare, compared, compared_info
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.resume import check_resumable, render_fingerprint, warm_up_frames
@@ -51,8 +51,9 @@ def render(
     """Restyle a film, a picture, an image sequence or a pipe.
 
     Args:
-        source: a path, a pattern such as `%05d.png`, or "-" for standard input.
-        target: the same, or "-" for standard output; its ending says what kind of file it becomes.
+        source: a path, a pattern such as `%05d.png` or `*.png`, or "-" for standard input.
+        target: the same, or "-" for standard output; its ending says what kind of file it becomes. A folder
+            takes a file of the source's name.
         style: a style, or what `load_style` takes.
         read, write: how to read and how to write; see their classes.
         device: "auto", "cpu", "gpu" or "gpu:N"; see `open_renderer`.
@@ -69,6 +70,7 @@ def render(
     """
     began = time.monotonic()
     style, read, write = load_style(style), read or ReadOptions(), write or WriteOptions()
+    target = file_in_folder(target, source)
     if resume:
         check_resumable(source, target, write)
         if is_finished(target):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -31,6 +32,7 @@ __all__ = [
     "style_names",
     "style_schema",
     "table_from_style",
+    "user_styles",
 ]
 
 PLAIN = "plain"
@@ -38,7 +40,7 @@ PLAIN = "plain"
 
 
 def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
-    """A style by the name of a shipped one, from a file, or from a table like that of a file.
+    """A style by its name, shipped or the user's own, from a file, or from a table like that of a file.
 
     A text that ends in .toml or has a folder in it is a path. A table may hold no paths, having no folder.
     "ink:dark-blue" and "mine.toml:dark-blue" are variants of the styles before the colon.
@@ -57,21 +59,35 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
     if isinstance(style, Mapping):
         return style_from_table(style, "style")
     base, variant = (style, None) if isinstance(style, Path) else _split(style)
-    found = read_style_file(base) if isinstance(base, Path) else _load_shipped(base)
+    found = read_style_file(base) if isinstance(base, Path) else _load_named(base)
     return found if variant is None else apply_variant(found, variant)
 
 
 def style_names() -> list[str]:
-    """The names of the shipped styles; those are the files in the folder of styles, and `plain`."""
-    return sorted({PLAIN, *(path.stem for path in asset_folder("styles").glob("*.toml"))})
+    """The names of all styles: `plain`, the shipped ones, and those in the user's folder."""
+    return sorted({PLAIN, *_files()})
 
 
-def _load_shipped(name: str) -> Style:
+def user_styles() -> Path:
+    """The folder of the user's own styles, which need not exist."""
+    chosen = os.environ.get("XDG_CONFIG_HOME") or os.environ.get("APPDATA")
+    home = "~/Library/Application Support" if sys.platform == "darwin" else "~/.config"
+    return Path(chosen or os.path.expanduser(home)) / "vidstyle" / "styles"
+
+
+def _files() -> dict[str, Path]:
+    """The file of each name. A shipped style keeps its name."""
+    folders = user_styles(), asset_folder("styles")
+    return {path.stem: path for folder in folders for path in folder.glob("*.toml")}
+
+
+def _load_named(name: str) -> Style:
     if name == PLAIN:
         return Style(name=PLAIN)
-    if name not in style_names():
-        raise StyleError(name, [f"is not a style; {suggest(name, style_names())}"])
-    return read_style_file(asset_folder("styles") / f"{name}.toml")
+    files = _files()
+    if name not in files:
+        raise StyleError(name, [f"there is no style '{name}'; {suggest(name, style_names())}"])
+    return read_style_file(files[name])
 
 
 def _split(text: str) -> tuple[str | Path, str | None]:

@@ -71,14 +71,14 @@ def suggest(word: str, names: Iterable[str]) -> str:
     """A suggestion for an unknown name: the most similar one, or else all of them.
 
     >>> suggest("levls", ["levels", "smooth"])
-    'did you mean levels?'
+    "did you mean 'levels'?"
     >>> suggest("colour", ["levels", "smooth"])
     'there are levels, smooth'
     """
     names = list(names)
     similar = get_close_matches(word.lower()[:MAX_TEXT], names, n=1)
     if similar:
-        return f"did you mean {similar[0]}?"
+        return f"did you mean {similar[0]!r}?"
     return f"there are {join_names(names)}" if names else "there are none"
 
 

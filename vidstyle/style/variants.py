@@ -60,7 +60,7 @@ def _is_valid_name(name: str, mistakes: list[str]) -> bool:
     if re.fullmatch(VARIANT_PATTERN, name):
         return True
     right = re.sub("[^a-z0-9]+", "-", name.lower()).strip("-")[:40]
-    hint = f"; did you mean {right}?" if right else ""
+    hint = f"; did you mean {right!r}?" if right else ""
     mistakes.append(f"variants: {to_text(name)} is not a name of 1 to 40 of a-z, 0-9 and -{hint}")
     return False
 

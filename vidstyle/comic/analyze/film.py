@@ -21,6 +21,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError, log
+from vidstyle.media.read.sequence import natural_order
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
 
 WHOLE = 2 * 10**9
@@ -190,7 +191,7 @@ class PictureFolder(Film):
         self._has_warned = False
         self._paths = sorted(
             (each for each in path.iterdir() if each.suffix.lower() in SUFFIXES and each.is_file()),
-            key=lambda each: _natural(each.name),
+            key=lambda each: natural_order(each.name),
         )
         if not self._paths:
             raise InputError(path, "a folder without pictures")
@@ -229,15 +230,6 @@ class PictureFolder(Film):
 
     def _number(self, time: float) -> int:
         return min(max(0, int(time)), len(self._paths) - 1)
-
-
-def _natural(name: str) -> list[tuple[int, str]]:
-    """So that picture 10 comes after picture 9.
-
-    >>> sorted(["10.png", "9.png"], key=_natural)
-    ['9.png', '10.png']
-    """
-    return [(int(part), "") if part.isdigit() else (-1, part.lower()) for part in re.split(r"([0-9]+)", name)]
 
 
 def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -> Film:

@@ -23,7 +23,7 @@ from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
 from vidstyle.media.read.headers import picture_size
 from vidstyle.media.read.open import check_size, open_media
-from vidstyle.media.read.source import choose_stream
+from vidstyle.media.read.source import choose_stream, may_be_still
 
 log = logging.getLogger("vidstyle")
 
@@ -33,12 +33,18 @@ MAX_ANIMATION = 4
 
 
 def is_pattern(source: str | os.PathLike[str]) -> bool:
-    """Whether the name is a pattern for numbered files: it has one %d or %05d, and no file has this name.
+    """Whether the name stands for many files: it has one %d or %05d, or * or ?, and no file has this name.
 
-    >>> is_pattern("frames/%05d.png"), is_pattern("frames/00001.png")
-    (True, False)
+    >>> is_pattern("frames/%05d.png"), is_pattern("frames/*.png"), is_pattern("frames/00001.png")
+    (True, True, False)
     """
-    return len(PATTERN.findall(Path(source).name)) == 1 and not os.path.lexists(source)
+    name = Path(source).name
+    return (len(PATTERN.findall(name)) == 1 or is_wild(name)) and not os.path.lexists(source)
+
+
+def is_wild(name: str) -> bool:
+    """Whether a name has a * or ?, which stand for any text and any character."""
+    return not {"*", "?"}.isdisjoint(name)
 
 
 def is_animated_webp(path: Path) -> bool:
@@ -81,7 +87,7 @@ class SequenceSource:
 
     @classmethod
     def from_pattern(cls, pattern: str, rate: Fraction, max_pixels: int) -> SequenceSource:
-        """The files that a name such as "%05d.png" stands for, by number, at a constant rate.
+        """The files that a name such as "%05d.png" or "*.png" stands for, at a constant rate.
 
         Raises:
             InputError: there are none, or the first is not a picture.
@@ -144,16 +150,13 @@ class SequenceSource:
 
 
 def numbered_files(pattern: str) -> list[Path]:
-    """The files that a pattern with one %d stands for, by number.
+    """The files that a pattern stands for, by number; those of a pattern with * or ? in natural order.
 
     Raises:
         InputError: there are none.
     """
     folder, name = Path(pattern).parent, Path(pattern).name
-    found = PATTERN.search(name)
-    assert found is not None
-    digits = rf"\d{{{int(found[1])},}}" if found[1] else r"\d+"
-    wanted = re.compile(re.escape(name[: found.start()]) + f"({digits})" + re.escape(name[found.end() :]))
+    wanted = _wild_name(name) if is_wild(name) else _numbered_name(name)
     matches = [
         match
         for path in (folder.iterdir() if folder.is_dir() else ())
@@ -161,6 +164,8 @@ def numbered_files(pattern: str) -> list[Path]:
     ]
     if not matches:
         raise InputError(pattern, "no such files")
+    if is_wild(name):
+        return [folder / each for each in sorted((match.string for match in matches), key=natural_order)]
     numbers = {int(match[1]): folder / match.string for match in matches}
     gaps = max(numbers) - min(numbers) + 1 - len(numbers)
     if gaps:
@@ -168,10 +173,36 @@ def numbered_files(pattern: str) -> list[Path]:
     return [numbers[number] for number in sorted(numbers)]
 
 
+def _numbered_name(name: str) -> re.Pattern[str]:
+    found = PATTERN.search(name)
+    assert found is not None
+    digits = rf"\d{{{int(found[1])},}}" if found[1] else r"\d+"
+    return re.compile(re.escape(name[: found.start()]) + f"({digits})" + re.escape(name[found.end() :]))
+
+
+def _wild_name(name: str) -> re.Pattern[str]:
+    """As in a shell: * and ? stand for no dot at the beginning of a name."""
+    parts = {"*": ".*", "?": "."}
+    hidden = r"(?!\.)" if name[0] in parts else ""
+    return re.compile(hidden + "".join(parts.get(each, re.escape(each)) for each in name), re.DOTALL)
+
+
+def natural_order(name: str) -> list[tuple[int, str]]:
+    """A key for sorting names, so that picture 10 comes after picture 9.
+
+    >>> sorted(["10.png", "9.png"], key=natural_order)
+    ['9.png', '10.png']
+    """
+    return [(int(part), "") if part.isdecimal() else (-1, part.lower()) for part in re.split("([0-9]+)", name)]
+
+
 def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av.VideoFrame | None, str]:
     """The picture in a file, or None if it is damaged, and its codec."""
     try:
         container = open_media(path, max_pixels=max_pixels)
+        if not may_be_still(container):
+            container.close()
+            raise InputError(path, "is not a picture", "a name with %05d or * stands for pictures")
     except InputError as error:
         if damage.decoded:
             log.debug("%s", error)

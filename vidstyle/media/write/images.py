@@ -11,6 +11,8 @@ import av
 
 from vidstyle.errors import UsageError
 from vidstyle.media.frame import Frame
+from vidstyle.media.read.sequence import is_pattern as is_sequence
+from vidstyle.media.read.sequence import is_wild, numbered_files
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.encoder import encoder_frame
@@ -36,7 +38,7 @@ class PictureWriter(Writer):
     def _open(self) -> None:
         self._pattern = is_pattern(str(self.target))
         path = self._source_path
-        if self._pattern and path and Path(path).absolute() == self.target.absolute():
+        if self._pattern and path and self._is_among(Path(path)):
             raise UsageError(
                 self.name, "is the input itself, and would be overwritten", "choose another name"
             )
@@ -53,6 +55,14 @@ class PictureWriter(Writer):
             self._unlock(keep=self._left > 0)
             raise
         self.partial = self._file.path
+
+    def _is_among(self, source: Path) -> bool:
+        """Whether pictures would be written over those of the source."""
+        if not is_wild(source.name):
+            return source.absolute() == self.target.absolute()
+        files = numbered_files(str(source.absolute())) if is_sequence(source) else []
+        targets = (numbered_path(str(self.target.absolute()), number + 1) for number in range(len(files)))
+        return not set(files).isdisjoint(targets)
 
     def _continue(self, lock: FileLock) -> None:
         """Find what an earlier run has written, and continue it, keep it or begin anew."""
@@ -86,24 +96,30 @@ class PictureWriter(Writer):
         if self.frames < self.kept:
             self.frames += 1
             return
+        if self.frames and not self._pattern:
+            remedy = f"add --frames 1, or name it {self.target.stem}_%05d{self.target.suffix}"
+            raise UsageError(self.target, "can hold one picture only", remedy)
         if self._file is None:
-            if not self._pattern:
-                pattern = f"{self.target.stem}_%05d{self.target.suffix}"
-                raise UsageError(self.target, "holds one picture, and there are more", f"name it {pattern}")
             self._file = self._next_file()
             self.partial = self._file.path
         try:
             self._file.path.write_bytes(self._encoded(item))
             self._file.check()
-            self._file.finish()
+            if self._pattern:
+                self._finish_file(self._file)
         except (av.FFmpegError, OSError) as error:
             kept = f"{self.frames} pictures are written" if self.frames else "nothing is kept"
             raise write_error(self.target, error, kept) from error
-        self._written, self._file, self.partial = self._file.target, None, None
         self.frames += 1
+
+    def _finish_file(self, file: PartialFile) -> None:
+        file.finish()
+        self._written, self._file, self.partial = file.target, None, None
 
     def finish(self) -> None:
         """See Writer."""
+        if self._file is not None and self.frames and not self._pattern:
+            self._finish_file(self._file)
         self._close(keep=False)
 
     def abandon(self) -> Path | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+from vidstyle.errors import UsageError
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.atomic import is_regular_file, partial_path, real_path
@@ -45,6 +47,20 @@ def open_writer(
     kind = kind_of(str(target), options.format, info.still or is_pattern(str(target)))
     writers: dict[str, type[Writer]] = {"picture": PictureWriter, "gif": GifWriter, "film": FilmWriter}
     return writers[kind.way](target, kind, info, options, source, fingerprint)
+
+
+def file_in_folder(target: str | Path, source: str | Path) -> str | Path:
+    """The target; where it is a folder, the file in it that has the name of the source.
+
+    Raises:
+        UsageError: a folder, and the source has no name of its own.
+    """
+    path, name = Path(target), Path(source).name
+    if str(target) == "-" or not os.path.isdir(path):
+        return target
+    if str(source) == "-" or not os.path.isfile(source):
+        raise UsageError(target, "is a folder", f"name a file in it, such as {path / 'film.mp4'}")
+    return path / name
 
 
 def is_resumable(target: str | Path, options: WriteOptions) -> bool:
