@@ -14,12 +14,8 @@ import pytest
 from vidstyle.block import Asset, block
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-<<<<<<< HEAD
-from vidstyle.style import Step, Style, load_style, style_names, table_from_style
-from vidstyle.style.resolve import resolve
-=======
 from vidstyle.style import Step, Style, load_style, style_names, table_from_style, user_styles
->>>>>>> 5c4f0fb (Habits: 'frames/*.png', a folder as output, one picture of a film, own styles by name; unknown styles are told as a sentence)
+from vidstyle.style.resolve import resolve
 
 FIXTURES = sorted((Path(__file__).parent / "fixtures" / "styles").glob("*.toml"))
 
@@ -264,8 +260,9 @@ def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
 def test_the_user_s_own_styles_have_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     user_styles().mkdir(parents=True)
+    text = 'format = 1\nink = "#123456"\n[variants.red]\nink = "#ff0000"\n'
     for name in ("mine", "ink"):
-        (user_styles() / f"{name}.toml").write_text('format = 1\nink = "#123456"\n[variants.red]\nink = "#ff0000"\n')
+        write(user_styles(), text, f"{name}.toml")
     assert "mine" in style_names() and len(set(style_names())) == len(style_names())
     assert load_style("mine:red").ink == "#ff0000" and load_style("ink").ink != "#123456"
     assert mistakes_of("mime") == ["there is no style 'mime'; did you mean 'mine'?"]

@@ -128,8 +128,14 @@ def test_other_colons_are_no_variants(path: Path, tmp_path: Path, monkeypatch: p
         ({"é\n": {}}, "is not a name"),
         ({f"v{number}": {} for number in range(33)}, "variants: a style has at most 32 variants"),
         ({"b": {"posterize.levels": 99}}, "variants.b: posterize.levels: 99 is outside 2 to 32"),
-        ({"b": {"posterize.levls": 9}}, "variants.b: posterize: 'levls' is not a parameter; did you mean 'le"),
-        ({"b": {"posterise.levels": 9}}, "variants.b: there is no step 'posterise'; did you mean 'posterize'?"),
+        (
+            {"b": {"posterize.levls": 9}},
+            "variants.b: posterize: 'levls' is not a parameter; did you mean 'le",
+        ),
+        (
+            {"b": {"posterise.levels": 9}},
+            "variants.b: there is no step 'posterise'; did you mean 'posterize'?",
+        ),
         ({"b": {"hue.angle": 9}}, "variants.b: 'hue' may be lines.hue#1 or lines.hue#2"),
         ({"b": {"inc": "#000000"}}, "variants.b: 'inc' is not a field of a style; did you mean 'ink'?"),
         ({"b": {"name": "x"}}, "variants.b: 'name' is not a field"),

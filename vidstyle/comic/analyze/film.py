@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from abc import abstractmethod
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
@@ -21,8 +20,8 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError, log
-from vidstyle.media.read.sequence import natural_order
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
+from vidstyle.media.read.sequence import natural_order
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""

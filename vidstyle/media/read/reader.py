@@ -28,7 +28,7 @@ __all__ = ["ReadOptions", "Reader", "VideoInfo", "open_reader"]
 
 
 def open_reader(source: str | os.PathLike[str], options: ReadOptions | None = None) -> Reader:
-    """Open a film, a picture, a sequence such as "frames/%05d.png" or "frames/*.png", or "-" for standard input.
+    """Open a film, a picture, a sequence such as "frames/%05d.png" or "*.png", or "-" for standard input.
 
     Raises:
         InputError: it cannot be read, or no frame of it can be decoded.

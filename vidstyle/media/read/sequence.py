@@ -193,7 +193,9 @@ def natural_order(name: str) -> list[tuple[int, str]]:
     >>> sorted(["10.png", "9.png"], key=natural_order)
     ['9.png', '10.png']
     """
-    return [(int(part), "") if part.isdecimal() else (-1, part.lower()) for part in re.split("([0-9]+)", name)]
+    return [
+        (int(part), "") if part.isdecimal() else (-1, part.lower()) for part in re.split("([0-9]+)", name)
+    ]
 
 
 def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av.VideoFrame | None, str]:
