@@ -213,7 +213,7 @@ def paired(film: Path, folder: Path, pairs: int, chance: random.Random) -> int:
         for replaces, (size, count) in zip(overwrite, PAIR.items(), strict=True):
             settings = ["--style", "plain", "--size", "{}x{}".format(*size), "--frames", str(count)]
             runs.append(Run(film, target, *settings, *["-y"] * replaces))
-            time.sleep(chance.uniform(0, lasted) if len(runs) == 1 else 0)
+            time.sleep(chance.uniform(0, lasted / 2) if len(runs) == 1 else 0)
         codes = [run.end() for run in runs]
         lasted = (lasted + time.monotonic() - began) / 2
         failure = _pair_failure(target, runs, codes, overwrite)
