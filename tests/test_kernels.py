@@ -1,18 +1,23 @@
-"""Compiled functions: they call each other, take several types, and need no writable folder."""
+"""Compiled functions: their arguments, their object files, and what the first use of a style compiles."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
+from gpu import of_the_day
+from pictures import VIDEO, codes
 
 from vidstyle.cli.reporting import Reporting
-from vidstyle.core import kernels
-from vidstyle.core.kernels import compiled, user_cache
+from vidstyle.core import kernel_library
+from vidstyle.core.kernels import Compiled, compiled, dry_run, kinds_of, user_cache
+from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.style import load_style, style_names
 
 
 @compiled
@@ -26,6 +31,24 @@ def halve_all(values, halves):
         halves[index] = halve(values[index])
 
 
+@compiled
+def mix(planes, factors, is_negative, shift, rows, out):
+    """Takes one of each kind, and makes an array of its own."""
+    first, (second, third) = planes
+    line = np.empty(out.shape[1], np.float32)
+    for row in range(rows[0], rows[1]):
+        for x in range(out.shape[1]):
+            line[x] = first[row, x] * factors[0] + second[row, x, 1] * factors[1] + third[x]
+        for x in range(out.shape[1]):
+            out[row, x] = shift - line[x] if is_negative else shift + line[x]
+
+
+@compiled
+def take_memory(size):
+    line = np.empty(size, np.uint8)
+    line[0] = 1
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_a_kernel_calls_another_and_takes_several_types(dtype):
     values = np.arange(7, dtype=dtype)
@@ -34,13 +57,89 @@ def test_a_kernel_calls_another_and_takes_several_types(dtype):
     assert halves.tolist() == [0, 0.5, 1, 1.5, 2, 2.5, 3]
 
 
+@pytest.mark.parametrize("is_negative", [False, True])
+def test_a_kernel_takes_arrays_tuples_and_numbers(is_negative):
+    """Whether arrays are contiguous, reversed or parts of others."""
+    draw = np.random.default_rng(1).random
+    first, second = draw((9, 24))[::2, ::-3], draw((5, 8, 3)).astype(np.float32)
+    planes = first, (second, draw(8))
+    for out in (np.zeros((5, 8), np.float32), np.zeros((5, 16), np.float32)[:, ::2]):
+        wanted = out.copy()
+        for call, result in ((mix, out), (mix.function, wanted)):
+            call(planes, (2.5, np.float32(0.3)), is_negative, 1, (1, 4), result)
+        np.testing.assert_allclose(out, wanted, rtol=1e-6)
+        assert out[2].any() and not out[0].any()
+
+
+def test_what_a_kernel_cannot_take_is_named():
+    with pytest.raises(TypeError, match="take_memory takes arrays, numbers and tuples, not str"):
+        take_memory("much")
+
+
+def test_a_kernel_without_memory_says_so():
+    take_memory(1)
+    with pytest.raises(MemoryError, match="take_memory"):
+        take_memory(2**62)
+
+
+def test_object_files_are_loaded_without_the_compiler(tmp_path):
+    check = (
+        "import sys, numpy as np\n"
+        "from vidstyle.core.kernels import mix_channels\n"
+        "mixed = mix_channels(np.ones((1, 1, 3), np.float32), np.eye(4)[:3])\n"
+        "print(mixed.tolist(), 'numba' in sys.modules)\n"
+    )
+    for _ in range(2):
+        ran = subprocess.run(
+            [sys.executable, "-c", check], env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)},
+            capture_output=True, text=True, cwd=Path(__file__).parents[1],
+        )  # fmt: skip
+        assert ran.stdout == "[[[1.0, 1.0, 1.0]]] False\n", ran.stderr
+        assert len(list(tmp_path.glob("vidstyle/kernels/_mix_channels_*.o"))) == 1
+
+
+def test_where_no_process_can_be_started_kernels_are_compiled_here(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "embedding-program"))
+    values, halves = np.arange(3, dtype=np.int16), np.empty(3)
+    halve_all(values, halves)
+    assert halves.tolist() == [0, 0.5, 1]
+
+
+@pytest.mark.parametrize("name", of_the_day(style_names(), 3))
+def test_a_rehearsal_calls_every_kernel_that_two_frames_of_a_style_need(name, monkeypatch):
+    """So that all of them are compiled together at its first use."""
+    picture, called, rehearsals = codes(VIDEO, 72, 128), set(), []
+    carry_out = Compiled.__call__
+
+    def noted(kernel, *arguments):
+        called.add((kernel, kinds_of(arguments)))
+        return carry_out(kernel, *arguments)
+
+    def rehearsing(rehearsal):
+        rehearsals.append(rehearsal)
+        return nullcontext()
+
+    with CpuRenderer(load_style(name)) as renderer, monkeypatch.context() as patch:
+        patch.setattr(Compiled, "__call__", noted)
+        patch.setattr("vidstyle.cpu.renderer.rehearsing", rehearsing)
+        renderer.run(picture, 0.0)
+        renderer.run(picture.map_planes(lambda plane, _: plane & 0xFE), 0.04)
+    with dry_run() as rehearsed, np.errstate(all="ignore"):
+        rehearsals[0]()
+    assert rehearsed == called
+
+
 def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):
     """Nowhere to write: neither the cache folder, nor beside the code, nor the home."""
     source = tmp_path / "somewhere.py"
     source.write_text(
         "from vidstyle.core.kernels import compiled\n"
-        "@compiled\ndef double(number):\n    return 2 * number\n"
-        "print(double(21))\n"
+        "import numpy as np\n"
+        "@compiled\ndef double(numbers):\n    numbers[0] *= 2\n"
+        "number = np.array([21])\n"
+        "double(number)\n"
+        "print(number[0])\n"
     )
     blocked = tmp_path / "a_file"
     blocked.write_text("")
@@ -68,9 +167,7 @@ def test_who_waits_at_a_terminal_is_told_that_it_compiles(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for terminal in (False, True):
-        kernels._announce_compilation.cache_clear()
         with Reporting():
             monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
-            kernels._announce_compilation()
-            kernels._announce_compilation()
-        assert capsys.readouterr().err.count("compiling for this processor") == terminal
+            kernel_library.announce()
+        assert capsys.readouterr().err.count("preparing kernels for this processor, once") == terminal

@@ -98,7 +98,11 @@ def select_filters(luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, 
     # Padded by columns of filter 0 for `apply_filters`, which filters several pixels together.
     selected = np.zeros((height, -(-width // LANES) * LANES), np.int32)[:, :width]
     padded = pad_edges(luma, len(weights) // 2)
-    _select(padded, weights, bins.as_array, margin[0], height - margin[1], selected)
+    taps, columns = len(weights), padded.shape[1] - 1
+    products, tensor = np.empty((taps, 3, columns), np.float32), np.empty((3, columns), np.float32)
+    sums = tensor.reshape(-1)[: 3 * columns - taps + 1]
+    scratch = products, products.reshape(taps, -1), np.empty(3 * columns, np.float32), sums, tensor
+    _select(padded, weights, bins.as_array, margin[0], height - margin[1], scratch, selected)
     return selected
 
 
@@ -109,15 +113,13 @@ def pad_edges(luma: np.ndarray, margin: int, right: int = 0) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _select(padded, weights, bins, top, bottom, selected):  # type: ignore[no-untyped-def]
+def _select(padded, weights, bins, top, bottom, scratch, selected):  # type: ignore[no-untyped-def]
     """Row by row; the products of the last rows are kept, the window is applied vertically, then across.
 
     The three products of a row are contiguous, so that one loop covers them all.
     """
-    taps, columns = len(weights), padded.shape[1] - 1
-    products, tensor = np.empty((taps, 3, columns), np.float32), np.empty((3, columns), np.float32)
-    rows, narrow = products.reshape((taps, 3 * columns)), np.empty(3 * columns, np.float32)
-    sums = tensor.reshape(-1)[: 3 * columns - taps + 1]
+    taps = len(weights)
+    products, rows, narrow, sums, tensor = scratch
     for last in range(top, bottom + taps - 1):
         _multiply(padded[last], padded[last + 1], products[last % taps])
         row = last - taps + 1

@@ -48,15 +48,16 @@ def halftone(
     averaged = cv2.blur(picture, (side, side), borderType=cv2.BORDER_REPLICATE)
     spread = np.float32(dot), np.float32(gain), np.float32(black)
     out = np.empty(picture.shape, np.float32)
-    screens = np.empty((4, 4))
+    screens = np.empty((4, 5))
     levels: list[np.ndarray] = []
     for ink, angle in enumerate(ANGLES):
         cosine, sine = math.cos(math.radians(angle)) / cell, math.sin(math.radians(angle)) / cell
         first, last, low, high = _lattice_bounds(cosine, sine, place.top, *picture.shape[:2])
-        screens[ink] = cosine, sine, first, low
+        screens[ink] = cosine, sine, first, low, high - low + 1
         levels.append(np.empty((last - first + 1, high - low + 1), np.float32))
         _ink_levels(averaged, ink, screens[ink], place.top, spread, levels[ink])
-    _print(tuple(levels), screens, place.top, np.array(INKS[inks], np.float32), place.margin, out)
+    colors = np.array(INKS[inks], np.float32)
+    _print(tuple(each.reshape(-1) for each in levels), screens, place.top, colors, place.margin, out)
     return out
 
 
@@ -130,9 +131,9 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
     first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
     lift = np.float32(1e-4) * per_pixel
-    columns, flat = np.int32(levels.shape[1]), levels.reshape(-1)
+    columns = np.int32(screen[4])
     origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
-    last = np.int32(flat.size - 1)
+    last = np.int32(levels.size - 1)
     cell, height, slope = np.empty(width, np.int32), np.empty(width, np.float32), np.empty(width, np.float32)
     for x in range(width):
         along, across = start + np.float32(x) * step, side - np.float32(x) * turn
@@ -143,7 +144,7 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
         height[x] = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
         slope[x] = max(steepness * np.sqrt(down * down + right * right), least_slope)
     for x in range(width):
-        height[x] -= flat[np.uint32(min(max(cell[x], np.int32(0)), last))]
+        height[x] -= levels[np.uint32(min(max(cell[x], np.int32(0)), last))]
     red, green, blue = one - ink[0], one - ink[1], one - ink[2]
     for x in range(width):
         cover = min(max(height[x] / slope[x] + half, np.float32(0)), one)

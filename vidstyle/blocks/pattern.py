@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import struct
 import threading
-from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +12,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import Asset, Choice, PageRegion, Slider, block
-from vidstyle.core.kernels import TIE_LIFT, compiled
+from vidstyle.core.kernels import TIE_LIFT, cached, compiled
 from vidstyle.core.regular_file import read_regular_file
 
 TILE_SIDE = 1024
@@ -103,7 +102,7 @@ def _risen(above_border: np.ndarray, softness: float) -> np.ndarray:
 _drawing = threading.Lock()
 
 
-@lru_cache(maxsize=8)
+@cached(maxsize=8)
 def _stroke_sets(
     levels: int, spacing: float, width: float, angle: float, layout: str, wobble: float, *page: int
 ) -> np.ndarray:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from functools import cache
+from typing import Any
 
 BAND_BYTES = 1 << 20
 """Approximate size of a band as float32 RGB; several fit a second-level cache."""
@@ -17,6 +18,16 @@ CORES = os.cpu_count() or 1
 def shared_pool() -> ThreadPoolExecutor:
     """The threads of everybody who has no pool of their own, one for each core; started when first used."""
     return ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-bands")
+
+
+class CallingThread(Executor):
+    """Runs what it is given at once, in the thread that gives it."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        """A future that is done."""
+        future: Future[Any] = Future()
+        future.set_result(function(*arguments, **named))
+        return future
 
 
 def in_bands(pool: Executor, shape: tuple[int, int], radius: int, run: Callable[[int, int], None]) -> None:

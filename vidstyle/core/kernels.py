@@ -1,19 +1,20 @@
-"""Numba kernels: `@compiled` compiles a function at its first call.
+"""Kernels: `@compiled` turns a function into machine code at its first call.
 
-Numba is imported only then, and its cache is in the user's cache folder, so that importing a module with
-kernels is cheap and works where nothing may be written.
+Machine code lies in the user's cache folder as object files, which are loaded without Numba. Only a kernel
+that is missing there is compiled (`kernel_library`, `kernel_compiler`), together with what else will soon be
+needed. So importing a module with kernels is cheap, and only the first use of a style waits.
 """
 
 from __future__ import annotations
 
+import ctypes
 import functools
-import hashlib
 import importlib
-import logging
 import os
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, overload
 
@@ -22,76 +23,71 @@ import numpy as np
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
-log = logging.getLogger("vidstyle")
-
-_numba_lock = threading.Lock()
-
 TIE_LIFT = np.float32(5e-5)
 """Added to a value before it is compared with the border between two tones, so that ties go to the upper one.
 
 Many values lie exactly on a border: 8-bit codes, and middle gray wherever a difference is zero. Rounding of a
 matrix, or of a GPU's 16-bit textures, which is up to 2.3e-5, must not decide there."""
 
+SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.float32: ctypes.c_float}
+"""What a kernel takes besides arrays, and tuples of all of these."""
+
+Kind = Any
+"""The type of an argument: one of `SCALARS`, (data type, dimensions, whether it is C-contiguous) of an array,
+or a tuple of kinds."""
+
 
 class Compiled(Generic[Arguments, Result]):
     """A function that is compiled for each combination of argument types; it releases the GIL.
 
-    A compiled function may call another one by its module-level name.
+    A compiled function may call another one by its module-level name. Called from Python it returns nothing.
 
     Attributes:
         function: the Python function itself.
+        fastmath: whether rounding may be reordered.
     """
 
     def __init__(self, function: Callable[Arguments, Result], fastmath: bool) -> None:
         functools.update_wrapper(self, function)
-        self.function = function
-        # Python's division checks for zero each time, which prevents vectorization.
-        self._options = {"nogil": True, "fastmath": fastmath, "error_model": "numpy"}
-        self._machine_code: Any = None
+        self.function, self.fastmath = function, fastmath
+        self._entries: dict[tuple[Kind, ...], Callable[..., object]] = {}
 
-    def __call__(self, *arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
-        """Run the function, compiled for arguments of these types."""
-        machine_code = self._machine_code or self._build()
-        return machine_code(*arguments, **named)  # type: ignore[no-any-return]
+    def __call__(self, *arguments: Arguments.args, **_: Arguments.kwargs) -> Result:
+        """Run the function, compiled for arguments of these types.
+
+        Raises:
+            MemoryError: if there is no memory for an array that it makes.
+            TypeError: if an argument is neither an array nor one of `SCALARS`.
+        """
+        kinds = kinds_of(arguments)
+        if _dry_run.calls is not None:
+            _dry_run.calls.add((self, kinds))
+            return None  # type: ignore[return-value]
+        entry = self._entries.get(kinds)
+        if entry is None:
+            library = importlib.import_module("vidstyle.core.kernel_library")
+            entry = self._entries[kinds] = library.entry(self, kinds)
+        if entry(*_flat(arguments)):
+            raise MemoryError(f"no memory for {self.function.__name__}")
+        return None  # type: ignore[return-value]
 
     @property
     def _numba_type_(self) -> Any:
         """Numba's protocol for globals that are called from compiled code."""
-        return (self._machine_code or self._build())._numba_type_
+        return importlib.import_module("vidstyle.core.kernel_compiler").callee_type(self)
 
-    def _build(self) -> Any:
-        with _numba_lock:
-            numba: Any = importlib.import_module("numba")
-            folder = self._cache_folder()
-            if not folder.exists():
-                _announce_compilation()
-            previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
-            try:
-                self._machine_code = numba.njit(cache=True, **self._options)(self.function)
-            except RuntimeError:  # no folder may be written to
-                self._machine_code = numba.njit(**self._options)(self.function)
-            finally:
-                numba.config.CACHE_DIR = previous
-        return self._machine_code
+    def source_files(self) -> set[str]:
+        """The files of the function and of those that it calls."""
+        return {self.function.__code__.co_filename}.union(*(each.source_files() for each in self.callees()))
 
-    def _cache_folder(self) -> Path:
-        """Named by the contents of the called functions' files, as Numba checks only the caller's."""
-        digest = hashlib.sha256()
-        for file in map(Path, sorted(self._source_files())):
-            digest.update(file.read_bytes() if file.is_file() else b"")
-        return user_cache() / "kernels" / digest.hexdigest()[:16]
+    def callees(self) -> list[Compiled]:
+        """The kernels that it calls itself."""
+        named = map(self.function.__globals__.get, self.function.__code__.co_names)
+        return [item for item in named if isinstance(item, Compiled) and item is not self]
 
-    def _source_files(self) -> set[str]:
-        code = self.function.__code__
-        named = (self.function.__globals__.get(name) for name in code.co_names)
-        called = (item for item in named if isinstance(item, Compiled) and item is not self)
-        return {code.co_filename}.union(*(item._source_files() for item in called))
-
-
-@functools.cache
-def _announce_compilation() -> None:
-    """Once in a process, and only on a terminal, where somebody waits."""
-    log.info("compiling for this processor, once: it takes a few seconds", extra={"only_on_terminal": True})
+    def length(self) -> int:
+        """Bytes of byte code with all that it calls: about as its compilation takes time."""
+        return len(self.function.__code__.co_code) + sum(each.length() for each in self.callees())
 
 
 @overload
@@ -119,6 +115,67 @@ def compiled(function: Any = None, /, *, fastmath: bool = False) -> Any:
     if function is None:
         return lambda declared: Compiled(declared, fastmath)
     return Compiled(function, fastmath)
+
+
+def kinds_of(values: tuple[Any, ...]) -> tuple[Kind, ...]:
+    """The types of arguments, for which a kernel is compiled."""
+    return tuple(
+        [
+            (value.dtype, value.ndim, value.flags.c_contiguous)
+            if isinstance(value, np.ndarray)
+            else kinds_of(value)
+            if isinstance(value, tuple)
+            else type(value)
+            for value in values
+        ]
+    )
+
+
+def _flat(values: tuple[Any, ...]) -> list[Any]:
+    flat: list[Any] = []
+    for value in values:
+        if isinstance(value, tuple):
+            flat += _flat(value)
+        else:
+            flat.append(value.item() if isinstance(value, np.float32) else value)
+    return flat
+
+
+class _DryRun(threading.local):
+    calls: set[tuple[Compiled, tuple[Kind, ...]]] | None = None
+
+
+_dry_run = _DryRun()
+
+
+@contextmanager
+def dry_run() -> Iterator[set[tuple[Compiled, tuple[Kind, ...]]]]:
+    """Within it, calls of kernels in this thread are noted and not carried out.
+
+    Yields:
+        The kernels that were called, each with the kinds of its arguments.
+    """
+    calls: set[tuple[Compiled, tuple[Kind, ...]]] = set()
+    _dry_run.calls = calls
+    try:
+        yield calls
+    finally:
+        _dry_run.calls = None
+
+
+def cached(maxsize: int) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+    """`functools.lru_cache` for what kernels compute: a dry run, which computes nothing, leaves it alone."""
+
+    def declare(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+        remembering: Any = functools.lru_cache(maxsize)(function)
+
+        @functools.wraps(function)
+        def call(*arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
+            return (remembering if _dry_run.calls is None else function)(*arguments, **named)
+
+        return call
+
+    return declare
 
 
 def user_cache() -> Path:

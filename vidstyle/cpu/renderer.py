@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 import numpy as np
 
-from vidstyle.core.bands import CORES
+from vidstyle.core.bands import CORES, CallingThread
 from vidstyle.core.closing import Closing
+from vidstyle.core.kernel_library import rehearsing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector
@@ -32,9 +33,9 @@ class CpuRenderer(Closing):
 
     frames_in_flight = 0
 
-    def __init__(self, style: Style, threads: int = CORES) -> None:
+    def __init__(self, style: Style, threads: int = CORES, pool: Executor | None = None) -> None:
         self.style = style
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
+        self._pool = pool or ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
         self._cuts = SceneCutDetector()
         self._shape: tuple[int, int] | None = None
         self._prepared: Style | None = None
@@ -58,6 +59,16 @@ class CpuRenderer(Closing):
         target = target or picture.encoding
         if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
             return picture
+        with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
+            return self._stabilized(picture, time, target, rgb)
+
+    def _rehearse(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> None:
+        """Restyle this picture and one like it, in another thread if need be, and remember nothing."""
+        with CpuRenderer(self.style, pool=CallingThread()) as renderer:
+            for later in (0, 0.01):
+                renderer.run(picture, None if time is None else time + later, target, rgb)
+
+    def _stabilized(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> Picture:
         self._prepare(picture)
         is_cut = bool(self._smoothers or self._stabilizer) and self._cuts.is_cut(small_luma(picture))
         if is_cut:

@@ -46,7 +46,7 @@ def warp_and_blend(
     Returns:
         The new plane, of the type of `before`, and the weights as parts of `weight`, H x W float32, 0..1.
     """
-    out = np.empty(plane.shape, before.dtype)
+    out, samples = np.empty(plane.shape, before.dtype), before.reshape(-1)
     weights = np.empty(plane.shape, np.float32)
     flow = STILL if flow is None else flow / np.array(step, np.float32)
     guide = np.ones((1, 1), np.float32) if guide is None else guide
@@ -55,14 +55,14 @@ def warp_and_blend(
     numbers = tuple(np.float32(number) for number in (*scale, weight, rate, rounding))
 
     def run(top: int, bottom: int) -> None:
-        _warp_and_blend(plane, before, flow, guide, step, numbers, weights, out, top, bottom)
+        _warp_and_blend(plane, before, samples, flow, guide, step, numbers, weights, out, top, bottom)
 
     in_bands(pool, (plane.shape[0], plane.shape[1]), BAND_RADIUS, run)
     return out, weights
 
 
 @compiled
-def _warp_and_blend(plane, before, flow, guide, step, numbers, weights, out, top, bottom):  # type: ignore[no-untyped-def]
+def _warp_and_blend(plane, before, samples, flow, guide, step, numbers, weights, out, top, bottom):  # type: ignore[no-untyped-def]
     """Keeps a ring of three rows: the warped plane before, and the squared change of each sample."""
     across, down = step
     gain, offset, weight, rate, rounding = numbers
@@ -74,7 +74,7 @@ def _warp_and_blend(plane, before, flow, guide, step, numbers, weights, out, top
     for row in range(top - 1, bottom + 1):
         y = min(max(row, 0), height - 1)
         line, change = moved[row % 3], changes[row % 3]
-        _warp_row(before, y, flow, widened, widened_rows, line)
+        _warp_row(before, samples, y, flow, widened, widened_rows, line)
         if rate > 0:
             _change_of_row(plane[y], gain, offset, line, change)
         if row > top:
@@ -119,14 +119,14 @@ def _blend_row(now, gain, offset, line, weight, weights, rounding, out):  # type
 
 
 @compiled
-def _warp_row(before, y, flow, widened, widened_rows, line):  # type: ignore[no-untyped-def]
+def _warp_row(before, samples, y, flow, widened, widened_rows, line):  # type: ignore[no-untyped-def]
     """Fill row `y` of a plane with the warped plane before.
 
     Flow is first brought to all columns, a row of its grid at a time: it is the same for several rows of the
     plane, so that little more than a mean of two is left to do for each sample.
 
     Args:
-        before: H x W.
+        before, samples: H x W, and the same as one row.
         flow: on a coarse grid over the plane, h x w x 2 float32, in samples.
         widened, widened_rows: two of its rows at full width, 2 x 2 x W float32, and which they are: -1 for
             none, -2 - row for one without motion. The caller passes them again for the next row.
@@ -140,7 +140,7 @@ def _warp_row(before, y, flow, widened, widened_rows, line):  # type: ignore[no-
         if widened_rows[row % 2] not in (row, -2 - row):
             widened_rows[row % 2] = row if _widen_row(flow[row], widened[row % 2]) else -2 - row
     if widened_rows[above % 2] >= 0 or widened_rows[below % 2] >= 0:
-        _take_row(before, y, widened[above % 2], widened[below % 2], place - np.float32(upper), line)
+        _take_row(before, samples, y, widened[above % 2], widened[below % 2], place - np.float32(upper), line)
     else:
         for x in range(line.size):
             line[x] = before[y, x]
@@ -168,7 +168,7 @@ def _widen_row(flow, widened):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _take_row(before, y, above, below, part, line):  # type: ignore[no-untyped-def]
+def _take_row(before, samples, y, above, below, part, line):  # type: ignore[no-untyped-def]
     """Read a row at its flow, linear between samples; the border is repeated.
 
     First where from, then what lies there: the first loop becomes vectors, which the second cannot.
@@ -188,7 +188,6 @@ def _take_row(before, y, above, below, part, line):  # type: ignore[no-untyped-d
         parts[0, x], parts[1, x] = from_x - np.float32(column), from_y - np.float32(row)
         # Unsigned, so that no index is looked at for being negative.
         first[x] = np.uint32(row) * np.uint32(width) + np.uint32(column)
-    samples = before.reshape(-1)
     beside, under = np.uint32(width > 1), np.uint32(width if height > 1 else 0)
     for x in range(width):
         here, lower = first[x], np.uint32(first[x] + under)

@@ -1,0 +1,203 @@
+"""Compiles kernels with Numba; only here it is imported.
+
+Run as a program it reads a list of jobs from standard input and writes object files to standard output.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import pickle
+import sys
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.core.compiler import Flags, compile_extra
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.cpu_options import FastMathOptions
+from numba.core.registry import cpu_target
+from numba.core.typing import signature
+from numba.core.typing.templates import AbstractTemplate
+from numba.np.arrayobj import make_array, populate_array
+from numba.np.numpy_support import from_dtype
+
+from vidstyle.core.kernels import Compiled, Kind
+
+SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
+RUN_TIME = """
+declare i8* @PyMem_RawMalloc(i64)
+declare void @PyMem_RawFree(i8*)
+
+define weak i8* @NRT_MemInfo_alloc_aligned(i64 %size, i32 %alignment) {
+    %bytes = add i64 %size, 112
+    %block = call i8* @PyMem_RawMalloc(i64 %bytes)
+    %failed = icmp eq i8* %block, null
+    br i1 %failed, label %end, label %fill
+fill:
+    %address = ptrtoint i8* %block to i64
+    %beyond = add i64 %address, 111
+    %data = and i64 %beyond, -64
+    %fields = bitcast i8* %block to i64*
+    store i64 1, i64* %fields
+    %place = getelementptr i64, i64* %fields, i64 3
+    store i64 %data, i64* %place
+    br label %end
+end:
+    ret i8* %block
+}
+
+define weak void @NRT_MemInfo_call_dtor(i8* %block) {
+    call void @PyMem_RawFree(i8* %block)
+    ret void
+}
+"""
+"""What Numba's run time does for arrays that are allocated in a kernel: a block begins with six fields, of
+which the first counts references and the fourth points to the data."""
+OBJECT_SIZE = object.__basicsize__
+"""Bytes of a Python object before its own fields; those of an array are data, dimensions, shape, strides."""
+
+
+@global_compiler_lock
+def object_code(name: str, compiled: Compiled, kinds: tuple[Kind, ...]) -> bytes:
+    """An object file with the C function `name`: it takes flattened arguments and returns whether it failed.
+
+    Raises:
+        TypeError: if the function needs Numba's run time, as for an error with a message.
+    """
+    result = _compile(compiled, tuple(map(_type, kinds)))
+    context = cpu_target.target_context
+    library = context.codegen().create_library(name)
+    library.add_linking_library(result.library)
+    module = library.create_ir_module(name)
+    _EntryFunction(module, name, result.fndesc).emit()
+    library.add_ir_module(module)
+    library.add_llvm_module(llvm.parse_assembly(RUN_TIME))
+    library.finalize()
+    final = library._final_module
+    needed = [each.name for each in final.functions if each.is_declaration and _is_run_time(each.name)]
+    if needed:
+        raise TypeError(f"{compiled.function.__qualname__} needs {', '.join(needed)}, which only Numba has")
+    return bytes(context.codegen()._tm.emit_object(final))
+
+
+def _is_run_time(symbol: str) -> bool:
+    return symbol.startswith(("NRT_", "numba_", "Py")) and not symbol.startswith("PyMem_Raw")
+
+
+def callee_type(compiled: Compiled) -> types.Function:
+    """The type of a kernel that another one calls: calling it compiles it."""
+    cpu_target.typing_context.refresh()
+    return _callee_type(compiled)
+
+
+@cache
+def _callee_type(compiled: Compiled) -> types.Function:
+    class Callee(AbstractTemplate):
+        key = compiled
+
+        def generic(self, arguments: Sequence[types.Type], _: object) -> Any:
+            result = _compile(compiled, tuple(arguments))
+            return signature(result.signature.return_type, *arguments)
+
+    return types.Function(Callee)
+
+
+@cache
+def _compile(compiled: Compiled, arguments: tuple[types.Type, ...]) -> Any:
+    flags: Any = Flags()
+    flags.nrt = True
+    flags.error_model = "numpy"  # Python's division checks for zero each time, which prevents vectorization
+    flags.fastmath = FastMathOptions(compiled.fastmath)
+    flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+    typing, target = cpu_target.typing_context, cpu_target.target_context
+    typing.refresh()
+    target.refresh()
+    result = compile_extra(typing, target, compiled.function, arguments, None, flags, {})
+    target.insert_user_function(compiled, result.fndesc, [result.library])
+    return result
+
+
+def _type(kind: Kind) -> types.Type:
+    if not isinstance(kind, tuple):
+        return SCALARS[kind]
+    if not isinstance(kind[0], np.dtype):
+        return types.BaseTuple.from_types(tuple(map(_type, kind)))
+    dtype, dimensions, is_contiguous = kind
+    return types.Array(from_dtype(dtype), dimensions, "C" if is_contiguous else "A")
+
+
+class _EntryFunction:
+    """Emits a C function that reads NumPy arrays from their Python objects and calls a compiled function."""
+
+    def __init__(self, module: ir.Module, name: str, description: Any) -> None:
+        self._context, self._description = cpu_target.target_context, description
+        kinds = [each for kind in description.argtypes for each in _flat(kind)]
+        function_type = ir.FunctionType(ir.IntType(1), [self._c_type(kind) for kind in kinds])
+        function = ir.Function(module, function_type, name)
+        self._builder = ir.IRBuilder(function.append_basic_block())
+        self._callee = self._context.declare_function(module, description)
+        self._arguments = iter(function.args)
+
+    def emit(self) -> None:
+        """Emit its body."""
+        arguments = [self._value(kind) for kind in self._description.argtypes]
+        call_types = self._description.restype, self._description.argtypes
+        call = self._context.call_conv.call_function
+        status, _ = call(self._builder, self._callee, *call_types, arguments)
+        self._builder.ret(status.is_error)
+
+    def _c_type(self, kind: types.Type) -> ir.Type:
+        if isinstance(kind, types.Array):
+            return ir.IntType(8).as_pointer()
+        return ir.IntType(8) if kind == types.boolean else self._context.get_value_type(kind)
+
+    def _value(self, kind: types.Type) -> Any:
+        if isinstance(kind, types.BaseTuple):
+            return self._context.make_tuple(self._builder, kind, [self._value(item) for item in kind.types])
+        argument = next(self._arguments)
+        if isinstance(kind, types.Array):
+            return self._array(kind, argument)
+        return self._builder.trunc(argument, ir.IntType(1)) if kind == types.boolean else argument
+
+    def _array(self, kind: types.Array, address: Any) -> Any:
+        builder, word = self._builder, self._context.get_value_type(types.intp)
+        pointer_size = word.width // 8
+
+        def field(offset: int, of: ir.Type) -> Any:
+            place = builder.gep(address, [ir.Constant(word, OBJECT_SIZE + offset)])
+            return builder.load(builder.bitcast(place, of.as_pointer()))
+
+        def numbers(offset: int) -> list[Any]:
+            first = field(offset, word.as_pointer())
+            return [builder.load(builder.gep(first, [ir.Constant(word, axis)])) for axis in range(kind.ndim)]
+
+        data = field(0, self._context.get_data_type(kind.dtype).as_pointer())
+        array = make_array(kind)(self._context, builder)
+        item_size = self._context.get_constant(types.intp, kind.dtype.bitwidth // 8)
+        sizes = numbers(2 * pointer_size), numbers(3 * pointer_size)
+        populate_array(array, data, *sizes, item_size, meminfo=None)
+        return array._getvalue()
+
+
+def _flat(kind: types.Type) -> list[types.Type]:
+    if isinstance(kind, types.BaseTuple):
+        return [each for item in kind.types for each in _flat(item)]
+    return [kind]
+
+
+def main() -> None:
+    """Do the jobs on standard input."""
+    gc.disable()  # what Numba makes lives as long as the process
+    objects = {}
+    for name, module, function, kinds in pickle.load(sys.stdin.buffer):
+        objects[name] = object_code(name, getattr(importlib.import_module(module), function), kinds)
+    pickle.dump(objects, sys.stdout.buffer)
+
+
+if __name__ == "__main__":
+    main()
