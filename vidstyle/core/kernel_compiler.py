@@ -1,10 +1,11 @@
 """Compiles kernels with Numba; only here it is imported.
 
-Run as a program it reads a list of jobs from standard input and writes object files to standard output.
+Run as a program it reads lists of jobs from standard input and writes object files to standard output.
 """
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import importlib
 import pickle
@@ -191,12 +192,17 @@ def _flat(kind: types.Type) -> list[types.Type]:
 
 
 def main() -> None:
-    """Do the jobs on standard input."""
+    """Do the lists of jobs on standard input, until it ends."""
     gc.disable()  # what Numba makes lives as long as the process
-    objects = {}
-    for name, module, function, kinds in pickle.load(sys.stdin.buffer):
-        objects[name] = object_code(name, getattr(importlib.import_module(module), function), kinds)
-    pickle.dump(objects, sys.stdout.buffer)
+    with contextlib.suppress(EOFError, KeyboardInterrupt):
+        while True:
+            jobs = pickle.load(sys.stdin.buffer)
+            pickle.dump({name: _do(name, *job) for name, *job in jobs}, sys.stdout.buffer)
+            sys.stdout.flush()
+
+
+def _do(name: str, module: str, function: str, kinds: tuple[Kind, ...]) -> bytes:
+    return object_code(name, getattr(importlib.import_module(module), function), kinds)
 
 
 if __name__ == "__main__":

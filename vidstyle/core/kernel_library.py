@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import functools
 import hashlib
@@ -187,14 +188,10 @@ def _compile_side_by_side(kernels: dict[str, Kernel]) -> dict[str, bytes]:
     lengths = {name: compiled.length() for name, (compiled, _) in kernels.items()}
     for name in sorted(kernels, key=lengths.__getitem__, reverse=True):
         min(shares, key=lambda share: sum(map(lengths.__getitem__, share))).append(name)
-    objects: dict[str, bytes] = {}
-    with ThreadPoolExecutor(len(shares)) as pool:
-        jobs = [[_job(name, *kernels[name]) for name in share] for share in shares]
-        for each in pool.map(_compile_in_process, jobs):
-            objects |= each
-    compiler: Any = None
+    jobs = [[_job(name, *kernels[name]) for name in share] for share in shares]
+    objects = _processes.compile(jobs)
     for name in kernels.keys() - objects.keys():
-        compiler = compiler or importlib.import_module("vidstyle.core.kernel_compiler")
+        compiler: Any = importlib.import_module("vidstyle.core.kernel_compiler")
         objects[name] = compiler.object_code(name, *kernels[name])
     return objects
 
@@ -203,22 +200,66 @@ def _job(name: str, compiled: Compiled, kinds: tuple[Kind, ...]) -> Job:
     return name, compiled.function.__module__, compiled.function.__qualname__, kinds
 
 
-def _compile_in_process(jobs: Sequence[Job]) -> dict[str, bytes]:
-    """Compile in another process; nothing where none can be started, as in a program that embeds Python.
+class _Processes:
+    """Processes that compile; they end when there is nothing more to do for a while."""
 
-    A script is not imported a second time, as that could run it: its own kernels are left out.
-    """
-    jobs = [job for job in jobs if job[1] != "__main__"]
-    command = [sys.executable, "-P", "-m", "vidstyle.core.kernel_compiler"]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    try:
-        ran = subprocess.run(command, input=pickle.dumps(jobs), capture_output=True, env=environment)
-    except OSError:
-        return {}
-    if ran.returncode:
-        log.debug(
-            "kernels are compiled here, as another process failed: %s", ran.stderr.decode(errors="replace")
-        )
-        return {}
-    objects: dict[str, bytes] = pickle.loads(ran.stdout)
-    return objects
+    IDLE = 10.0
+    """Seconds after which they end."""
+
+    def __init__(self) -> None:
+        self._running: list[subprocess.Popen[bytes]] = []
+        self._busy = threading.RLock()
+        self._end = threading.Timer(0, self.close)
+        atexit.register(self.close)
+
+    def compile(self, shares: Sequence[Sequence[Job]]) -> dict[str, bytes]:
+        """Compile each share in a process of its own.
+
+        A script is not imported a second time, as that could run it: its own kernels are left out, and
+        everything where no process can be started, as in a program that embeds Python.
+        """
+        jobs = [[job for job in share if job[1] != "__main__"] for share in shares]
+        with self._busy:
+            self._end.cancel()
+            try:
+                self._running += [self._start() for _ in jobs[len(self._running) :]]
+                with ThreadPoolExecutor(len(jobs)) as pool:
+                    objects = list(pool.map(self._exchange, self._running, jobs))
+            except (OSError, EOFError) as error:
+                log.debug("kernels are compiled in this process: %s", error)
+                self.close()
+                return {}
+            self._end = threading.Timer(self.IDLE, self.close)
+            self._end.daemon = True
+            self._end.start()
+        return {name: code for each in objects for name, code in each.items()}
+
+    def close(self) -> None:
+        """End the processes."""
+        with self._busy:
+            self._end.cancel()
+            while self._running:
+                process = self._running.pop()
+                assert process.stdin and process.stdout
+                with suppress(OSError):
+                    process.stdin.close()
+                process.stdout.close()
+                process.wait()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        command = [sys.executable, "-P", "-m", "vidstyle.core.kernel_compiler"]
+        pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        # In a session of its own, so that Ctrl-C ends the program, and not its compilers first.
+        return subprocess.Popen(command, env=environment, start_new_session=True, **pipes)
+
+    @staticmethod
+    def _exchange(process: subprocess.Popen[bytes], jobs: Sequence[Job]) -> dict[str, bytes]:
+        assert process.stdin and process.stdout
+        pickle.dump(jobs, process.stdin)
+        process.stdin.flush()
+        objects: dict[str, bytes] = pickle.load(process.stdout)
+        return objects
+
+
+_processes = _Processes()

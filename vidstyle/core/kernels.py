@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import importlib
+import inspect
 import os
 import sys
 import threading
@@ -77,17 +78,21 @@ class Compiled(Generic[Arguments, Result]):
         return importlib.import_module("vidstyle.core.kernel_compiler").callee_type(self)
 
     def source_files(self) -> set[str]:
-        """The files of the function and of those that it calls."""
-        return {self.function.__code__.co_filename}.union(*(each.source_files() for each in self.callees()))
+        """The files of the function and of all that it calls."""
+        own = {self.function.__code__.co_filename}
+        own |= {inspect.getfile(type(item)) for item in self._callees() if not isinstance(item, Compiled)}
+        return own.union(*(each.source_files() for each in self._callees() if isinstance(each, Compiled)))
 
-    def callees(self) -> list[Compiled]:
-        """The kernels that it calls itself."""
+    def _callees(self) -> list[Any]:
+        """Kernels and intrinsics that it names."""
         named = map(self.function.__globals__.get, self.function.__code__.co_names)
-        return [item for item in named if isinstance(item, Compiled) and item is not self]
+        return [item for item in named if hasattr(type(item), "_numba_type_") and item is not self]
 
     def length(self) -> int:
         """Bytes of byte code with all that it calls: about as its compilation takes time."""
-        return len(self.function.__code__.co_code) + sum(each.length() for each in self.callees())
+        return len(self.function.__code__.co_code) + sum(
+            each.length() for each in self._callees() if isinstance(each, Compiled)
+        )
 
 
 @overload
