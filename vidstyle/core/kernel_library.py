@@ -203,7 +203,7 @@ def _job(name: str, compiled: Compiled, kinds: tuple[Kind, ...]) -> Job:
 class _Processes:
     """Processes that compile; they end when there is nothing more to do for a while."""
 
-    IDLE = 10.0
+    IDLE = 30.0
     """Seconds after which they end."""
 
     def __init__(self) -> None:

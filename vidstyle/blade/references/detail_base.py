@@ -52,7 +52,8 @@ def _average_alike(top, bottom, padded, weights, falloff, out):  # type: ignore[
     width, size = out.shape[1], weights.shape[0]
     squares, totals = np.empty(width + 2, np.float32), np.empty(width, np.float32)
     for row in range(top, bottom):
-        out[row], totals[:] = 0, 0
+        out[row, :] = 0
+        totals[:] = 0
         for down in range(size):
             for across in range(size):
                 _compare_columns(padded[row + size // 2 :], padded[row + down :], size // 2, across, squares)
@@ -62,7 +63,8 @@ def _average_alike(top, bottom, padded, weights, falloff, out):  # type: ignore[
                     weight = near * np.exp(-falloff * unlike)
                     out[row, x] += weight * nearby[x]
                     totals[x] += weight
-        out[row] /= totals
+        for x in range(width):
+            out[row, x] /= totals[x]
 
 
 @compiled(fastmath=True)

@@ -162,7 +162,8 @@ def _average_along_lines(top, bottom, planes, tensor, weights, step, out):  # ty
     for row in range(top, bottom):
         for column in range(planes.shape[1]):
             start_x, start_y = tangent_at(tensor, float(column), float(row))
-            out[row, column] = weights[0] * planes[row, column]
+            for plane in range(planes.shape[2]):
+                out[row, column, plane] = weights[0] * planes[row, column, plane]
             total = weights[0]
             for side in (-1.0, 1.0):
                 x, y = float(column), float(row)
@@ -172,7 +173,8 @@ def _average_along_lines(top, bottom, planes, tensor, weights, step, out):  # ty
                     x, y = x + step * along_x, y + step * along_y
                     add_sample(planes, x, y, weight, out[row, column])
                     total += weight
-            out[row, column] /= total
+            for plane in range(planes.shape[2]):
+                out[row, column, plane] /= total
 
 
 @compiled(fastmath=True)
