@@ -101,7 +101,7 @@ def accumulate(
 
     def run(stripe: int) -> NormalEquations:
         sums = NormalEquations.empty(config)
-        rows = edges[stripe], edges[stripe + 1]
+        rows = int(edges[stripe]), int(edges[stripe + 1])
         _sum_up(luma, wanted, selected, offsets, margin, rows, *sums.arrays)
         return sums
 
