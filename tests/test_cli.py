@@ -89,6 +89,14 @@ def test_an_unknown_style_is_one_line_and_exit_3(capfd):
     assert "plain" in err
 
 
+def test_each_mistake_of_a_style_is_one_line(capfd, tmp_path):
+    (tmp_path / "bad.toml").write_text("format = 1\ninc = 2\n\n[[lines]]\nblock = 'sobel'\ninvert = yes\n")
+    exit_code, out, err = run(capfd, "styles", tmp_path / "bad.toml")
+    assert (exit_code, out, err.count("\n")) == (3, "", 2)
+    assert "bad.toml: line 6: yes is no value; write invert = true\n" in err
+    assert "bad.toml: line 2: 'inc' is not a field" in err
+
+
 def test_a_bug_of_ours_is_one_line_unless_debugging(capfd, monkeypatch):
     def broken() -> None:
         raise RuntimeError("two\nlines")
@@ -117,7 +125,7 @@ def test_a_broken_style_of_the_user_hides_no_other(capfd, monkeypatch, tmp_path)
     (folder := tmp_path / "vidstyle" / "styles").mkdir(parents=True)
     (folder / "broken.toml").write_text("format = 2")
     exit_code, out, err = run(capfd, "styles")
-    assert (exit_code, err.count("\n")) == (0, 1) and "broken.toml: format 2 is unknown" in err
+    assert (exit_code, err.count("\n")) == (0, 1) and "broken.toml: line 1: format 2 is unknown" in err
     assert [line.split()[0] for line in out.splitlines()] == [n for n in style_names() if n != "broken"]
 
 

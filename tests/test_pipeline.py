@@ -201,7 +201,7 @@ def test_a_part_of_the_film(clip: Path, tmp_path: Path):
 def test_public_names_are_there_and_import_nothing_before():
     for name in vidstyle.__all__:
         assert getattr(vidstyle, name) is not None
-    assert set(vidstyle.__all__) <= set(dir(vidstyle))
+    assert dir(vidstyle) == sorted([*vidstyle.__all__, "__version__"])
     with pytest.raises(AttributeError, match="no attribute 'rendr'"):
         vidstyle.rendr  # noqa: B018
 
@@ -215,3 +215,14 @@ def test_memory_threads_and_files_stay_as_they_are(frames: str, limit: str):
     command = [*soak, "--frames", frames, "--limit", limit]
     ended = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def test_what_is_no_picture_and_a_closed_renderer_are_refused():
+    with pytest.raises(
+        vidstyle.UsageError, match="'x.png' is of type str; give an array .*render takes files"
+    ):
+        vidstyle.stylize("x.png", "plain")
+    with vidstyle.Renderer("plain") as renderer, pytest.raises(vidstyle.UsageError, match="of type str"):
+        renderer("x.png")
+    with pytest.raises(vidstyle.UsageError, match="renderer: is closed"):
+        renderer(np.zeros((4, 4, 3), np.uint8))

@@ -268,6 +268,19 @@ def test_the_user_s_own_styles_have_names(tmp_path: Path, monkeypatch: pytest.Mo
     assert mistakes_of("mime") == ["there is no style 'mime'; did you mean 'mine'?"]
 
 
+def test_all_mistakes_of_a_file_have_their_lines(tmp_path: Path) -> None:
+    head = "format = 1|inc = '#000000'|ink = #f00000|[[lines]]|block = 'sobel'|invert = yes"
+    text = f"{head}|[[lines]]|block = 'hue'|angel = 3|[[lines]]|save = 'source'|".replace("|", "\n")
+    starts = [mistake.split(";")[0] for mistake in mistakes_of(write(tmp_path, text))]
+    assert starts == [
+        "line 3: #f00000 is no value",
+        "line 6: yes is no value",
+        "line 2: 'inc' is not a field of a style",
+        "line 9: lines step 2 (hue): 'angel' is not a parameter",
+        "line 11: lines step 3: save: 'source' is the untouched picture",
+    ]
+
+
 def test_a_note_of_several_lines_becomes_one(tmp_path: Path) -> None:
     assert load_style(write(tmp_path, 'format = 1\nnote = """\nOne\r\n  two."""')).note == "One two."
 

@@ -115,9 +115,11 @@ class Renderer(Closing):
     def __init__(self, style: StyleLike, device: str = "auto") -> None:
         self._renderer = open_renderer(style, device)
         self._count = 0
+        self._is_closed = False
 
     def close(self) -> None:
         """Release the device and its threads."""
+        self._is_closed = True
         self._renderer.close()
 
     @overload
@@ -137,9 +139,11 @@ class Renderer(Closing):
             time: presentation time in seconds; None: the frame's own.
 
         Raises:
-            UsageError: an array of another shape or type.
+            UsageError: an array of another shape or type, no picture at all, or the renderer is closed.
             InputError: a frame in an unsupported pixel format, or floats that are NaN or outside -1..2.
         """
+        if self._is_closed:
+            raise UsageError("renderer", "is closed", "open another one")
         if isinstance(frame, np.ndarray):
             time = self._count / self.ARRAY_RATE if time is None else time
             self._count += 1
@@ -147,9 +151,13 @@ class Renderer(Closing):
         return self._frame_run(frame, time)
 
     def _frame_run(self, frame: av.VideoFrame, time: float | None) -> av.VideoFrame:
+        import av
+
         from vidstyle.media.color_tags import ColorTags
         from vidstyle.media.frame import frame_from_picture, picture_from_frame
 
+        if not isinstance(frame, av.VideoFrame):
+            raise _not_a_picture(frame, "an av.VideoFrame, or an array")
         picture = picture_from_frame(frame)
         time = frame.time if time is None else time
         result = self._renderer.run(picture, time, rgb=picture.color is not None)
@@ -176,7 +184,7 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
         A new array of the same shape and type.
 
     Raises:
-        UsageError: an array of another shape or type.
+        UsageError: an array of another shape or type, or no array.
         InputError: floats that are NaN or outside -1..2.
 
     >>> bright = stylize(np.full((2, 2, 3), 0.5), {"format": 1, "background": [{"block": "brightness"}]})
@@ -187,7 +195,14 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
         return _array_run(renderer, picture, None)
 
 
+def _not_a_picture(given: object, wanted: str) -> UsageError:
+    remedy = f"give {wanted} (H x W x 3 or H x W x 4, RGB); vidstyle.render takes files"
+    return UsageError("picture", f"{given!r:.60} is of type {type(given).__name__}", remedy)
+
+
 def _array_run(renderer: Backend, array: np.ndarray, time: float | None) -> np.ndarray:
+    if not isinstance(array, np.ndarray):
+        raise _not_a_picture(array, "an array")
     if array.ndim != 3:
         raise UsageError("picture", f"an array of shape {array.shape}", "give H x W x 3 or H x W x 4")
     picture = Picture.from_array(array)

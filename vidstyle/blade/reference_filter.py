@@ -136,7 +136,7 @@ def _run(words: list[str]) -> None:
 def _luma_of_result(result: np.ndarray, color: np.ndarray, name: str) -> np.ndarray:
     """Its luma; raises InputError if its size is not that of the original."""
     if result.shape[:2] != color.shape[:2]:
-        raise InputError(
-            name, f"is {result.shape[1]} x {result.shape[0]}, its original is not", "keep the size"
-        )
+        returned, given = (f"{each.shape[1]}x{each.shape[0]}" for each in (result, color))
+        reason = f"'{name}' returned {returned} for a picture of {given}"
+        raise InputError(name, reason, "the filter must keep the size")
     return luma_of(result[..., :3]) if result.ndim == 3 else result.astype(np.float32)

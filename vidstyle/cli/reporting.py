@@ -15,7 +15,7 @@ from typing import Any, TextIO
 
 import click
 
-from vidstyle.errors import OutputError, UsageError, VidstyleError, log, output_error, printable
+from vidstyle.errors import OutputError, StyleError, UsageError, VidstyleError, log, output_error, printable
 
 USAGE = UsageError.exit_code
 BUG = VidstyleError.exit_code
@@ -55,13 +55,22 @@ class Reporting(logging.Handler):
             return False
         if self.debug:
             traceback.print_exception(error)
-        self.exit_code, line = conclusion(error)
-        say("; ".join([line, *getattr(error, "__notes__", [])]))
+        self.exit_code, lines = conclusion(error)
+        for line in [*lines[:-1], "; ".join([lines[-1], *getattr(error, "__notes__", [])])]:
+            say(line)
         return True
 
 
-def conclusion(error: BaseException) -> tuple[int, str]:
-    """The exit code and the message for an exception."""
+def conclusion(error: BaseException) -> tuple[int, list[str]]:
+    """The exit code and the message for an exception: one line, or one for each mistake of a style."""
+    match error:
+        case StyleError():
+            return error.exit_code, [str(StyleError(error.subject, [each])) for each in error.mistakes]
+    exit_code, line = _conclusion(error)
+    return exit_code, [line]
+
+
+def _conclusion(error: BaseException) -> tuple[int, str]:
     match error:
         case VidstyleError():
             return error.exit_code, str(error)

@@ -46,7 +46,7 @@ class FrameProcessor:
         if self._renderer.scale == 1:
             return ""
         width, height = self._renderer.working_size(*self.size)
-        return f"works at {width}x{height}"
+        return f"working at {width}x{height}"
 
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """Restyle a frame; `name` is that of the source."""
@@ -71,8 +71,10 @@ class FrameProcessor:
             return
         self._renderer.scale = self._scale.scale
         rate, degraded = f"{float(self._rate):.4g} fps", self.degraded
-        what = f"{degraded} to hold {rate}" if degraded else f"holds {rate} at its full size again"
-        self._notify(f"{self.style} {what}")
+        slow = f"too slow for {rate} at full size: {degraded} (--budget off keeps the size)"
+        self._notify(
+            f"{self.style} is {slow}" if degraded else f"{self.style} holds {rate} at full size again"
+        )
 
     def close(self, timeout: float) -> None:
         """Release everything; only when no frame is being processed."""

@@ -22,17 +22,15 @@ from tomlkit.exceptions import TOMLKitError
 from vidstyle.core.regular_file import read_regular_file
 from vidstyle.errors import OutputError, StyleError, log
 from vidstyle.style.check import style_from_table
+from vidstyle.style.locate import HEADER, mended_word, with_lines
 from vidstyle.style.model import FIELDS, LAYERS, Style, table_from_style
-from vidstyle.style.variants import VARIANT_PATTERN
+from vidstyle.style.values import MAX_MISTAKES
 
 MAX_FILE = 64 * 1024
 """The largest style file, in bytes."""
 
 MAX_DOTS = 1000
 """The most dots in a line: tomllib takes quadratic time for dotted keys."""
-
-_VARIANT = rf"variants\s*\.\s*[\"']?(?P<variant>{VARIANT_PATTERN})[\"']?"
-_HEADER = re.compile(rf"\s*(\[\[\s*(?P<layer>{'|'.join(LAYERS)})\s*\]\]|\[\s*{_VARIANT}\s*\])\s*(#.*)?")
 
 
 def read_style_file(path: Path) -> Style:
@@ -41,8 +39,15 @@ def read_style_file(path: Path) -> Style:
     Raises:
         StyleError: the file cannot be read, or the style in it has mistakes.
     """
-    table = _parse(path, _read_text(path))
-    return style_from_table(table, path, path.stem, path.absolute().parent)
+    text = _read_text(path)
+    table, words = _parse(path, text)
+    try:
+        style = style_from_table(table, path, path.stem, path.absolute().parent)
+    except StyleError as error:
+        raise StyleError(path, words + with_lines(error.mistakes, text)) from None
+    if words:
+        raise StyleError(path, words)
+    return style
 
 
 def save_style(style: Style, path: str | Path) -> None:
@@ -67,7 +72,10 @@ def save_style(style: Style, path: str | Path) -> None:
 
 def _edit_file(path: Path, table: dict[str, Any]) -> str:
     text = _read_text(path)
-    if repr(_parse(path, text).get("format")) != repr(table["format"]):
+    present, words = _parse(path, text)
+    if words:
+        raise StyleError(path, words)
+    if repr(present.get("format")) != repr(table["format"]):
         raise StyleError(path, ["is there, and is not a style; choose another name"])
     return _edited_text(text, table, path)
 
@@ -86,16 +94,23 @@ def _read_text(path: Path) -> str:
         raise StyleError(path, [f"line {line} is not UTF-8 text"]) from None
 
 
-def _parse(path: Path, text: str) -> dict[str, Any]:
+def _parse(path: Path, text: str) -> tuple[dict[str, Any], list[str]]:
+    """The content of a file, and what is wrong about values that lack quotes, which are taken as meant."""
     for number, line in enumerate(text.split("\n"), 1):
         if line.count(".") > MAX_DOTS:
             raise StyleError(path, [f"line {number} is nested too deeply for a style"])
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise StyleError(path, ["is nested too deeply for a style"]) from None
-    except ValueError as error:
-        raise StyleError(path, [f"is not TOML: {error}"]) from None
+    words: list[str] = []
+    while True:
+        try:
+            return tomllib.loads(text), words
+        except RecursionError:
+            raise StyleError(path, ["is nested too deeply for a style"]) from None
+        except ValueError as error:
+            mended = mended_word(text, str(error)) if len(words) < MAX_MISTAKES else None
+            if mended is None:
+                raise StyleError(path, [*words, f"is not TOML: {error}"]) from None
+            text = mended[0]
+            words.append(mended[1])
 
 
 class _UnusualLayoutError(Exception):
@@ -221,7 +236,7 @@ def _split(text: str) -> list[_Section]:
     lines = re.findall(r"[^\n]*\n|[^\n]+", text)
     starts, heads = [0], [("", "")]
     for number, line in enumerate(lines):
-        if header := _HEADER.fullmatch(line.rstrip("\n")):
+        if header := HEADER.fullmatch(line.rstrip("\n")):
             while number - 1 > starts[-1] and lines[number - 1].startswith("#"):
                 number -= 1
             starts.append(number)
