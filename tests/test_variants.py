@@ -173,7 +173,8 @@ def test_all_mistakes_are_named_at_once_and_at_the_command_line_in_one_line(
     assert main(["styles", f"{path}:dark-blue"]) == 3
     err = capfd.readouterr().err
     assert err == (
-        f"vidstyle: {path}: line 18: variants.dark-blue: ink: 'blue' is not a colour such as #1a2b3c (#rrggbb)\n"
+        f"vidstyle: {path}: line 18: variants.dark-blue: ink: "
+        "'blue' is not a colour such as #1a2b3c (#rrggbb)\n"
     )
 
 
