@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -12,10 +13,11 @@ import numpy as np
 import pytest
 from gpu import of_the_day
 from pictures import VIDEO, codes
+from waiting import LONG
 
 from vidstyle.cli.reporting import Reporting
 from vidstyle.core import kernel_library
-from vidstyle.core.kernels import Compiled, compiled, dry_run, kinds_of, user_cache
+from vidstyle.core.kernels import Compiled, cached, compiled, dry_run, kinds_of, user_cache
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import load_style, style_names
 
@@ -128,6 +130,23 @@ def test_a_rehearsal_calls_every_kernel_that_two_frames_of_a_style_need(name, mo
     with dry_run() as rehearsed, np.errstate(all="ignore"):
         rehearsals[0]()
     assert rehearsed == called
+
+
+def test_a_rehearsal_within_a_remembered_computation_does_not_wait_for_it():
+    rehearsed = []
+
+    @cached(maxsize=1)
+    def drawn():
+        if not rehearsed:  # a kernel is missing here, and the rehearsal comes by again
+            rehearsed.append(True)
+            with dry_run():
+                drawn()
+        return np.ones(1)
+
+    computing = threading.Thread(target=drawn, daemon=True)
+    computing.start()
+    computing.join(LONG)
+    assert not computing.is_alive()
 
 
 def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):

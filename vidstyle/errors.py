@@ -81,6 +81,12 @@ def output_error(target: object, error: OSError, remedy: str = "") -> OutputErro
     return OutputError(target, f"cannot be written: {reason}", remedy)
 
 
+def not_a_picture(given: object, wanted: str) -> UsageError:
+    """The error for an argument of another type where a picture is taken."""
+    remedy = f"give {wanted} (H x W x 3 or H x W x 4, RGB); vidstyle.render takes files"
+    return UsageError("picture", f"{given!r:.60} is of type {type(given).__name__}", remedy)
+
+
 def error_reason(error: Exception) -> str:
     """What the system or FFmpeg says about an error, without the name of the file."""
     return str(getattr(error, "strerror", None) or error)

@@ -12,7 +12,7 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.errors import UsageError, log
+from vidstyle.errors import UsageError, log, not_a_picture
 from vidstyle.gpu.device.devices import DEVICES, choose
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style
@@ -151,13 +151,9 @@ class Renderer(Closing):
         return self._frame_run(frame, time)
 
     def _frame_run(self, frame: av.VideoFrame, time: float | None) -> av.VideoFrame:
-        import av
-
         from vidstyle.media.color_tags import ColorTags
         from vidstyle.media.frame import frame_from_picture, picture_from_frame
 
-        if not isinstance(frame, av.VideoFrame):
-            raise _not_a_picture(frame, "an av.VideoFrame, or an array")
         picture = picture_from_frame(frame)
         time = frame.time if time is None else time
         result = self._renderer.run(picture, time, rgb=picture.color is not None)
@@ -195,14 +191,9 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
         return _array_run(renderer, picture, None)
 
 
-def _not_a_picture(given: object, wanted: str) -> UsageError:
-    remedy = f"give {wanted} (H x W x 3 or H x W x 4, RGB); vidstyle.render takes files"
-    return UsageError("picture", f"{given!r:.60} is of type {type(given).__name__}", remedy)
-
-
 def _array_run(renderer: Backend, array: np.ndarray, time: float | None) -> np.ndarray:
     if not isinstance(array, np.ndarray):
-        raise _not_a_picture(array, "an array")
+        raise not_a_picture(array, "an array")
     if array.ndim != 3:
         raise UsageError("picture", f"an array of shape {array.shape}", "give H x W x 3 or H x W x 4")
     picture = Picture.from_array(array)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import struct
-import threading
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -76,8 +75,7 @@ def pattern(
     rows, columns = luma.shape
     if tiles is not None:
         return _fill(luma, tiles, place.top, softness)
-    with _drawing:  # the first band draws the page, the others wait for it
-        sets = _stroke_sets(levels, spacing, width, angle, layout, wobble, place.height, place.width)
+    sets = _stroke_sets(levels, spacing, width, angle, layout, wobble, place.height, place.width)
     out = np.empty((rows, columns), np.float32)
     _hatch(luma, sets[:, place.top : place.top + rows], np.float32(softness), TIE_LIFT, out)
     return out
@@ -97,9 +95,6 @@ def _fill(luma: np.ndarray, tiles: tuple[np.ndarray, ...], top: int, softness: f
 def _risen(above_border: np.ndarray, softness: float) -> np.ndarray:
     ramp = np.clip(above_border / np.float32(max(softness, 1e-6)) + np.float32(0.5), 0, 1)
     return ramp * ramp * (3 - 2 * ramp)
-
-
-_drawing = threading.Lock()
 
 
 @cached(maxsize=8)

@@ -169,14 +169,23 @@ def dry_run() -> Iterator[set[tuple[Compiled, tuple[Kind, ...]]]]:
 
 
 def cached(maxsize: int) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
-    """`functools.lru_cache` for what kernels compute: a dry run, which computes nothing, leaves it alone."""
+    """`functools.lru_cache` for what kernels compute: one thread computes it, the others wait.
+
+    A dry run, which computes nothing, neither waits nor leaves anything.
+    """
 
     def declare(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         remembering: Any = functools.lru_cache(maxsize)(function)
+        computing = threading.Lock()
 
         @functools.wraps(function)
         def call(*arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
-            return (remembering if _dry_run.calls is None else function)(*arguments, **named)
+            if (
+                _dry_run.calls is not None
+            ):  # perhaps within a call that computes, for the kernel that it lacks
+                return function(*arguments, **named)
+            with computing:
+                return remembering(*arguments, **named)
 
         return call
 

@@ -13,7 +13,7 @@ import numpy as np
 from av.sidedata.sidedata import Type as SideDataType
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.errors import InputError
+from vidstyle.errors import InputError, not_a_picture
 from vidstyle.media.color_tags import FULL, ColorTags, default_tags, matrix_from_tags, siting_from_codec
 from vidstyle.media.pixel_formats import PlaneLayout, format_name, layout_of
 
@@ -90,7 +90,10 @@ def picture_from_frame(
 
     Raises:
         InputError: an unsupported pixel format or colour matrix.
+        UsageError: no frame.
     """
+    if not isinstance(frame, av.VideoFrame):
+        raise not_a_picture(frame, "an av.VideoFrame or an array")
     frame = to_supported_format(frame, subject)
     layout = _layout(frame, subject)
     tags = tags or ColorTags.of(frame)
