@@ -17,7 +17,7 @@ from waiting import LONG
 
 from vidstyle.cli.reporting import Reporting
 from vidstyle.core import kernel_library
-from vidstyle.core.kernels import Compiled, cached, compiled, dry_run, kinds_of, user_cache
+from vidstyle.core.kernels import Compiled, cached, compiled, dry_run, types_of, user_cache
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import load_style, style_names
 
@@ -115,7 +115,7 @@ def test_a_rehearsal_calls_every_kernel_that_two_frames_of_a_style_need(name, mo
     carry_out = Compiled.__call__
 
     def noted(kernel, *arguments):
-        called.add((kernel, kinds_of(arguments)))
+        called.add((kernel, types_of(arguments)))
         return carry_out(kernel, *arguments)
 
     def rehearsing(rehearsal):

@@ -27,7 +27,7 @@ from numba.core.typing.templates import AbstractTemplate
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
-from vidstyle.core.kernels import Compiled, Kind
+from vidstyle.core.kernels import ArgumentType, Compiled
 
 SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
 RUN_TIME = """
@@ -64,7 +64,7 @@ OBJECT_SIZE = object.__basicsize__
 
 
 @global_compiler_lock
-def object_code(name: str, compiled: Compiled, kinds: tuple[Kind, ...]) -> bytes:
+def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> bytes:
     """An object file with the C function `name`: it takes flattened arguments and returns whether it failed.
 
     Raises:
@@ -123,7 +123,7 @@ def _compile(compiled: Compiled, arguments: tuple[types.Type, ...]) -> Any:
     return result
 
 
-def _type(kind: Kind) -> types.Type:
+def _type(kind: ArgumentType) -> types.Type:
     if not isinstance(kind, tuple):
         return SCALARS[kind]
     if not isinstance(kind[0], np.dtype):
@@ -201,7 +201,7 @@ def main() -> None:
             sys.stdout.flush()
 
 
-def _do(name: str, module: str, function: str, kinds: tuple[Kind, ...]) -> bytes:
+def _do(name: str, module: str, function: str, kinds: tuple[ArgumentType, ...]) -> bytes:
     return object_code(name, getattr(importlib.import_module(module), function), kinds)
 
 

@@ -24,11 +24,11 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from vidstyle.core.bands import CORES
-from vidstyle.core.kernels import SCALARS, Compiled, Kind, dry_run, user_cache
+from vidstyle.core.kernels import SCALARS, ArgumentType, Compiled, dry_run, user_cache
 
-Kernel = tuple[Compiled, tuple[Kind, ...]]
+Kernel = tuple[Compiled, tuple[ArgumentType, ...]]
 """A function and the kinds of its arguments."""
-Job = tuple[str, str, str, tuple[Kind, ...]]
+CompileRequest = tuple[str, str, str, tuple[ArgumentType, ...]]
 """What a compiling process is told: name of the object, module and name of the function, kinds."""
 
 log = logging.getLogger("vidstyle")
@@ -51,7 +51,7 @@ def rehearsing(rehearsal: Callable[[], object]) -> Iterator[None]:
         _rehearsals.remove(rehearsal)
 
 
-def entry(compiled: Compiled, kinds: tuple[Kind, ...]) -> Callable[..., object]:
+def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., object]:
     """The machine code of a kernel; it takes the flattened arguments."""
     name, types = object_name(compiled, kinds), _c_types(compiled, kinds)
     with _lock:
@@ -62,7 +62,7 @@ def entry(compiled: Compiled, kinds: tuple[Kind, ...]) -> Callable[..., object]:
     return ctypes.CFUNCTYPE(ctypes.c_bool, *types)(address)
 
 
-def object_name(compiled: Compiled, kinds: tuple[Kind, ...]) -> str:
+def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
     """A name that changes with all that the machine code depends on."""
     files = (_file_digest(file) for file in sorted(compiled.source_files()))
     parts = "\n".join([_platform(), repr((kinds, compiled.fastmath)), *files])
@@ -82,7 +82,7 @@ def _file_digest(file: str) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else file
 
 
-def _c_types(compiled: Compiled, kinds: Iterable[Kind]) -> list[Any]:
+def _c_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> list[Any]:
     """The C types of flattened arguments; an array is passed as a pointer to its Python object."""
     types: list[Any] = []
     for kind in kinds:
@@ -196,7 +196,7 @@ def _compile_side_by_side(kernels: dict[str, Kernel]) -> dict[str, bytes]:
     return objects
 
 
-def _job(name: str, compiled: Compiled, kinds: tuple[Kind, ...]) -> Job:
+def _job(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> CompileRequest:
     return name, compiled.function.__module__, compiled.function.__qualname__, kinds
 
 
@@ -212,7 +212,7 @@ class _Processes:
         self._end = threading.Timer(0, self.close)
         atexit.register(self.close)
 
-    def compile(self, shares: Sequence[Sequence[Job]]) -> dict[str, bytes]:
+    def compile(self, shares: Sequence[Sequence[CompileRequest]]) -> dict[str, bytes]:
         """Compile each share in a process of its own.
 
         A script is not imported a second time, as that could run it: its own kernels are left out, and
@@ -254,7 +254,7 @@ class _Processes:
         return subprocess.Popen(command, env=environment, start_new_session=True, **pipes)
 
     @staticmethod
-    def _exchange(process: subprocess.Popen[bytes], jobs: Sequence[Job]) -> dict[str, bytes]:
+    def _exchange(process: subprocess.Popen[bytes], jobs: Sequence[CompileRequest]) -> dict[str, bytes]:
         assert process.stdin and process.stdout
         pickle.dump(jobs, process.stdin)
         process.stdin.flush()

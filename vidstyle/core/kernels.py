@@ -33,7 +33,7 @@ matrix, or of a GPU's 16-bit textures, which is up to 2.3e-5, must not decide th
 SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.float32: ctypes.c_float}
 """What a kernel takes besides arrays, and tuples of all of these."""
 
-Kind = Any
+ArgumentType = Any
 """The type of an argument: one of `SCALARS`, (data type, dimensions, whether it is C-contiguous) of an array,
 or a tuple of kinds."""
 
@@ -51,7 +51,7 @@ class Compiled(Generic[Arguments, Result]):
     def __init__(self, function: Callable[Arguments, Result], fastmath: bool) -> None:
         functools.update_wrapper(self, function)
         self.function, self.fastmath = function, fastmath
-        self._entries: dict[tuple[Kind, ...], Callable[..., object]] = {}
+        self._entries: dict[tuple[ArgumentType, ...], Callable[..., object]] = {}
 
     def __call__(self, *arguments: Arguments.args, **_: Arguments.kwargs) -> Result:
         """Run the function, compiled for arguments of these types.
@@ -60,7 +60,7 @@ class Compiled(Generic[Arguments, Result]):
             MemoryError: if there is no memory for an array that it makes.
             TypeError: if an argument is neither an array nor one of `SCALARS`.
         """
-        kinds = kinds_of(arguments)
+        kinds = types_of(arguments)
         if _dry_run.calls is not None:
             _dry_run.calls.add((self, kinds))
             return None  # type: ignore[return-value]
@@ -122,13 +122,13 @@ def compiled(function: Any = None, /, *, fastmath: bool = False) -> Any:
     return Compiled(function, fastmath)
 
 
-def kinds_of(values: tuple[Any, ...]) -> tuple[Kind, ...]:
+def types_of(values: tuple[Any, ...]) -> tuple[ArgumentType, ...]:
     """The types of arguments, for which a kernel is compiled."""
     return tuple(
         [
             (value.dtype, value.ndim, value.flags.c_contiguous)
             if isinstance(value, np.ndarray)
-            else kinds_of(value)
+            else types_of(value)
             if isinstance(value, tuple)
             else type(value)
             for value in values
@@ -147,20 +147,20 @@ def _flat(values: tuple[Any, ...]) -> list[Any]:
 
 
 class _DryRun(threading.local):
-    calls: set[tuple[Compiled, tuple[Kind, ...]]] | None = None
+    calls: set[tuple[Compiled, tuple[ArgumentType, ...]]] | None = None
 
 
 _dry_run = _DryRun()
 
 
 @contextmanager
-def dry_run() -> Iterator[set[tuple[Compiled, tuple[Kind, ...]]]]:
+def dry_run() -> Iterator[set[tuple[Compiled, tuple[ArgumentType, ...]]]]:
     """Within it, calls of kernels in this thread are noted and not carried out.
 
     Yields:
         The kernels that were called, each with the kinds of its arguments.
     """
-    calls: set[tuple[Compiled, tuple[Kind, ...]]] = set()
+    calls: set[tuple[Compiled, tuple[ArgumentType, ...]]] = set()
     _dry_run.calls = calls
     try:
         yield calls
