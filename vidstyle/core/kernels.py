@@ -35,7 +35,7 @@ SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.
 
 ArgumentType = Any
 """The type of an argument: one of `SCALARS`, (data type, dimensions, whether it is C-contiguous) of an array,
-or a tuple of kinds."""
+or a tuple of such types."""
 
 
 class Compiled(Generic[Arguments, Result]):
