@@ -15,6 +15,8 @@ import cv2
 import numpy as np
 import skimage.data
 
+from vidstyle.media.codecs import open_encoder
+
 MATRICES = {"bt601": (0.299, 0.114), "bt709": (0.2126, 0.0722), "bt2020": (0.2627, 0.0593)}
 """Weights of red and blue."""
 TAGS = {
@@ -217,6 +219,7 @@ def make_clip(
         lines = [_add_subtitle(container, language) for language in subtitles]
         if attachment:
             container.add_attachment("font.ttf", "application/x-truetype-font", attachment)
+        open_encoder(video.codec_context)
         length = times[-1] + 1 / Fraction(rate)
         container.set_chapters(_chapters(chapters, length))
         for number, sound in enumerate(sounds):

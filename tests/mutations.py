@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import os
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -25,8 +24,6 @@ from vidstyle.style import LAYERS, table_from_style
 from vidstyle.style.check import MAX_STEPS, STEP_KEYS
 from vidstyle.style.model import FIELDS
 from vidstyle.style.paths import steps_by_path
-
-os.environ.setdefault("SVT_LOG", "0")
 
 SIZE = (64, 48)
 FILMS: dict[str, dict[str, Any]] = {
@@ -168,8 +165,6 @@ def _with_odd_header(random: Random, content: bytearray) -> bytearray:
 def _film(path: Path, **options: Any) -> Path:
     # Anew each time: the same film has the same bytes.
     make_clip.__wrapped__(path, size=SIZE, frames=10, **options)
-    # As root, SVT-AV1 gives the thread that opens it the highest real-time priority.
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     return path
 
 

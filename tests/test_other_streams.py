@@ -9,6 +9,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from media import make_clip
 
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
@@ -165,6 +166,18 @@ def test_damaged_packets_of_sound_cost_their_own_time(tmp_path, codec, ending, a
 def test_sound_of_which_nothing_can_be_used_is_no_reason_to_fail(tmp_path, ending):
     summary = rendered(film(tmp_path / "in.mkv", "ac3", spoil=torn), tmp_path / f"out{ending}")
     assert summary.exit_code == (0 if ending == ".mov" else 4)
+
+
+def test_aac_that_has_lost_its_headers_is_counted_once(tmp_path):
+    """It is tried in a file of its own before, where what is lost does not count."""
+    source = make_clip(tmp_path / "in.flv", codec="flv", size=(64, 48), frames=10, audio_tracks=1)
+    headers, packet = b"\xaf\x00", b"\xaf\x01"
+    source.write_bytes(source.read_bytes().replace(headers, packet, 1))
+    with av.open(str(source)) as container:
+        count = sum(packet.size > 0 for packet in container.demux(audio=0))
+    summary = rendered(source, tmp_path / "out.mov")
+    assert summary.damage == f"the input is damaged: {count} packets of stream 0 (audio) lost"
+    assert summary.exit_code == 4
 
 
 def test_samples_that_are_no_numbers_become_silence(tmp_path):

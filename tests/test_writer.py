@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -164,6 +166,23 @@ def test_an_unknown_codec_names_those_that_come_near(tmp_path):
 )
 def test_quality_and_speed_by_the_encoders_own_names(encoder, crf, preset, options):
     assert encoder_options(encoder, crf, preset) == options
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_an_encoder_keeps_nothing_else_off_the_processor(tmp_path):
+    """As root, SVT-AV1 makes its threads and that which opens it real-time."""
+
+    def policies() -> set[int]:
+        return {os.sched_getscheduler(int(thread)) for thread in os.listdir("/proc/self/task")}
+
+    before = policies()
+    with open_reader(make_clip(tmp_path / "in.mkv", codec="libsvtav1", frames=3, size=(64, 64))) as reader:
+        options = WriteOptions(codec="libsvtav1", preset="12")
+        with open_writer(tmp_path / "out.mkv", reader.info, options, reader) as writer:
+            assert policies() == before
+            for item in reader:
+                writer.write(item)
+            assert policies() == before
 
 
 def test_a_setting_that_the_encoder_lacks_is_refused():

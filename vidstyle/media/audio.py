@@ -52,7 +52,8 @@ class Loss:
     seconds: float = 0.0
 
     def __str__(self) -> str:
-        return f"{self.packets} packet{'s' * (self.packets != 1)} ({self.seconds:.2f} s)"
+        time = f" ({self.seconds:.2f} s)" if self.seconds else ""
+        return f"{self.packets} packet{'s' * (self.packets != 1)}{time}"
 
     def add(self, packet: av.Packet) -> None:
         """Count a packet."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import difflib
 import os
+import sys
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -163,6 +165,33 @@ def _loss(layout: PlaneLayout, depth: int, step: tuple[int, int], rgb: bool, alp
     )
 
 
+def open_encoder(context: av.CodecContext) -> None:
+    """Open it, and leave the scheduling of threads as it is.
+
+    As root SVT-AV1 gives its threads, and the one that opens it, the highest real-time priority, with which
+    they keep everything else off the processor.
+
+    Raises:
+        FFmpegError, ValueError: its settings are refused.
+    """
+    if context.name == "libsvtav1":
+        os.environ.setdefault("SVT_LOG", "1")  # otherwise it writes to standard error
+    before = _scheduling() if sys.platform == "linux" else None
+    try:
+        context.open()
+    finally:
+        if before is not None and (changed := _scheduling()) != before:
+            for thread in map(int, os.listdir("/proc/self/task")):
+                with suppress(OSError):  # it has ended, perhaps
+                    if _scheduling(thread) == changed:
+                        os.sched_setscheduler(thread, *before)
+
+
+def _scheduling(thread: int = 0) -> tuple[int, os.sched_param]:
+    """Policy and priority of a thread; 0: of this one."""
+    return os.sched_getscheduler(thread), os.sched_getparam(thread)
+
+
 ENCODERS = (
     "libx264", "libx265", "libsvtav1", "libvpx-vp9", "ffv1", "prores_ks",
     "h264_nvenc", "hevc_nvenc", "av1_nvenc", "h264_qsv", "hevc_qsv", "h264_amf", "hevc_amf",
@@ -178,7 +207,6 @@ def ffmpeg_version() -> str:
 
 def encoders() -> dict[str, str]:
     """For each encoder "works", or why it does not: one frame is encoded with it."""
-    os.environ.setdefault("SVT_LOG", "0")  # otherwise it writes to standard error
     return {name: _try_encoder(name) for name in ENCODERS}
 
 
@@ -199,6 +227,7 @@ def _try_encoder(name: str) -> str:
     frame = av.VideoFrame(256, 256, context.pix_fmt)
     frame.pts = 0
     try:
+        open_encoder(context)
         context.encode(frame)
         context.encode(None)
     except av.FFmpegError as error:

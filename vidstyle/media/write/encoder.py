@@ -13,6 +13,7 @@ import numpy as np
 
 from vidstyle.core.picture import Picture
 from vidstyle.errors import OutputError
+from vidstyle.media.codecs import open_encoder
 from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.write.video_plan import VideoPlan
 
@@ -38,7 +39,8 @@ class VideoEncoder:
         stream = container.add_stream(plan.encoder, rate=plan.rate)
         assert isinstance(stream, av.VideoStream)
         self.stream = stream
-        plan.configure(self.stream.codec_context)
+        plan.configure(stream.codec_context)
+        open_encoder(stream.codec_context)
         self.stream.time_base = plan.time_base
         self.end = Fraction(0)
         self.surplus = Fraction(0)

@@ -81,10 +81,7 @@ class FilmWriter(Writer):
         """Take over the earlier run's pictures if its fingerprint is the same; else store this run's own."""
         if self._file is None or self._fingerprint is None:
             return
-        context = self._video.stream.codec_context
-        if not context.is_open:
-            context.open()
-        headers = bytes(context.extradata or b"")
+        headers = bytes(self._video.stream.codec_context.extradata or b"")
         digest = hashlib.sha256(headers).hexdigest()
         fingerprint = replace(self._fingerprint, parts={**self._fingerprint.parts, "encoder headers": digest})
         if self._earlier is None or self._file.earlier is None:

@@ -13,7 +13,7 @@ from av.bitstream import BitStreamFilterContext
 
 from vidstyle.errors import DeviceError, OutputError, UsageError, VidstyleError, error_reason
 from vidstyle.media.audio import AudioChunk, AudioEncoder
-from vidstyle.media.codecs import find_encoder
+from vidstyle.media.codecs import find_encoder, open_encoder
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import frame_from_picture, picture_from_frame
 from vidstyle.media.read.open import is_url, public_name
@@ -114,6 +114,7 @@ class Stream:
         if options.bitrate:
             context.bit_rate = options.bitrate
         ColorTags.of(first).put_on(context)
+        open_encoder(context)
         return stream
 
     def write(self, frame: av.VideoFrame, number: int) -> float:

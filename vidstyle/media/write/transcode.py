@@ -37,7 +37,7 @@ class CopiedStream:
         """What the muxer would get for a packet of the source, which stays as it is."""
         copy = av.Packet(bytes(packet))
         copy.pts, copy.dts, copy.time_base = packet.pts, packet.dts, packet.time_base
-        copy.duration, copy.is_keyframe = packet.duration, True
+        copy.duration, copy.stream, copy.is_keyframe = packet.duration, packet.stream, True
         return self.packets(copy)
 
     def flush(self) -> list[av.Packet]:

@@ -15,6 +15,7 @@ from vidstyle.media.codecs import (
     choose_pix_fmt,
     encoder_options,
     find_encoder,
+    open_encoder,
     software_encoder,
     writable_layout,
 )
@@ -216,15 +217,13 @@ def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]
 
 def _try(target: str, plan: VideoPlan) -> None:
     """Open and close the encoder with the settings of the plan."""
-    if plan.encoder == "libsvtav1":
-        os.environ.setdefault("SVT_LOG", "1")  # otherwise it writes to standard error
     if plan.encoder in ("rawvideo", "wrapped_avframe"):
         return
     context = av.CodecContext.create(plan.encoder, "w")
     assert isinstance(context, av.VideoCodecContext)
     plan.configure(context)
     try:
-        context.open()
+        open_encoder(context)
     except (av.FFmpegError, ValueError) as error:
         width, height = plan.size
         settings = " ".join(f"{name}={value}" for name, value in plan.options.items())
