@@ -34,10 +34,12 @@ def live_frame(number: int = 0, size: tuple[int, int] = (64, 48), captured: floa
 class Visitor:
     """Asks a page's server for things, as a browser or as somebody who is up to something."""
 
-    def __init__(self, page: PageTarget) -> None:
+    def __init__(self, page: PageTarget, address: str = "") -> None:
+        """`address`: of the machine, to which the browser connects; "" for that of the page."""
         parts = urlsplit(page.url)
         self.port = int(parts.port or 0)
-        self.host = f"127.0.0.1:{self.port}"
+        self.address = address or str(parts.hostname)
+        self.host = f"{self.address}:{self.port}"
         self.token = parts.query.partition("=")[2]
         self.cookie = f"vidstyle-{self.port}={self.token}"
 
@@ -46,7 +48,7 @@ class Visitor:
     ) -> tuple[int, dict[str, str], bytes]:
         """Status, headers with small names, and body; status 0 where the line is cut without a word."""
         headers = self.headers() if headers is None else headers
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=LONG)
+        connection = http.client.HTTPConnection(self.address, self.port, timeout=LONG)
         try:
             connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
             for name, value in headers:
@@ -128,11 +130,11 @@ class Window:
 
 @contextmanager
 def showing(
-    style: object = "ink", names: list[str] | None = None, clock: Clock = MONOTONIC
+    style: object = "ink", names: list[str] | None = None, clock: Clock = MONOTONIC, **given: Any
 ) -> Iterator[tuple[PageTarget, Controls, Visitor]]:
-    """A page with one frame, what it steers, and somebody to ask it."""
+    """A page with one frame, what it steers, and somebody to ask it; `given`: to the page."""
     controls = Controls(load_style(style), names)  # type: ignore[arg-type]
-    page = PageTarget(controls, meter=LatencyMeter(clock))
+    page = PageTarget(controls, meter=LatencyMeter(clock), **given)
     try:
         page.offer(live_frame())
         yield page, controls, Visitor(page)

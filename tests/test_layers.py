@@ -25,7 +25,8 @@ ORDER = """
     renderer
     pipeline
     web
-    diagram gallery comic live
+    diagram gallery comic
+    live
     demo doctor bench
     cli
     tools

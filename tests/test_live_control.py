@@ -161,6 +161,14 @@ def test_the_budget_goes_down_until_the_rate_holds():
     assert scales == sorted(scales, reverse=True), "it does not try what cannot be"
 
 
+def test_the_rate_falls_before_the_size_is_less_than_half():
+    budget = AdaptiveScale(1 / 30)
+    assert min(run_budget(budget, 0.2, 300)) == 0.5
+    assert budget.lower_rate == pytest.approx(20)
+    assert run_budget(budget, 0.6, 300)[-1] < 0.5
+    assert 0.5 in run_budget(budget, 0.1, 300) and budget.lower_rate == 0
+
+
 def test_the_budget_goes_no_lower_than_its_least():
     assert run_budget(AdaptiveScale(1 / 30), 10.0, 50)[-1] == SCALES[-1]
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from fractions import Fraction
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -18,13 +19,14 @@ from live_page import Visitor, live_frame, showing
 from waiting import LONG, eventually
 from websockets.exceptions import ConnectionClosed
 
+from vidstyle.gallery.thumbnail import HEIGHT, WIDTH
 from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.page import PageTarget, messages, page_target
 from vidstyle.live.page.page_target import MAX_SIZE, STATIC, jpeg
 from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.live.target import LiveFrame
-from vidstyle.style import load_style
+from vidstyle.style import load_style, set_values, user_styles
 
 
 def test_a_picture_arrives_as_it_was_offered() -> None:
@@ -229,6 +231,29 @@ def test_a_kept_picture_is_the_frame_without_loss() -> None:
         eventually(lambda: "-3.png" in visitor.ask("/picture.png")[1]["content-disposition"])
         kept = cv2.imdecode(np.frombuffer(visitor.ask("/picture.png")[2], np.uint8), cv2.IMREAD_COLOR)
     assert np.array_equal(kept, frame.video.to_ndarray(format="bgr24"))
+
+
+def test_each_style_has_its_thumbnail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shipped ones, one with a value of the user's, one of the user's own, and one with mistakes."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    own = user_styles()
+    own.mkdir(parents=True)
+    (own / "mine.toml").write_text('format = 1\n[[background]]\nblock = "luma_posterize"\n')
+    (own / "bad.toml").write_text("format = 2\n")
+    changed = set_values(load_style("ink"), {"ink": "#0000ff"})
+    with showing(changed) as (_, controls, visitor):
+        found = {name: visitor.ask(f"/thumbnail.jpg?of={name}") for name in controls.names}
+        assert {name for name, (status, _, _) in found.items() if status != 200} == {"bad"}
+        assert [visitor.ask(f"/thumbnail.jpg{query}")[0] for query in ("", "?of=../x")] == [404, 404]
+        pictures = {
+            name: cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+            for name, (status, _, data) in found.items()
+            if status == 200
+        }
+    assert {picture.shape for picture in pictures.values()} == {(HEIGHT, WIDTH, 3)}
+    assert len({picture.tobytes() for picture in pictures.values()}) == len(pictures)
+    blue, _, red = pictures["ink"].mean((0, 1))
+    assert blue > red
 
 
 def test_pictures_are_no_larger_than_windows() -> None:

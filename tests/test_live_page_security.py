@@ -70,6 +70,30 @@ def test_a_host_left_out_or_named_twice_is_refused(visitor: Visitor) -> None:
         assert visitor.ask("/", [("Host", first), ("Host", second), ("Cookie", visitor.cookie)])[0] == 400
 
 
+@pytest.mark.parametrize("address", ["127.0.0.2", server.ANY_ADDRESS])
+def test_opened_to_a_network_it_answers_to_the_address_that_was_asked_and_no_other(
+    address: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """All addresses that begin with 127 are this machine's; the first is not among those of a network."""
+    with showing(address=address) as (page, _, _):
+        visitor = Visitor(page, "127.0.0.2")
+        assert visitor.ask(f"/?token={visitor.token}", [("Host", visitor.host)])[0] == 303
+        policy = visitor.ask("/")[1]["content-security-policy"]
+        assert f"connect-src 'self' ws://{visitor.host}" == policy.rpartition("; ")[2]
+        for host in (f"127.0.0.1:{visitor.port}", f"localhost:{visitor.port}", "evil.example"):
+            assert visitor.ask("/", visitor.headers(host=host))[0] == 403
+        assert visitor.ask("/", visitor.headers(cookie="none=1"))[0] == 403
+        assert refused_socket(visitor, origin=f"http://127.0.0.1:{visitor.port}") == 403
+        with visitor.look() as window:
+            assert window.news("names")
+    assert "not encrypted" in caplog.text
+
+
+def test_an_address_of_another_machine_is_refused() -> None:
+    with pytest.raises(OutputError, match="page: 192.0.2.1 is no address of this machine; give one"):
+        PageTarget(Controls(load_style("plain")), address="192.0.2.1")
+
+
 def test_localhost_is_its_name_too(visitor: Visitor) -> None:
     name = f"localhost:{visitor.port}"
     assert visitor.ask("/", visitor.headers(host=name))[0] == 200
@@ -131,6 +155,17 @@ def test_the_address_is_exchanged_for_a_cookie_that_scripts_cannot_read(visitor:
     value, *attributes = headers["set-cookie"].split("; ")
     assert value == visitor.cookie
     assert set(attributes) == {"HttpOnly", "SameSite=Strict", "Path=/"}
+
+
+def test_the_address_for_the_browser_that_is_started_admits_once() -> None:
+    """Others see it in the list of processes."""
+    opened: list[str] = []
+    with showing(browse=opened.append) as (page, _, visitor):
+        path = opened[0].removeprefix(f"http://{visitor.host}")
+        assert visitor.token not in opened[0] and opened[0].startswith(f"http://{visitor.host}/?token=")
+        status, headers, _ = visitor.ask(path, [("Host", visitor.host)])
+        assert (status, headers["set-cookie"].partition(";")[0]) == (303, visitor.cookie)
+        assert visitor.ask(path, [("Host", visitor.host)])[0] == 403
 
 
 def test_the_secret_is_long_and_each_session_has_its_own(visitor: Visitor) -> None:

@@ -19,12 +19,14 @@ from media import alpha_ramp, make_clip, make_picture, moving_frames, rms_error
 from PIL import Image
 
 from tools.progression import progression
+from vidstyle.assets import asset_folder
 from vidstyle.cli import main
 from vidstyle.errors import InputError
 from vidstyle.gallery.preview import page_of, read_still, write_preview
 from vidstyle.gallery.style_samples import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
+from vidstyle.gallery.thumbnail import FOLDER, HEIGHT, WIDTH, restyled_thumbnail, thumbnail
 from vidstyle.media.read.reader import ReadOptions
-from vidstyle.style import Step, Style, load_style, style_names
+from vidstyle.style import PLAIN, Step, Style, load_style, style_names
 
 FLAT = Style("flat", note="Two tones; tune `posterize.levels`.", base=(Step("posterize", {"levels": 2}),))
 
@@ -216,6 +218,18 @@ def test_samples_come_in_the_order_of_their_styles() -> None:
     samples = list(samples_of(picture((64, 36)), [load_style("plain"), *styles]))
     assert [sample.style.name for sample in samples] == ["plain", *"0123456"]
     assert (samples[0].picture == picture((64, 36))).all()
+
+
+def test_the_thumbnail_that_is_shipped_is_what_the_style_makes() -> None:
+    """After a style has changed, `python tools/contact_sheet.py` renews it."""
+    shipped = {file.stem for file in asset_folder("styles").glob("*.toml")}
+    assert {file.stem for file in FOLDER.glob("*")} == shipped | {PLAIN}
+    for style in map(load_style, shipped):
+        kept, made = (
+            cv2.resize(each(style), (WIDTH // 8, HEIGHT // 8), interpolation=cv2.INTER_AREA).astype(float)
+            for each in (thumbnail, restyled_thumbnail)
+        )
+        assert np.abs(kept - made).mean() < 3, style.name
 
 
 def test_a_style_is_shown_step_by_step() -> None:

@@ -1,4 +1,7 @@
-"""Draws every block at its default and every style: `python tools/contact_sheet.py [docs]`."""
+"""Draws every block at its default and every style: `python tools/contact_sheet.py [docs]`.
+
+It also renews the thumbnails of the shipped styles, which belong to the program.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,10 @@ import cv2
 import numpy as np
 import skimage.data
 
+from vidstyle.assets import asset_folder
 from vidstyle.blocks import all_blocks
 from vidstyle.gallery.style_samples import encoded, labelled, samples_of, sheet_of
+from vidstyle.gallery.thumbnail import FOLDER, HEIGHT, WIDTH, restyled_thumbnail
 from vidstyle.renderer import stylize
 from vidstyle.style import PLAIN, Step, Style, load_style, style_names
 
@@ -29,6 +34,10 @@ SIDE = 224
 FULL = 720
 """At which styles run, to be reduced: lengths of theirs are meant for it."""
 BLOCK_COLUMNS, STYLE_COLUMNS = 6, 5
+LANDSCAPE = np.s_[:288]
+"""What thumbnails show of it."""
+QUALITY = 75
+"""Of thumbnails, as WebP: all of them together take 100 KB."""
 
 
 def main() -> None:
@@ -43,6 +52,22 @@ def main() -> None:
         output = folder / f"{name}.jpg"
         output.write_bytes(encoded(sheet_of(pictures, columns), ".jpg"))
         print(output)
+    write_thumbnails()
+
+
+def write_thumbnails() -> None:
+    """Write the photograph at twice the size of thumbnails, and the thumbnail of each shipped style."""
+    photograph = skimage.data.astronaut()[LANDSCAPE]
+    larger = cv2.resize(photograph, (2 * WIDTH, 2 * HEIGHT), interpolation=cv2.INTER_AREA)
+    _write_thumbnail(PLAIN, larger)
+    for file in sorted(asset_folder("styles").glob("*.toml")):
+        _write_thumbnail(file.stem, restyled_thumbnail(load_style(file.stem)))
+
+
+def _write_thumbnail(name: str, picture: np.ndarray) -> None:
+    output = FOLDER / f"{name}.webp"
+    cv2.imwrite(str(output), picture[..., ::-1], [cv2.IMWRITE_WEBP_QUALITY, QUALITY])
+    print(output)
 
 
 def labelled_styles() -> Iterator[np.ndarray]:

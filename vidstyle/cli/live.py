@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli import browser
 from vidstyle.cli import options as common
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--size", type=common.SIZE, help="Capture and output size; 1280x-2 keeps the aspect ratio.")
 @click.option("--fps", type=common.RATE, help="Frame rate.  [default: that of the source; 30 for cameras]")
 @click.option("--budget", type=click.Choice(["auto", "off"]), default="auto",
-              help="To hold the frame rate, auto reduces the working size; off drops frames.")  # fmt: skip
+              help="If too slow, auto reduces working size and rate; off the rate only.")  # fmt: skip
 @click.option("--loop", is_flag=True, help="Repeat a file.")
 @click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
 @click.option("--duration", "seconds", type=common.SECONDS, help="Stop after this time.")
@@ -44,6 +45,12 @@ if TYPE_CHECKING:
 @common.raw_video_options("Frame rate of raw video.  [default: 30]", "raw_rate")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, show_default=False,
               help="Port of the page.  [default: any free port]")  # fmt: skip
+@click.option(
+    "--host",
+    type=common.ADDRESS,
+    help="Open the page to the network at this machine's ADDRESS there, or 0.0.0.0.",
+)
+@browser.open_option
 @common.device_option()
 @click.option("--list", "listing", is_flag=True, help="List cameras with their modes, and microphones.")
 @click.option("--no-keys", is_flag=True, help="Disable keyboard control.")
@@ -72,7 +79,9 @@ def live(
         return 0
     controls = Controls(common.style_from_options(options))
     file = common.from_options(WriteOptions, options, audio="copy")
-    target_options = common.from_options(TargetOptions, options, format=options["file_format"], file=file)
+    browse = browser.open_page if browser.is_wanted(options["no_open"]) else None
+    of_targets = {"format": options["file_format"], "file": file, "browse": browse}
+    target_options = common.from_options(TargetOptions, options, **of_targets)
     makers = [target_maker(target, target_options) for target in targets]
     read = {"rate": options["fps"], "format": options["input_format"], "raw": common.raw_video(options)}
     opened = live_source(source, common.from_options(SourceOptions, options, **read))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import ipaddress
 import re
 from collections.abc import Callable, Mapping
 from fractions import Fraction
@@ -57,9 +58,20 @@ def parse_rate(text: str) -> Fraction:
     return Fraction(text)
 
 
+def parse_address(text: str) -> str:
+    """An IPv4 address."""
+    try:
+        return str(ipaddress.IPv4Address(text))
+    except ValueError:
+        raise ValueError(
+            f"{text!r} is not an IPv4 address such as 192.168.1.20, or 0.0.0.0 for all"
+        ) from None
+
+
 SECONDS = Parsed("time", parse_seconds)
 SIZE = Parsed("WxH", parse_size)
 RATE = Parsed("rate", parse_rate)
+ADDRESS = Parsed("address", parse_address)
 
 
 PATH_OPTIONS = {"source": ("-i", "--input"), "target": ("-o", "--output")}

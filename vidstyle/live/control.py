@@ -116,10 +116,18 @@ class Controls:
         listed = self._listed(name)
         if listed not in self.names:
             raise UsageError(name, "is not a style to choose", suggest(name, self.names))
-        style = self._load(listed)
+        style = self.named(listed)
         style = style if listed == name else apply_variant(style, name.removeprefix(f"{listed}:"))
         with self._lock:
             self.style = style
+
+    def named(self, name: str) -> Style:
+        """The style of this name as `choose` finds it.
+
+        Raises:
+            StyleError: its file is not what it was.
+        """
+        return self._initial if name == self._initial.name else load_style(name)
 
     def next_style(self) -> None:
         """Request the next style; the first follows the last."""
@@ -134,7 +142,7 @@ class Controls:
             StyleError: its file is not what it was.
         """
         base = name.rpartition(":")[0]
-        return self._load(base if base in self.names else name)
+        return self.named(base if base in self.names else name)
 
     def set_values(self, values: Mapping[str, object]) -> None:
         """Change values of the style: {"posterize.levels": 5}.
@@ -173,6 +181,3 @@ class Controls:
     def _listed(self, name: str) -> str:
         """The name under which a style or a variant of it stands among `names`."""
         return name if name in self.names else name.rpartition(":")[0] or name
-
-    def _load(self, name: str) -> Style:
-        return self._initial if name == self._initial.name else load_style(name)

@@ -46,7 +46,7 @@ class FrameProcessor:
         if self._renderer.scale == 1:
             return ""
         width, height = self._renderer.working_size(*self.size)
-        return f"working at {width}x{height}"
+        return f"working at {width}×{height}"
 
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """Restyle a frame; `name` is that of the source."""
@@ -70,8 +70,9 @@ class FrameProcessor:
         if self._scale is None or self._controls.bypassed or not self._scale.update(seconds):
             return
         self._renderer.scale = self._scale.scale
-        rate, degraded = f"{float(self._rate):.4g} fps", self.degraded
-        slow = f"too slow for {rate} at full size: {degraded} (--budget off keeps the size)"
+        rate, degraded, reached = f"{float(self._rate):.4g} fps", self.degraded, self._scale.lower_rate
+        fewer = f" and about {reached:.0f} fps" if reached else ""
+        slow = f"too slow for {rate} at full size: {degraded}{fewer} (--budget off keeps the size)"
         self._notify(
             f"{self.style} is {slow}" if degraded else f"{self.style} holds {rate} at full size again"
         )
@@ -128,8 +129,10 @@ def output_encoding(picture: Picture) -> Encoding:
 
 SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
+LEAST_SCALE, LEAST_RATE = 0.5, 0.4
+"""The rate falls to this share before the size falls below that one: small pictures show their pixels."""
 OVERLOAD, HEADROOM = 0.95, 0.65
-"""Shares of the time between two frames: above the first a size is too large, below the second it fits."""
+"""Shares of the time that a frame may take: above the first a size is too large, below the second it fits."""
 MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 0.5, 2.0, 60.0
 """Time measured before the size falls; before it rises; and that at most, after attempts that failed."""
 MIN_FRAMES, MAX_FRAMES = 3, 30
@@ -139,13 +142,18 @@ MIN_FRAMES, MAX_FRAMES = 3, 30
 class AdaptiveScale:
     """Chooses the working size by the time that frames take; time passes by the frames that are recorded.
 
+    The rate needs no choice: where a frame takes longer than the time between two, frames are dropped.
+
     Attributes:
         scale: the share of the width and of the height to work at, of SCALES.
+        lower_rate: frames per second at that size where the rate cannot be held, else 0; expected, until
+            it is measured.
     """
 
     def __init__(self, seconds: float) -> None:
         """`seconds`: between two frames."""
         self._seconds, self._level = seconds, 0
+        self.lower_rate = 0.0
         self._raise_after = RAISE_SECONDS
         self._since_change = self._since_rise = 0.0
         self._times: deque[float] = deque(maxlen=MAX_FRAMES)
@@ -155,7 +163,11 @@ class AdaptiveScale:
         return SCALES[self._level]
 
     def update(self, seconds: float) -> bool:
-        """Record the time of a frame at the present size; returns whether the size changes for the next."""
+        """Record the time of a frame at the present size.
+
+        Returns:
+            Whether the size changes for the next, or whether the rate can be held.
+        """
         self._times.append(seconds)
         passed = max(seconds, self._seconds)
         self._since_change += passed
@@ -163,21 +175,21 @@ class AdaptiveScale:
         if self._since_change < MEASURE_SECONDS or len(self._times) < MIN_FRAMES:
             return False
         typical = median(self._times)
-        if typical > OVERLOAD * self._seconds and self._level + 1 < len(SCALES):
+        if not self._fits(typical, self._level, OVERLOAD) and self._level + 1 < len(SCALES):
             # A rise that did not last is attempted again later and later.
             failed = self._since_rise < 2 * MEASURE_SECONDS
             self._raise_after = min(2 * self._raise_after, MAX_RAISE_SECONDS) if failed else RAISE_SECONDS
-            return self._set_level(self._fitting_level(typical))
+            return self._set_level(self._fitting_level(typical), typical)
         if self._level and self._since_change >= self._raise_after:
             if self._fits(typical, self._level - 1, HEADROOM):
                 self._since_rise = 0.0
-                return self._set_level(self._level - 1)
-        return False
+                return self._set_level(self._level - 1, typical)
+        return self._level > 0 and self._set_rate(typical)
 
     def reset(self) -> None:
         """Discard the measurements: another style runs now."""
         self._times.clear()
-        self._since_change, self._raise_after = 0.0, RAISE_SECONDS
+        self.lower_rate, self._since_change, self._raise_after = 0.0, 0.0, RAISE_SECONDS
 
     def _fitting_level(self, typical: float) -> int:
         """The largest size below the present one that should do, or the smallest there is."""
@@ -187,11 +199,24 @@ class AdaptiveScale:
         return level
 
     def _fits(self, typical: float, level: int, share: float) -> bool:
-        """Whether a frame should take less than a share of the time between two at another size."""
-        return typical * (SCALES[level] / self.scale) ** 2 < share * self._seconds
+        """Whether a frame should take less than a share of the time that it may take at a size."""
+        slots = 1 if SCALES[level] > LEAST_SCALE else 1 / LEAST_RATE
+        return self._expected(typical, level) < share * slots * self._seconds
 
-    def _set_level(self, level: int) -> bool:
+    def _expected(self, typical: float, level: int) -> float:
+        """The time that a frame should take at another size."""
+        return typical * (SCALES[level] / self.scale) ** 2
+
+    def _set_level(self, level: int, typical: float) -> bool:
+        self._set_rate(self._expected(typical, level))
         self._level = level
         self._times.clear()
         self._since_change = 0.0
         return True
+
+    def _set_rate(self, typical: float) -> bool:
+        """Decide whether the rate can be held; returns whether that has changed."""
+        before = self.lower_rate
+        share = OVERLOAD if before else 1 / OVERLOAD
+        self.lower_rate = 1 / typical if typical > share * self._seconds else 0.0
+        return bool(before) != bool(self.lower_rate)

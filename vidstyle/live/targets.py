@@ -39,11 +39,13 @@ class TargetOptions(stream.StreamOptions):
 
     Attributes:
         file: options of files.
-        port: of the page; 0 chooses a free one.
+        port, host, browse: of the page, see `PageTarget`.
     """
 
     file: WriteOptions = WriteOptions()
     port: int = 0
+    host: str | None = None
+    browse: Callable[[str], None] | None = None
 
 
 def target_maker(text: str, options: TargetOptions) -> TargetMaker:
@@ -60,7 +62,7 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
     if text == "null":
         return lambda context: NullTarget(context.meter)
     if text == "page":
-        return _page_maker(options.port)
+        return _page_maker(options)
     if text == "-":
         stream.check_pipe(options)
         return _stream_maker("standard output", options, stream.open_pipe, reconnects=False)
@@ -98,13 +100,14 @@ def _stream_maker(
     return make
 
 
-def _page_maker(port: int) -> TargetMaker:
+def _page_maker(options: TargetOptions) -> TargetMaker:
     try:
         from vidstyle.live.page import PageTarget
     except ImportError as error:
         raise UsageError("page", f"cannot be shown: {error}", "give another target with --to") from error
 
-    return lambda context: PageTarget(context.controls, port, context.meter)
+    port, host, browse = options.port, options.host, options.browse
+    return lambda context: PageTarget(context.controls, port, context.meter, host, browse)
 
 
 class StreamSink:

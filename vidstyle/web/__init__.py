@@ -1,4 +1,4 @@
-"""A web server for the program's own pages, reachable from this machine only."""
+"""A web server for the program's own pages, reachable from this machine only unless asked otherwise."""
 
 try:
     import aiohttp  # noqa: F401

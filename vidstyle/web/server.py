@@ -6,6 +6,7 @@ import asyncio
 import hmac
 import logging
 import secrets
+import socket
 import threading
 import weakref
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
@@ -16,8 +17,8 @@ from typing import Any
 
 from aiohttp import WSCloseCode, web
 
-HOSTS = ("127.0.0.1", "localhost")
-"""Accepted host names; the server binds to the first."""
+THIS_MACHINE, ANY_ADDRESS = "127.0.0.1", "0.0.0.0"
+"""The address that only this machine reaches, and that which stands for all addresses of this machine."""
 MAX_MESSAGE = 1 << 16
 """Bytes of the largest WebSocket message that is accepted."""
 OPEN_SECONDS, CLOSE_SECONDS = 5.0, 1.0
@@ -52,11 +53,19 @@ class WebServer:
 
     Attributes:
         url: address of the page, including the token.
+        one_time_url: an address that admits one browser, the first: other users of this machine see it in
+            the command line of the browser that opens it.
         error: the exception that a handler failed with, a fault of this program, or None.
     """
 
     def __init__(
-        self, name: str, handlers: Mapping[str, Handler], static: Path, index: str, port: int = 0
+        self,
+        name: str,
+        handlers: Mapping[str, Handler],
+        static: Path,
+        index: str,
+        port: int = 0,
+        address: str | None = None,
     ) -> None:
         """Start listening.
 
@@ -66,9 +75,11 @@ class WebServer:
             static: folder whose files are served by their names.
             index: the file in it that is served as "/".
             port: 0 chooses a free one.
+            address: IPv4 address of this machine in its network, where it listens; `ANY_ADDRESS` for all;
+                None: where only this machine can reach it.
 
         Raises:
-            OSError: the port is not available.
+            OSError: the port or the address is not available.
         """
         self.error: BaseException | None = None
         self._sockets: weakref.WeakSet[web.WebSocketResponse] = weakref.WeakSet()
@@ -86,17 +97,15 @@ class WebServer:
             shutdown_timeout=CLOSE_SECONDS,
         )  # fmt: skip
         try:
-            port = self._loop.run_until_complete(self._listen(port))
+            port = self._loop.run_until_complete(self._listen(address or THIS_MACHINE, port))
         except OSError:
             self._loop.run_until_complete(self._runner.cleanup())
             self._loop.close()
             raise
         self._authorization = Authorization(port)
-        # Not every browser lets 'self' stand for WebSockets too.
-        sockets = " ".join(f"ws://{host}:{port}" for host in HOSTS)
-        policy = f"{POLICY}; connect-src 'self' {sockets}"
-        self._headers = SECURITY_HEADERS | {"Content-Security-Policy": policy}
-        self.url = f"http://{HOSTS[0]}:{port}/?token={self._authorization.token}"
+        shown = network_address() if address == ANY_ADDRESS else address or THIS_MACHINE
+        self.url = f"http://{shown}:{port}/?token={self._authorization.token}"
+        self.one_time_url = f"http://{shown}:{port}/?token={self._authorization.ticket}"
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -126,9 +135,9 @@ class WebServer:
             self.submit(self._end)
             self._thread.join(3 * CLOSE_SECONDS)
 
-    async def _listen(self, port: int) -> int:
+    async def _listen(self, address: str, port: int) -> int:
         await self._runner.setup()
-        self._listener = await self._loop.create_server(self._connect, HOSTS[0], port)
+        self._listener = await self._loop.create_server(self._connect, address, port)
         return int(self._listener.sockets[0].getsockname()[1])
 
     def _connect(self) -> asyncio.BaseProtocol:
@@ -162,7 +171,10 @@ class WebServer:
 
     async def _add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
         del response.headers["Server"]
-        response.headers.update(self._headers)
+        # Not every browser lets 'self' stand for WebSockets too.
+        sockets = " ".join(f"ws://{host}" for host in own_hosts(request))
+        policy = f"{POLICY}; connect-src 'self' {sockets}"
+        response.headers.update(SECURITY_HEADERS | {"Content-Security-Policy": policy})
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
@@ -184,8 +196,27 @@ async def _send(path: Path, request: web.Request) -> web.StreamResponse:
     return web.FileResponse(path)
 
 
+def own_hosts(request: web.BaseRequest) -> tuple[str, ...]:
+    """What Host may be: the address of this machine that the connection was made to; none once it is lost."""
+    name = request.transport.get_extra_info("sockname") if request.transport else None
+    if name is None:
+        return ()
+    address, port = name
+    return (f"{address}:{port}", *([f"localhost:{port}"] if address == THIS_MACHINE else []))
+
+
+def network_address() -> str:
+    """The address that this machine has in its network; that of this machine alone where there is none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # reserved for documentation; nothing is sent
+            return str(probe.getsockname()[0])
+        except OSError:
+            return THIS_MACHINE
+
+
 class Authorization:
-    """Admits only a browser on this machine that was given the address.
+    """Admits only a browser that was given the address.
 
     Any web site can make the browser send requests to this machine, and any host name can be made to resolve
     to it. Host, Origin and a secret token are therefore checked for every request, WebSocket handshakes
@@ -193,15 +224,16 @@ class Authorization:
 
     Attributes:
         token: the secret in the address that is printed.
+        ticket: a secret that stands for the token once.
         cookie: the cookie by which a browser proves that it knows the token, as "name=value".
     """
 
     def __init__(self, port: int) -> None:
-        self.token = secrets.token_urlsafe(24)
+        self.token, self.ticket = secrets.token_urlsafe(24), secrets.token_urlsafe(24)
+        self._ticket: str | None = self.ticket
         # Cookies are shared by all ports of a host: two servers must not overwrite each other's.
         self._cookie_name = f"vidstyle-{port}"
         self.cookie = f"{self._cookie_name}={self.token}"
-        self._hosts = tuple(f"{name}:{port}" for name in HOSTS)
 
     def check(self, request: web.BaseRequest) -> None:
         """Let the request pass, or raise the response that it gets.
@@ -212,16 +244,16 @@ class Authorization:
             web.HTTPForbidden: foreign Host or Origin, a cross-site request, or no valid cookie.
         """
         self._check_sender(request)
-        if request.path == "/" and self._is_token(request.query.getall("token", [])):
+        if request.path == "/" and self._admits(request.query.getall("token", [])):
             cookie = f"{self.cookie}; HttpOnly; SameSite=Strict; Path=/"
             raise web.HTTPSeeOther("/", headers={"Set-Cookie": cookie})
         pairs = [pair.strip().partition("=") for pair in ";".join(_values(request, "Cookie")).split(";")]
-        if not self._is_token([value for name, _, value in pairs if name == self._cookie_name]):
+        if not _is_one([value for name, _, value in pairs if name == self._cookie_name], self.token):
             raise web.HTTPForbidden(text="403: open the address that vidstyle has printed\n")
 
     def _check_sender(self, request: web.BaseRequest) -> None:
         hosts = _values(request, "Host")
-        if len(hosts) != 1 or hosts[0] not in self._hosts:
+        if len(hosts) != 1 or hosts[0] not in own_hosts(request):
             raise web.HTTPForbidden(text="403: unknown host name\n")
         is_foreign = any(origin != f"http://{hosts[0]}" for origin in _values(request, "Origin"))
         is_cross_site = set(_values(request, "Sec-Fetch-Site")) - {"same-origin", "none"}
@@ -231,9 +263,16 @@ class Authorization:
         if is_foreign or (is_cross_site and not is_navigation):
             raise web.HTTPForbidden(text="403: cross-site request\n")
 
-    def _is_token(self, values: list[str]) -> bool:
-        texts = [value.encode("utf-8", "surrogatepass") for value in values]
-        return len(texts) == 1 and hmac.compare_digest(texts[0], self.token.encode())
+    def _admits(self, values: list[str]) -> bool:
+        if _is_one(values, self._ticket):
+            self._ticket = None
+            return True
+        return _is_one(values, self.token)
+
+
+def _is_one(values: list[str], secret: str | None) -> bool:
+    texts = [value.encode("utf-8", "surrogatepass") for value in values]
+    return secret is not None and len(texts) == 1 and hmac.compare_digest(texts[0], secret.encode())
 
 
 def _values(request: web.BaseRequest, name: str) -> list[str]:

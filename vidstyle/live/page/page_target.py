@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import errno
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,9 @@ import cv2
 import numpy as np
 from aiohttp import web
 
-from vidstyle.errors import OutputError, log
+from vidstyle.errors import OutputError, StyleError, log
+from vidstyle.gallery.style_samples import encoded
+from vidstyle.gallery.thumbnail import thumbnail
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.panel import panel
@@ -25,7 +29,7 @@ STATIC = Path(__file__).with_name("static")
 
 
 class PageTarget:
-    """A target (see `Target`): a web page for browsers on this machine.
+    """A target (see `Target`): a web page for browsers on this machine, or in its network.
 
     All coroutines run in the server's event loop.
 
@@ -41,16 +45,25 @@ class PageTarget:
     name = "page"
     repeated = 0
 
-    def __init__(self, controls: Controls, port: int = 0, meter: LatencyMeter | None = None) -> None:
+    def __init__(
+        self,
+        controls: Controls,
+        port: int = 0,
+        meter: LatencyMeter | None = None,
+        address: str | None = None,
+        browse: Callable[[str], None] | None = None,
+    ) -> None:
         """Open the page and log its address.
 
         Args:
             controls: of the session.
             port: of this machine; 0 chooses a free one.
             meter: records the latency of each frame that a browser has shown, and has the page's clock.
+            address: of this machine in its network; None: the page is for this machine only.
+            browse: opens the page in a browser, by an address that admits only the first.
 
         Raises:
-            OutputError: the port is taken, or needs privileges.
+            OutputError: the port is taken or needs privileges, or the address is not one of this machine.
         """
         self.controls, self.meter = controls, meter or LatencyMeter()
         self.changed, self._arrived = asyncio.Condition(), asyncio.Condition()
@@ -63,14 +76,28 @@ class PageTarget:
         self._jpegs: dict[int, asyncio.Future[bytes]] = {}
         self._initial_styles: dict[str, Style] = {}
         self._encoder = ThreadPoolExecutor(1, "vidstyle page pictures")
-        handlers = {"/picture.png": self._send_picture, "/socket": self._serve_socket}
+        self._thumbnails: dict[str, asyncio.Future[bytes]] = {}
+        handlers = {
+            "/picture.png": self._send_picture,
+            "/thumbnail.jpg": self._send_thumbnail,
+            "/socket": self._serve_socket,
+        }
         try:
-            self._server = WebServer("vidstyle page", handlers, STATIC, "page.html", port)
+            self._server = WebServer("vidstyle page", handlers, STATIC, "page.html", port, address)
         except OSError as error:
+            if error.errno == errno.EADDRNOTAVAIL:
+                remedy = "give one with --host, or 0.0.0.0 for all"
+                raise OutputError("page", f"{address} is no address of this machine", remedy) from error
             reason = error.strerror or str(error)
             raise OutputError("page", f"port {port}: {reason}", "give another with --port") from error
         self.url = self._server.url
         log.warning("page: %s", self.url)
+        if address is not None:
+            log.warning(
+                "page: whoever in this network has its address can watch and steer; it is not encrypted"
+            )
+        if browse is not None:
+            browse(self._server.one_time_url)
 
     @property
     def state(self) -> str:
@@ -137,6 +164,21 @@ class PageTarget:
         data = await self._encode(png, frame)
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return web.Response(body=data, content_type="image/png", headers=headers)
+
+    async def _send_thumbnail(self, request: web.Request) -> web.StreamResponse:
+        name = request.query.get("of", "")
+        if name not in self.controls.names:
+            raise web.HTTPNotFound
+        if name not in self._thumbnails:
+            self._thumbnails[name] = asyncio.ensure_future(asyncio.to_thread(self._thumbnail, name))
+        try:
+            data = await asyncio.shield(self._thumbnails[name])
+        except StyleError as error:  # a file of the user's own that cannot be used
+            raise web.HTTPNotFound from error
+        return web.Response(body=data, content_type="image/jpeg")
+
+    def _thumbnail(self, name: str) -> bytes:
+        return encoded(thumbnail(self.controls.named(name)), ".jpg")
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
         if len(self.viewers) >= MAX_VIEWERS:

@@ -98,9 +98,11 @@ export class Panel {
   }
 
   names(names) {
-    $("styles").replaceChildren(...names.map(name => make("button", {
-      textContent: name, onclick: () => this.choose({do: "choose", style: name}),
-    })));
+    $("styles").replaceChildren(...names.map(name => {
+      const picture = make("img", {src: `thumbnail.jpg?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135});
+      return make("button", {title: name, onclick: () => this.choose({do: "choose", style: name})}, picture,
+        make("span", {textContent: name}));
+    }));
     if (this.#last) this.#press();
   }
 

@@ -1,0 +1,41 @@
+"""Small pictures of styles, for lists and buttons: one photograph in each style."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from vidstyle.gallery.style_samples import restyled
+from vidstyle.style import PLAIN, Style, load_style
+
+WIDTH, HEIGHT = 240, 135
+FOLDER = Path(__file__).with_name("thumbnails")
+"""The thumbnails of the shipped styles, and the photograph at twice their size, as that of `plain`."""
+
+
+def thumbnail(style: Style) -> np.ndarray:
+    """The photograph in a style: HEIGHT x WIDTH x 3 uint8 RGB.
+
+    That of a shipped style is read, so that no list of styles waits for kernels to be compiled.
+    """
+    shipped = {file.stem: file for file in FOLDER.glob("*.webp")}
+    if style.name in shipped and style == load_style(style.name):
+        return _small(_read(shipped[style.name]))
+    return restyled_thumbnail(style)
+
+
+def restyled_thumbnail(style: Style) -> np.ndarray:
+    """The thumbnail of a style, made anew."""
+    return _small(restyled(_read(FOLDER / f"{PLAIN}.webp"), style))
+
+
+def _read(file: Path) -> np.ndarray:
+    picture = cv2.imdecode(np.fromfile(file, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None, file
+    return np.ascontiguousarray(picture[..., ::-1])
+
+
+def _small(picture: np.ndarray) -> np.ndarray:
+    return cv2.resize(picture, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
