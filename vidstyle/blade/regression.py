@@ -102,7 +102,7 @@ def accumulate(
     def run(stripe: int) -> NormalEquations:
         sums = NormalEquations.empty(config)
         rows = int(edges[stripe]), int(edges[stripe + 1])
-        _sum_up(luma, wanted, selected, offsets, margin, rows, *sums.arrays)
+        _sum_up(luma, wanted, selected, offsets, margin, rows, np.empty(len(offsets)), *sums.arrays)
         return sums
 
     for sums in pool.map(run, range(STRIPES)):
@@ -183,9 +183,8 @@ def _as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _sum_up(luma, wanted, selected, offsets, margin, rows, matrices, vectors, energies, samples):  # type: ignore[no-untyped-def]
+def _sum_up(luma, wanted, selected, offsets, margin, rows, differences, matrices, vectors, energies, samples):  # type: ignore[no-untyped-def]
     unknowns, parts = len(offsets), len(wanted)
-    differences = np.empty(unknowns)
     for row in range(rows[0], rows[1]):
         for column in range(margin, luma.shape[1] - margin):
             number, middle = selected[row, column], luma[row, column]

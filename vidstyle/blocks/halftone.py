@@ -57,7 +57,11 @@ def halftone(
         levels.append(np.empty((last - first + 1, high - low + 1), np.float32))
         _ink_levels(averaged, ink, screens[ink], place.top, spread, levels[ink])
     colors = np.array(INKS[inks], np.float32)
-    _print(tuple(each.reshape(-1) for each in levels), screens, place.top, colors, place.margin, out)
+    width = picture.shape[1]
+    rows = np.empty(width, np.int32), np.empty((2, width), np.float32)
+    left = np.empty((3, width), np.float32)
+    flat = tuple(each.reshape(-1) for each in levels)
+    _print(flat, screens, place.top, colors, place.margin, rows, left, out)
     return out
 
 
@@ -120,8 +124,13 @@ def _cut(share, per_pixel):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
-    """Print one ink on a row. Three loops, because a look-up keeps the compiler from making vectors."""
+def _print_row(levels, screen, y, ink, rows, left):  # type: ignore[no-untyped-def]
+    """Print one ink on a row. Three loops, because a look-up keeps the compiler from making vectors.
+
+    Args:
+        rows: scratch: cell, and height and slope, of each pixel of a row.
+        left: the paper that the inks leave, 3 x width; multiplied by this one's.
+    """
     one, half, two, three = np.float32(1), np.float32(0.5), np.float32(2), np.float32(3)
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
@@ -134,7 +143,7 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
     columns = np.int32(screen[4])
     origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
     last = np.int32(levels.size - 1)
-    cell, height, slope = np.empty(width, np.int32), np.empty(width, np.float32), np.empty(width, np.float32)
+    cell, height, slope = rows[0], rows[1][0], rows[1][1]
     for x in range(width):
         along, across = start + np.float32(x) * step, side - np.float32(x) * turn
         i, j = np.int32(along + lift), np.int32(across + lift)
@@ -154,16 +163,16 @@ def _print_row(levels, screen, y, ink, left):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _print(levels, screens, top, inks, margin, out):  # type: ignore[no-untyped-def]
+def _print(levels, screens, top, inks, margin, rows, left, out):  # type: ignore[no-untyped-def]
     """White paper multiplied by what the dots of each ink leave of it."""
     width = out.shape[1]
-    left = np.empty((3, width), np.float32)
     for row in range(margin[0], out.shape[0] - margin[1]):
-        left[:] = np.float32(1)
-        _print_row(levels[0], screens[0], top + row + 0.5, inks[0], left)
-        _print_row(levels[1], screens[1], top + row + 0.5, inks[1], left)
-        _print_row(levels[2], screens[2], top + row + 0.5, inks[2], left)
-        _print_row(levels[3], screens[3], top + row + 0.5, inks[3], left)
+        for x in range(width):
+            left[0, x], left[1, x], left[2, x] = 1, 1, 1
+        _print_row(levels[0], screens[0], top + row + 0.5, inks[0], rows, left)
+        _print_row(levels[1], screens[1], top + row + 0.5, inks[1], rows, left)
+        _print_row(levels[2], screens[2], top + row + 0.5, inks[2], rows, left)
+        _print_row(levels[3], screens[3], top + row + 0.5, inks[3], rows, left)
         for x in range(width):
             for channel in range(3):
                 out[row, x, channel] = left[channel, x]

@@ -21,16 +21,15 @@ def sobel(
     3 x 3 Sobel, divided by 4 and cut off at white; the border is repeated. Paper, section 4.2 B.
     """
     out = np.empty(luma.shape, np.float32)
-    _edges(luma, np.float32(gain / 4), invert, out)
+    _edges(luma, np.float32(gain / 4), invert, np.empty((2, luma.shape[1] + 2), np.float32), out)
     return out
 
 
 @compiled
-def _edges(luma, gain, invert, out):  # type: ignore[no-untyped-def]
+def _edges(luma, gain, invert, scratch, out):  # type: ignore[no-untyped-def]
     height, width = luma.shape
     one = np.float32(1)
-    smooth = np.empty(width + 2, np.float32)
-    steep = np.empty(width + 2, np.float32)
+    smooth, steep = scratch[0], scratch[1]
     for row in range(height):
         above, below = max(row - 1, 0), min(row + 1, height - 1)
         for x in range(width):

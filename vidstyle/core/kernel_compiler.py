@@ -1,6 +1,6 @@
 """Compiles kernels with Numba; only here it is imported.
 
-Run as a program it reads lists of jobs from standard input and writes object files to standard output.
+Run as a program it reads requests from standard input and writes object files to standard output.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 from llvmlite import ir
 from numba.core import types
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.cpu_options import FastMathOptions
+from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.typing import signature
 from numba.core.typing.templates import AbstractTemplate
@@ -30,35 +30,6 @@ from numba.np.numpy_support import from_dtype
 from vidstyle.core.kernels import ArgumentType, Compiled
 
 SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
-RUN_TIME = """
-declare i8* @PyMem_RawMalloc(i64)
-declare void @PyMem_RawFree(i8*)
-
-define weak i8* @NRT_MemInfo_alloc_aligned(i64 %size, i32 %alignment) {
-    %bytes = add i64 %size, 112
-    %block = call i8* @PyMem_RawMalloc(i64 %bytes)
-    %failed = icmp eq i8* %block, null
-    br i1 %failed, label %end, label %fill
-fill:
-    %address = ptrtoint i8* %block to i64
-    %beyond = add i64 %address, 111
-    %data = and i64 %beyond, -64
-    %fields = bitcast i8* %block to i64*
-    store i64 1, i64* %fields
-    %place = getelementptr i64, i64* %fields, i64 3
-    store i64 %data, i64* %place
-    br label %end
-end:
-    ret i8* %block
-}
-
-define weak void @NRT_MemInfo_call_dtor(i8* %block) {
-    call void @PyMem_RawFree(i8* %block)
-    ret void
-}
-"""
-"""What Numba's run time does for arrays that are allocated in a kernel: a block begins with six fields, of
-which the first counts references and the fourth points to the data."""
 OBJECT_SIZE = object.__basicsize__
 """Bytes of a Python object before its own fields; those of an array are data, dimensions, shape, strides."""
 
@@ -68,16 +39,18 @@ def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) 
     """An object file with the C function `name`: it takes flattened arguments and returns whether it failed.
 
     Raises:
-        TypeError: if the function needs Numba's run time, as for an error with a message.
+        TypeError: if the function cannot be compiled, as with an array of its own, or needs Numba's run time.
     """
-    result = _compile(compiled, tuple(map(_type, kinds)))
+    try:
+        result = _compile(compiled, tuple(map(_type, kinds)))
+    except NumbaError as error:
+        raise TypeError(f"{compiled.function.__qualname__} cannot be compiled: {error}") from error
     context = cpu_target.target_context
     library = context.codegen().create_library(name)
     library.add_linking_library(result.library)
     module = library.create_ir_module(name)
     _EntryFunction(module, name, result.fndesc).emit()
     library.add_ir_module(module)
-    library.add_llvm_module(llvm.parse_assembly(RUN_TIME))
     library.finalize()
     final = library._final_module
     needed = [each.name for each in final.functions if each.is_declaration and _is_run_time(each.name)]
@@ -87,7 +60,7 @@ def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) 
 
 
 def _is_run_time(symbol: str) -> bool:
-    return symbol.startswith(("NRT_", "numba_", "Py")) and not symbol.startswith("PyMem_Raw")
+    return symbol.startswith(("NRT_", "numba_", "Py"))
 
 
 def callee_type(compiled: Compiled) -> types.Function:
@@ -111,7 +84,6 @@ def _callee_type(compiled: Compiled) -> types.Function:
 @cache
 def _compile(compiled: Compiled, arguments: tuple[types.Type, ...]) -> Any:
     flags: Any = Flags()
-    flags.nrt = True
     flags.error_model = "numpy"  # Python's division checks for zero each time, which prevents vectorization
     flags.fastmath = FastMathOptions(compiled.fastmath)
     flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
@@ -192,17 +164,14 @@ def _flat(kind: types.Type) -> list[types.Type]:
 
 
 def main() -> None:
-    """Do the lists of jobs on standard input, until it ends."""
+    """Answer the requests on standard input, until it ends."""
     gc.disable()  # what Numba makes lives as long as the process
     with contextlib.suppress(EOFError, KeyboardInterrupt):
         while True:
-            jobs = pickle.load(sys.stdin.buffer)
-            pickle.dump({name: _do(name, *job) for name, *job in jobs}, sys.stdout.buffer)
+            name, module, function, kinds = pickle.load(sys.stdin.buffer)
+            kernel = getattr(importlib.import_module(module), function)
+            pickle.dump(object_code(name, kernel, kinds), sys.stdout.buffer)
             sys.stdout.flush()
-
-
-def _do(name: str, module: str, function: str, kinds: tuple[ArgumentType, ...]) -> bytes:
-    return object_code(name, getattr(importlib.import_module(module), function), kinds)
 
 
 if __name__ == "__main__":

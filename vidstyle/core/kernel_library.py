@@ -13,11 +13,12 @@ import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -131,9 +132,6 @@ class _Engine:
     def __init__(self) -> None:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
-        for name in ("PyMem_RawMalloc", "PyMem_RawFree"):
-            address = ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value
-            llvm.add_symbol(name, address)
         self._machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
 
@@ -183,20 +181,16 @@ def _needed_soon() -> set[Kernel]:
 
 
 def _compile_side_by_side(kernels: dict[str, Kernel]) -> dict[str, bytes]:
-    """Compile in a process for each core, as Numba compiles one function at a time."""
-    shares: list[list[str]] = [[] for _ in range(min(CORES, len(kernels)))]
-    lengths = {name: compiled.length() for name, (compiled, _) in kernels.items()}
-    for name in sorted(kernels, key=lengths.__getitem__, reverse=True):
-        min(shares, key=lambda share: sum(map(lengths.__getitem__, share))).append(name)
-    jobs = [[_job(name, *kernels[name]) for name in share] for share in shares]
-    objects = _processes.compile(jobs)
+    """Compile in a process for each core, as Numba compiles one function at a time; longest ones first."""
+    longest_first = sorted(kernels, key=lambda name: kernels[name][0].length(), reverse=True)
+    objects = _processes.compile([_request(name, *kernels[name]) for name in longest_first])
     for name in kernels.keys() - objects.keys():
         compiler: Any = importlib.import_module("vidstyle.core.kernel_compiler")
         objects[name] = compiler.object_code(name, *kernels[name])
     return objects
 
 
-def _job(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> CompileRequest:
+def _request(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> CompileRequest:
     return name, compiled.function.__module__, compiled.function.__qualname__, kinds
 
 
@@ -208,23 +202,26 @@ class _Processes:
 
     def __init__(self) -> None:
         self._running: list[subprocess.Popen[bytes]] = []
+        self._free: SimpleQueue[subprocess.Popen[bytes]] = SimpleQueue()
         self._busy = threading.RLock()
         self._end = threading.Timer(0, self.close)
         atexit.register(self.close)
 
-    def compile(self, shares: Sequence[Sequence[CompileRequest]]) -> dict[str, bytes]:
-        """Compile each share in a process of its own.
+    def compile(self, requests: Iterable[CompileRequest]) -> dict[str, bytes]:
+        """The object files of these kernels.
 
         A script is not imported a second time, as that could run it: its own kernels are left out, and
         everything where no process can be started, as in a program that embeds Python.
         """
-        jobs = [[job for job in share if job[1] != "__main__"] for share in shares]
+        jobs = [request for request in requests if request[1] != "__main__"]
         with self._busy:
             self._end.cancel()
             try:
-                self._running += [self._start() for _ in jobs[len(self._running) :]]
-                with ThreadPoolExecutor(len(jobs)) as pool:
-                    objects = list(pool.map(self._exchange, self._running, jobs))
+                while len(self._running) < min(CORES, len(jobs)):
+                    self._running.append(self._start())
+                    self._free.put(self._running[-1])
+                with ThreadPoolExecutor(CORES) as pool:
+                    codes = list(pool.map(self._exchange, jobs))
             except (OSError, EOFError) as error:
                 log.debug("kernels are compiled in this process: %s", error)
                 self.close()
@@ -232,12 +229,13 @@ class _Processes:
             self._end = threading.Timer(self.IDLE, self.close)
             self._end.daemon = True
             self._end.start()
-        return {name: code for each in objects for name, code in each.items()}
+        return {name: code for (name, *_), code in zip(jobs, codes, strict=True)}
 
     def close(self) -> None:
         """End the processes."""
         with self._busy:
             self._end.cancel()
+            self._free = SimpleQueue()
             while self._running:
                 process = self._running.pop()
                 assert process.stdin and process.stdout
@@ -253,13 +251,16 @@ class _Processes:
         # In a session of its own, so that Ctrl-C ends the program, and not its compilers first.
         return subprocess.Popen(command, env=environment, start_new_session=True, **pipes)
 
-    @staticmethod
-    def _exchange(process: subprocess.Popen[bytes], jobs: Sequence[CompileRequest]) -> dict[str, bytes]:
+    def _exchange(self, request: CompileRequest) -> bytes:
+        process = self._free.get()
         assert process.stdin and process.stdout
-        pickle.dump(jobs, process.stdin)
-        process.stdin.flush()
-        objects: dict[str, bytes] = pickle.load(process.stdout)
-        return objects
+        try:
+            pickle.dump(request, process.stdin)
+            process.stdin.flush()
+            code: bytes = pickle.load(process.stdout)
+        finally:
+            self._free.put(process)
+        return code
 
 
 _processes = _Processes()

@@ -41,7 +41,8 @@ or a tuple of such types."""
 class Compiled(Generic[Arguments, Result]):
     """A function that is compiled for each combination of argument types; it releases the GIL.
 
-    A compiled function may call another one by its module-level name. Called from Python it returns nothing.
+    A compiled function may call another one by its module-level name. It makes no arrays: what it keeps
+    between loops is among its arguments. Called from Python it returns nothing.
 
     Attributes:
         function: the Python function itself.
@@ -57,7 +58,7 @@ class Compiled(Generic[Arguments, Result]):
         """Run the function, compiled for arguments of these types.
 
         Raises:
-            MemoryError: if there is no memory for an array that it makes.
+            RuntimeError: if the function raises an error.
             TypeError: if an argument is neither an array nor one of `SCALARS`.
         """
         kinds = types_of(arguments)
@@ -69,7 +70,7 @@ class Compiled(Generic[Arguments, Result]):
             library = importlib.import_module("vidstyle.core.kernel_library")
             entry = self._entries[kinds] = library.entry(self, kinds)
         if entry(*_flat(arguments)):
-            raise MemoryError(f"no memory for {self.function.__name__}")
+            raise RuntimeError(f"{self.function.__name__} raised an error")
         return None  # type: ignore[return-value]
 
     @property

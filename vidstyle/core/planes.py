@@ -131,7 +131,7 @@ def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) 
     row_index, row_weight = _box(height, down, encoding.siting[1], above, plane.shape[0])
     index, weight = _box(width, across, encoding.siting[0], 0, plane.shape[1])
     out = np.empty((height, width), np.float32)
-    _gather(plane, row_index, row_weight, index, weight, out)
+    _gather(plane, row_index, row_weight, index, weight, np.empty(plane.shape[1], np.float32), out)
     return out
 
 
@@ -156,10 +156,11 @@ def _enlarged(plane: np.ndarray, encoding: Encoding, top: int, shape: tuple[int,
     if across == 1:
         _lerp_rows(plane, row_index, row_weight, offset, out)
     elif across == 2 and 0 <= x <= 1:
-        _lerp_double(plane, row_index, row_weight, offset, np.float32(x / 2), out)
+        line = np.empty(plane.shape[1] + 2, np.float32)
+        _lerp_double(plane, row_index, row_weight, offset, np.float32(x / 2), line, out)
     else:
         index, weight = _between(shape[1], across, x, 0, plane.shape[1])
-        _gather(plane, row_index, row_weight, index, weight, out)
+        _gather(plane, row_index, row_weight, index, weight, np.empty(plane.shape[1], np.float32), out)
         out += offset
     return out
 
@@ -201,9 +202,8 @@ def _lerp_rows(plane, index, weight, offset, out):  # type: ignore[no-untyped-de
 
 
 @compiled
-def _lerp_double(plane, index, weight, offset, part, out):  # type: ignore[no-untyped-def]
+def _lerp_double(plane, index, weight, offset, part, line, out):  # type: ignore[no-untyped-def]
     """Twice as wide: an even pixel lies `part` of a sample before its own one, an odd one behind it."""
-    line = np.empty(plane.shape[1] + 2, np.float32)
     width = out.shape[1]
     behind = np.float32(0.5) - part
     for row in range(out.shape[0]):
@@ -223,11 +223,11 @@ def _lerp_double(plane, index, weight, offset, part, out):  # type: ignore[no-un
 
 
 @compiled
-def _gather(plane, row_index, row_weight, index, weight, out):  # type: ignore[no-untyped-def]
+def _gather(plane, row_index, row_weight, index, weight, line, out):  # type: ignore[no-untyped-def]
     """A weighted sum of a few rows, then of a few columns, for each sample."""
-    line = np.empty(plane.shape[1], np.float32)
     for row in range(out.shape[0]):
-        line[:] = 0
+        for x in range(plane.shape[1]):
+            line[x] = 0
         for tap in range(row_index.shape[1]):
             part = row_weight[row, tap]
             if part != 0:

@@ -81,7 +81,8 @@ class ToneMap:
         place = np.array([*encoding.step, *picture.encoding.siting], np.float32)
 
         def run(first: int, end: int) -> None:
-            tone_map_planes(planes, out, first, end, levels, matrices, place, self._tables)
+            rows = np.empty((2, blue.shape[1]), np.float32), np.empty((2, width), np.float32)
+            tone_map_planes(planes, out, first, end, levels, matrices, place, self._tables, rows)
 
         _in_strips(run, height, encoding.step[1])
         chroma = None if picture.chroma is None else (new_blue, new_red)

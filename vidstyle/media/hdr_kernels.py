@@ -76,7 +76,7 @@ def between(row, place):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def tone_map_planes(planes, out, first, end, levels, matrices, place, tables):  # type: ignore[no-untyped-def]
+def tone_map_planes(planes, out, first, end, levels, matrices, place, tables, rows):  # type: ignore[no-untyped-def]
     """Tone-map rows `first` to `end` (a multiple of the chroma step, or the last) of a picture with chroma.
 
     Args:
@@ -85,6 +85,7 @@ def tone_map_planes(planes, out, first, end, levels, matrices, place, tables):  
         matrices: 3 x 3 from the source's luma and chroma to RGB, and from RGB to the result's.
         place: chroma step across and down, siting across and down.
         tables: see `map_pixel`.
+        rows: scratch, two rows of the planes' chroma and two of luma, float32.
     """
     luma, blue, red = planes
     out_luma, out_blue, out_red = out
@@ -92,15 +93,13 @@ def tone_map_planes(planes, out, first, end, levels, matrices, place, tables):  
     to_rgb, from_rgb = matrices
     step_x, step_y = int(place[0]), int(place[1])
     width = luma.shape[1]
-    blue_row = np.empty(blue.shape[1], np.float32)
-    red_row = np.empty(blue.shape[1], np.float32)
-    new_blue = np.zeros(width, np.float32)
-    new_red = np.zeros(width, np.float32)
+    blue_row, red_row = rows[0][0], rows[0][1]
+    new_blue, new_red = rows[1][0], rows[1][1]
     across = np.float32(1) / np.float32(step_x)
     for top in range(first, end, step_y):
         bottom = min(top + step_y, end)
-        new_blue[:] = 0
-        new_red[:] = 0
+        for column in range(width):
+            new_blue[column], new_red[column] = 0, 0
         for row in range(top, bottom):
             mix_rows(blue, (row - place[3]) / step_y, blue_row)
             mix_rows(red, (row - place[3]) / step_y, red_row)

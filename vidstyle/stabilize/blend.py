@@ -55,26 +55,39 @@ def warp_and_blend(
     numbers = tuple(np.float32(number) for number in (*scale, weight, rate, rounding))
 
     def run(top: int, bottom: int) -> None:
-        _warp_and_blend(plane, before, samples, flow, guide, step, numbers, weights, out, top, bottom)
+        rows = (top, bottom), _scratch(plane.shape[1])
+        _warp_and_blend(plane, before, samples, flow, guide, step, numbers, *rows, weights, out)
 
     in_bands(pool, (plane.shape[0], plane.shape[1]), BAND_RADIUS, run)
     return out, weights
 
 
+def _scratch(width: int) -> tuple[np.ndarray, ...]:
+    """What is kept between the rows of a band, and between the loops over a row.
+
+    Rings of three rows, the warped plane before and the squared change of each sample; `widened` and
+    `widened_rows` of `_warp_row`; the index and the two parts of `_take_row`.
+    """
+    return (
+        np.empty((3, width), np.float32),
+        np.zeros((3, width + 2), np.float32),
+        np.empty((2, 2, width), np.float32),
+        np.full(2, -1, np.int32),
+        np.empty(width, np.uint32),
+        np.empty((2, width), np.float32),
+    )
+
+
 @compiled
-def _warp_and_blend(plane, before, samples, flow, guide, step, numbers, weights, out, top, bottom):  # type: ignore[no-untyped-def]
-    """Keeps a ring of three rows: the warped plane before, and the squared change of each sample."""
+def _warp_and_blend(plane, before, samples, flow, guide, step, numbers, rows, scratch, weights, out):  # type: ignore[no-untyped-def]
     across, down = step
     gain, offset, weight, rate, rounding = numbers
-    height, width = plane.shape
-    moved = np.empty((3, width), np.float32)
-    changes = np.zeros((3, width + 2), np.float32)
-    widened = np.empty((2, 2, width), np.float32)
-    widened_rows = np.full(2, -1, np.int32)
+    moved, changes, widened, widened_rows, first, parts = scratch
+    (top, bottom), height = rows, plane.shape[0]
     for row in range(top - 1, bottom + 1):
         y = min(max(row, 0), height - 1)
         line, change = moved[row % 3], changes[row % 3]
-        _warp_row(before, samples, y, flow, widened, widened_rows, line)
+        _warp_row(before, samples, y, flow, widened, widened_rows, first, parts, line)
         if rate > 0:
             _change_of_row(plane[y], gain, offset, line, change)
         if row > top:
@@ -103,7 +116,8 @@ def _row_weights(changes, rate, guide, across, weights):  # type: ignore[no-unty
             ratio = total * rate
             weights[x] = one / (one + ratio * ratio)
     else:
-        weights[:] = one
+        for x in range(weights.size):
+            weights[x] = one
     if guide.size > 1:
         for x in range(weights.size):
             weights[x] *= guide[min(x * across, guide.size - 1)]
@@ -119,7 +133,7 @@ def _blend_row(now, gain, offset, line, weight, weights, rounding, out):  # type
 
 
 @compiled
-def _warp_row(before, samples, y, flow, widened, widened_rows, line):  # type: ignore[no-untyped-def]
+def _warp_row(before, samples, y, flow, widened, widened_rows, first, parts, line):  # type: ignore[no-untyped-def]
     """Fill row `y` of a plane with the warped plane before.
 
     Flow is first brought to all columns, a row of its grid at a time: it is the same for several rows of the
@@ -130,6 +144,7 @@ def _warp_row(before, samples, y, flow, widened, widened_rows, line):  # type: i
         flow: on a coarse grid over the plane, h x w x 2 float32, in samples.
         widened, widened_rows: two of its rows at full width, 2 x 2 x W float32, and which they are: -1 for
             none, -2 - row for one without motion. The caller passes them again for the next row.
+        first, parts: see `_take_row`.
         line: the row, W float32.
     """
     rows, height = flow.shape[0], before.shape[0]
@@ -140,7 +155,8 @@ def _warp_row(before, samples, y, flow, widened, widened_rows, line):  # type: i
         if widened_rows[row % 2] not in (row, -2 - row):
             widened_rows[row % 2] = row if _widen_row(flow[row], widened[row % 2]) else -2 - row
     if widened_rows[above % 2] >= 0 or widened_rows[below % 2] >= 0:
-        _take_row(before, samples, y, widened[above % 2], widened[below % 2], place - np.float32(upper), line)
+        part = place - np.float32(upper)
+        _take_row(before, samples, y, widened[above % 2], widened[below % 2], part, first, parts, line)
     else:
         for x in range(line.size):
             line[x] = before[y, x]
@@ -163,21 +179,21 @@ def _widen_row(flow, widened):  # type: ignore[no-untyped-def]
             for axis in range(2):
                 widened[axis, x] = flow[left, axis] + part * (flow[right, axis] - flow[left, axis])
     else:
-        widened[:] = 0
+        for x in range(width):
+            widened[0, x], widened[1, x] = 0, 0
     return moves
 
 
 @compiled(fastmath=True)
-def _take_row(before, samples, y, above, below, part, line):  # type: ignore[no-untyped-def]
+def _take_row(before, samples, y, above, below, part, first, parts, line):  # type: ignore[no-untyped-def]
     """Read a row at its flow, linear between samples; the border is repeated.
 
-    First where from, then what lies there: the first loop becomes vectors, which the second cannot.
+    First where from, the index of a sample and the parts of the next ones, then what lies there: the first
+    loop becomes vectors, which the second cannot.
     """
     height, width = before.shape
     zero, bottom, right = np.float32(0), np.float32(height - 1), np.float32(width - 1)
     last_row, last_column = np.int32(max(height - 2, 0)), np.int32(max(width - 2, 0))
-    first = np.empty(width, np.uint32)
-    parts = np.empty((2, width), np.float32)
     across, more_across = above[0], below[0]
     down, more_down = above[1], below[1]
     for x in range(width):

@@ -42,18 +42,23 @@ def detail_base(luma: np.ndarray, contrast: float = 20.0, spread: float = 2.0) -
     falloff = np.float32(1 / (2 * 9 * (contrast / 255) ** 2))
     padded = np.pad(luma.astype(np.float32), RADIUS + 1, mode="edge")
     out = np.empty(luma.shape, np.float32)
-    for_all_rows(_average_alike, luma.shape, padded, weights, falloff, out)
+
+    def run(top: int, bottom: int) -> None:
+        scratch = np.empty(luma.shape[1] + 2, np.float32), np.empty(luma.shape[1], np.float32)
+        _average_alike(top, bottom, padded, weights, falloff, scratch, out)
+
+    for_all_rows(run, luma.shape)
     return out
 
 
 @compiled(fastmath=True)
-def _average_alike(top, bottom, padded, weights, falloff, out):  # type: ignore[no-untyped-def]
+def _average_alike(top, bottom, padded, weights, falloff, scratch, out):  # type: ignore[no-untyped-def]
     """Row by row and shift by shift: the picture against itself shifted."""
     width, size = out.shape[1], weights.shape[0]
-    squares, totals = np.empty(width + 2, np.float32), np.empty(width, np.float32)
+    squares, totals = scratch
     for row in range(top, bottom):
-        out[row, :] = 0
-        totals[:] = 0
+        for x in range(width):
+            out[row, x], totals[x] = 0, 0
         for down in range(size):
             for across in range(size):
                 _compare_columns(padded[row + size // 2 :], padded[row + down :], size // 2, across, squares)

@@ -73,20 +73,24 @@ def flow_dog_parts(
     tensor = structure_tensor(luma, rho)
     across = np.empty((*luma.shape, 2))
     plane = luma.astype(np.float64)[..., np.newaxis]
-    for_all_rows(_filter_across, luma.shape, plane, tensor, sigma, math.ceil(1 / sigma), across)
+
+    def run(top: int, bottom: int) -> None:
+        _filter_across(top, bottom, plane, tensor, sigma, math.ceil(1 / sigma), np.empty((2, 2)), across)
+
+    for_all_rows(run, luma.shape)
     parts = average_along_lines(across, tensor, sigma_m).astype(np.float32)
     return parts[..., 0].copy(), parts[..., 1].copy()
 
 
 @compiled(fastmath=True)
-def _filter_across(top, bottom, luma, tensor, sigma, pace, out):  # type: ignore[no-untyped-def]
+def _filter_across(top, bottom, luma, tensor, sigma, pace, scratch, out):  # type: ignore[no-untyped-def]
     """G_sigma and its difference from the wider one on the straight line across the edge.
 
     The samples lie on the grid's columns, or rows where the line is steep, so that they are interpolated
     between two pixels only and blurred less; `pace` of them to a column, more for a narrow Gaussian.
     Without a direction the pixel is its own smooth value and there is no difference.
     """
-    samples, sums = np.empty(1), np.empty(2)
+    samples, sums = scratch[0], scratch[1]
     for row in range(top, bottom):
         for column in range(luma.shape[1]):
             down, across = tangent_at(tensor, float(column), float(row))

@@ -47,7 +47,7 @@ def tv_flow(luma: np.ndarray, time: float, gradient_power: int = 1) -> np.ndarra
         raise UsageError("gradient_power", f"cannot be {gradient_power}", "choose 0 or 1")
     if gradient_power == 1:
         return _evolve(_move_by_curvature, luma, time, CURVATURE_STEP, FAINT_CURVATURE)
-    return _evolve(_lower_variation, luma, time, FAINT_VARIATION / 4, FAINT_VARIATION)
+    return _evolve(_with_two_rows, luma, time, FAINT_VARIATION / 4, FAINT_VARIATION)
 
 
 def _evolve(
@@ -101,14 +101,18 @@ def _move_by_curvature(top, bottom, now, time, faint, then):  # type: ignore[no-
             then[row, x] = min(max(here + time * speed, lowest), highest)
 
 
+def _with_two_rows(top: int, bottom: int, now: np.ndarray, *arguments: object) -> None:
+    _lower_variation(top, bottom, now, np.empty((2, now.shape[1] - 1), np.float32), *arguments)
+
+
 @compiled(fastmath=True)
-def _lower_variation(top, bottom, now, time, faint, then):  # type: ignore[no-untyped-def]
+def _lower_variation(top, bottom, now, scratch, time, faint, then):  # type: ignore[no-untyped-def]
     """Steepest descent of the total variation, the sum of |grad u| over all cells of four pixels.
 
     It amounts to an exchange between neighbours, so that the mean is kept and nothing overshoots.
     """
     half = np.float32(0.5)
-    above, below = np.empty(now.shape[1] - 1, np.float32), np.empty(now.shape[1] - 1, np.float32)
+    above, below = scratch[0], scratch[1]
     _divide_by_gradient(now[top], now[top + 1], half * time, faint, below)
     for row in range(top + 1, bottom + 1):
         above, below = below, above
