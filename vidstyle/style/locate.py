@@ -34,7 +34,7 @@ def mended_word(text: str, error: str) -> tuple[str, str] | None:
         error: what tomllib says about it.
 
     >>> mended_word("invert = yes", "Invalid value (at line 1, column 10)")
-    ('invert = true', "line 1: yes is no value; write invert = true")
+    ('invert = true', 'line 1: yes is no value; write invert = true')
     """
     place = re.search(r"at line (\d+)", error)
     lines = text.split("\n")
