@@ -300,7 +300,7 @@ def test_an_interrupted_save_leaves_the_old_bank(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
         save_bank(random_bank(seed=2), path)
-    assert path.read_bytes() == before
+    assert path.read_bytes() == before and os.listdir(tmp_path) == [path.name]
 
 
 def test_fidelity_agrees_with_scikit_image() -> None:

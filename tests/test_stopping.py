@@ -8,8 +8,11 @@ import subprocess
 import sys
 
 import pytest
+from media import make_clip, make_picture
 from waiting import LONG
 
+from vidstyle import cli
+from vidstyle.media.write.atomic import PartialFile
 from vidstyle.pipeline.stopping import stop_on_signals
 
 
@@ -24,6 +27,33 @@ def test_a_signal_asks_to_stop_and_the_handlers_come_back(number, exit_code):
         assert stop.wait(LONG)
         assert stop.exit_code == exit_code
     assert signal.getsignal(number) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "number", "exit_code"),
+    [
+        (["comic", "film.mp4", "page.png", "--storyboard"], signal.SIGTERM, 143),
+        (["train", "bank.npz", "--images", ".", "--reference", "detail_base"], signal.SIGHUP, 129),
+    ],
+)
+def test_a_command_that_is_stopped_says_so_and_leaves_nothing(
+    tmp_path, monkeypatch, capfd, arguments, number, exit_code
+):
+    monkeypatch.chdir(tmp_path)
+    make_clip(tmp_path / "film.mp4", frames=3, size=(64, 48))
+    for name in ("a.png", "b.png"):
+        make_picture(tmp_path / name, size=(64, 48))
+    before = sorted(os.listdir())
+    left = []
+
+    def stop(_: PartialFile) -> None:
+        left.append(sorted(os.listdir()))
+        os.kill(os.getpid(), number)
+
+    monkeypatch.setattr(PartialFile, "finish", stop)
+    assert cli.main(arguments) == exit_code
+    assert left != [before] and sorted(os.listdir()) == before
+    assert capfd.readouterr().err.splitlines()[-1] == "vidstyle: stopped"
 
 
 def test_a_second_signal_ends_the_program_at_once():

@@ -55,7 +55,7 @@ def main() -> None:
     parser.add_argument("--film", type=Path, help="film to render, instead of one that is made")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--within", type=float, default=4.0, help="kill at most so many seconds after the first frame"
+        "--within", type=float, default=20.0, help="kill within so many seconds of the film"
     )
     parser.add_argument("--endings", nargs="+", default=[".mp4"])
     parser.add_argument("--styles", nargs="+", default=["plain"])
@@ -100,10 +100,10 @@ class Run:
         text = self._said.read_text(encoding="utf-8") if self._said.exists() else ""
         return text[: text.rfind("\n") + 1].splitlines()
 
-    def kill(self, delay: float) -> None:
-        """Kill it so many seconds after its first frame, if it still runs."""
-        while self.process.is_alive() and not self.reached:
-            time.sleep(0.01)
+    def kill(self, position: float, delay: float) -> None:
+        """Kill it so many seconds after it has reached a position in the film, if it still runs."""
+        while self.process.is_alive() and self.reached <= position:
+            time.sleep(0.02)
         self.process.join(delay)
         self.process.kill()
         self.process.join()
@@ -132,7 +132,8 @@ def killed(
         target = folder / f"killed-{number}{ending}"
         settings = [*options, "--style", style, *(LOSSLESS if is_resumed else ())]
         run = Run(film, target, *settings)
-        run.kill(chance.uniform(0, arguments.within))
+        # Progress comes ten times a second.
+        run.kill(chance.uniform(0, arguments.within), chance.uniform(0, 0.2))
         left = seconds_left(target)
         good += run.reached - left <= MAY_MISS_SECONDS
         print(f"{number} {ending} {style}: killed at {run.reached:.2f} s of the film: {left:.2f} s play")

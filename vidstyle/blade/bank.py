@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import zipfile
 import zlib
@@ -19,6 +18,7 @@ from vidstyle.assets import asset_folder
 from vidstyle.blade.structure_tensor import Bins
 from vidstyle.blade.symmetry import pair_weights
 from vidstyle.core.regular_file import read_regular_file
+from vidstyle.media.write.atomic import atomic_file
 
 FORMAT = 1
 """Version of the file format."""
@@ -113,8 +113,11 @@ class Bank:
 
 
 def save_bank(bank: Bank, path: str | Path) -> None:
-    """Write a bank atomically. Equal banks give equal bytes."""
-    path = Path(path)
+    """Write a bank atomically. Equal banks give equal bytes.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
     arrays = {
         "format": np.int32(FORMAT),
         "filters": bank.filters,
@@ -123,13 +126,14 @@ def save_bank(bank: Bank, path: str | Path) -> None:
         "rho": np.float64(bank.rho),
         "about": np.frombuffer(json.dumps(bank.about, sort_keys=True).encode(), np.uint8),
     }
-    partial = path.with_name(f"{path.name}.partial")
-    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+    content = BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, array in arrays.items():
             # A fixed date: equal banks give equal bytes.
             with archive.open(zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0)), "w") as stream:
                 np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
-    os.replace(partial, path)
+    with atomic_file(Path(path), overwrite=True) as write:
+        write(content.getvalue())
 
 
 def load_bank(path: str | Path) -> Bank:

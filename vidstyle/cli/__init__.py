@@ -10,6 +10,7 @@ import click
 
 import vidstyle
 from vidstyle.cli.reporting import Reporting
+from vidstyle.pipeline.stopping import on_signals, raise_stopped
 
 CONTEXT = {"help_option_names": ["-h", "--help"], "show_default": True}
 """Settings of all commands."""
@@ -45,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: the command line without the program's name; None takes that of this process.
     """
     reporting = Reporting()
-    with reporting:
+    with reporting, on_signals(raise_stopped):
         result = commands.main(
             None if arguments is None else list(arguments),
             prog_name="vidstyle",

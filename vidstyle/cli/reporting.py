@@ -16,6 +16,7 @@ from typing import Any, TextIO
 import click
 
 from vidstyle.errors import OutputError, StyleError, UsageError, VidstyleError, log, output_error, printable
+from vidstyle.pipeline.stopping import StoppedError
 
 USAGE = UsageError.exit_code
 BUG = VidstyleError.exit_code
@@ -79,8 +80,8 @@ def _conclusion(error: BaseException) -> tuple[int, str]:
             return USAGE, printable(f"{error.format_message().rstrip('.')}; see {command} --help")
         case click.ClickException():
             return USAGE, printable(error.format_message())
-        case click.Abort() | KeyboardInterrupt():
-            return 130, "stopped"
+        case StoppedError() | KeyboardInterrupt():
+            return getattr(error, "exit_code", 130), "stopped"
         case OSError(errno=errno.ENOSPC | errno.EPIPE | errno.EBADF, filename=None):
             # Of a command that prints: whatever writes a file names it in an error of its own.
             return OutputError.exit_code, str(output_error("standard output", error))

@@ -5,48 +5,76 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import NoReturn
+
+
+class StoppedError(BaseException):
+    """Raised in the main thread where a signal is to end the program; no handler of exceptions takes it.
+
+    Attributes:
+        exit_code: what a shell expects of a program that this signal ended: 129, 130 or 143.
+    """
+
+    def __init__(self, cause: signal.Signals) -> None:
+        super().__init__(cause)
+        self.exit_code = 128 + cause
 
 
 class Stop(threading.Event):
     """Set when a job is to end before its end.
 
     Attributes:
-        cause: the signal that asked for it, or None.
+        exit_code: as of `StoppedError`; 0 if no signal has asked for it.
     """
 
-    cause: signal.Signals | None = None
-
-    @property
-    def exit_code(self) -> int:
-        """What a shell expects of a program that this signal ended: 129, 130 or 143."""
-        return 128 + (self.cause or 0)
+    exit_code = 0
 
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """Within the block SIGINT, SIGTERM and SIGHUP set the given event; a second one exits at once.
+    """Within the block the first signal sets the given event.
 
-    Exiting at once leaves the file as `kill -9` would: playable, since films are written in fragments. SIGHUP
-    stays ignored where the caller ignores it, as `nohup` does.
+    Exiting at the second leaves the file as `kill -9` would: playable, since films are written in fragments.
     """
     stop = Stop()
 
-    def ask(number: int, _: FrameType | None) -> None:
-        if stop.is_set():
-            os._exit(128 + number)
-        stop.cause = signal.Signals(number)
+    def ask(cause: signal.Signals) -> None:
+        stop.exit_code = StoppedError(cause).exit_code
         stop.set()
+
+    with on_signals(ask):
+        yield stop
+
+
+def raise_stopped(cause: signal.Signals) -> NoReturn:
+    """Raise `StoppedError`."""
+    raise StoppedError(cause)
+
+
+@contextmanager
+def on_signals(handle: Callable[[signal.Signals], None]) -> Iterator[None]:
+    """Within the block `handle` is called for the first SIGINT, SIGTERM or SIGHUP; a second one exits at once.
+
+    SIGHUP stays ignored where the caller ignores it, as `nohup` does.
+    """
+    come: list[int] = []
+
+    def take(number: int, _: FrameType | None) -> None:
+        if come:
+            os._exit(128 + number)
+        come.append(number)
+        handle(signal.Signals(number))
 
     numbers = [signal.SIGINT, signal.SIGTERM]
     # Windows has none.
     if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
-    before = {number: signal.signal(number, ask) for number in numbers}
+    before = {number: signal.signal(number, take) for number in numbers}
     try:
-        yield stop
+        yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
