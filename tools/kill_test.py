@@ -54,9 +54,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=6, help="length of the film, in fours of seconds")
     parser.add_argument("--film", type=Path, help="film to render, instead of one that is made")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument(
-        "--within", type=float, default=20.0, help="kill within so many seconds of the film"
-    )
+    parser.add_argument("--within", type=float, default=20.0, help="kill within so many seconds of the film")
     parser.add_argument("--endings", nargs="+", default=[".mp4"])
     parser.add_argument("--styles", nargs="+", default=["plain"])
     parser.add_argument("--options", default="--size 1280x720", help="for vidstyle render")

@@ -56,7 +56,7 @@ def raise_stopped(cause: signal.Signals) -> NoReturn:
 
 @contextmanager
 def on_signals(handle: Callable[[signal.Signals], None]) -> Iterator[None]:
-    """Within the block `handle` is called for the first SIGINT, SIGTERM or SIGHUP; a second one exits at once.
+    """Within the block the first SIGINT, SIGTERM or SIGHUP calls `handle`, and a second one exits at once.
 
     SIGHUP stays ignored where the caller ignores it, as `nohup` does.
     """
