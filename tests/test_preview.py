@@ -17,10 +17,11 @@ import numpy as np
 import pytest
 from media import alpha_ramp, make_clip, make_picture, moving_frames, rms_error
 from PIL import Image
+from waiting import eventually
 
 from tools.progression import progression
 from vidstyle.assets import asset_folder
-from vidstyle.cli import main
+from vidstyle.cli import browser, main
 from vidstyle.errors import InputError
 from vidstyle.gallery.preview import page_of, read_still, write_preview
 from vidstyle.gallery.style_samples import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
@@ -132,6 +133,43 @@ def test_of_a_film_the_middle_or_a_given_time_is_shown(tmp_path: Path) -> None:
         assert int(np.argmin(errors)) == number and errors[number] < 2
     with pytest.raises(InputError, match="has no frame"):
         read_still(film, ReadOptions(start=Fraction(9)))
+
+
+def test_a_page_is_opened_at_a_desktop_unless_declined(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr("vidstyle.cli.browser.is_wanted", lambda no_open: not no_open)
+    source = make_picture(tmp_path / "in.png")
+    for name, *more in (["declined.html", "--no-open"], ["sheet.png"], ["a page.html"]):
+        assert main(["styles", "plain", "--preview", str(source), "-o", str(tmp_path / name), *more]) == 0
+    eventually(lambda: opened == [(tmp_path / "a page.html").as_uri()])
+
+
+@pytest.mark.parametrize(
+    ("environment", "is_wanted"),
+    [
+        ({"DISPLAY": ":0"}, True),
+        ({"WAYLAND_DISPLAY": "wayland-0"}, True),
+        ({}, False),
+        ({"DISPLAY": ":0", "CI": "true"}, False),
+        ({"DISPLAY": ":10", "SSH_CONNECTION": "10.0.0.1 1 10.0.0.2 22"}, False),
+    ],
+)
+def test_a_desktop_is_told_by_its_environment(
+    environment: dict[str, str], is_wanted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "CI", "SSH_CONNECTION"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    assert not browser.is_wanted(no_open=False), "standard error is no terminal"
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    assert browser.is_wanted(no_open=False) == is_wanted
+    assert not browser.is_wanted(no_open=True)
 
 
 def test_a_film_that_is_shorter_than_it_says_shows_its_first(

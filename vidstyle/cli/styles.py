@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli import browser
 from vidstyle.cli.bench import FORMS, both_sides
 from vidstyle.cli.options import SECONDS, SIZE
 from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.terminal_pictures import protocol_of, sheet_lines
 from vidstyle.errors import StyleError, UsageError, printable
 
 if TYPE_CHECKING:
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
               help="Output of --preview (.html, .png or .jpg) or --svg (.svg).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
+@browser.open_option
 @click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as SVG.")
 @click.option("--plan", is_flag=True, help="Print the GPU passes of the style and the bytes that they move.")
 @click.option("--size", type=SIZE, default="1920x1080", callback=both_sides, help="Picture size for --plan.")
@@ -54,22 +57,43 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
         _write_svg(name, options["output"], options["overwrite"])
     elif options["plan"]:
         _print_plan(name, options["size"], options["form"], as_json)
+    elif name is not None and as_json:
+        click.echo(json.dumps(describe(load_style(name)), indent=2))
     elif name is not None:
         style = load_style(name)
-        described = describe(style)
-        click.echo(json.dumps(described, indent=2) if as_json else "\n".join(_details(style, described)))
+        _print_thumbnails({"": style})
+        click.echo("\n".join(_details(style, describe(style))))
     elif as_json:
         click.echo(json.dumps([describe(load_style(each)) for each in style_names()], indent=2))
     else:
-        for each in style_names():
-            try:
-                style = load_style(each)
-            except StyleError as error:  # one of the user's own, which hides no other
-                say(str(error))
-                continue
-            variants = ", ".join(f"{each}:{variant}" for variant in style.variants)
-            variants = f" Variants: {variants}." if variants else ""
-            click.echo(f"{each:16} {style.note}{variants}".rstrip())
+        _print_list()
+
+
+def _print_list() -> None:
+    from vidstyle.style import load_style, style_names
+
+    styles: dict[str, Style] = {}
+    for name in style_names():
+        try:
+            styles[name] = load_style(name)
+        except StyleError as error:  # one of the user's own, which hides no other
+            say(str(error))
+    _print_thumbnails(styles)
+    for name, style in styles.items():
+        variants = ", ".join(f"{name}:{variant}" for variant in style.variants)
+        variants = f" Variants: {variants}." if variants else ""
+        first, end, _ = style.note.partition(". ")
+        click.echo(f"{name:16} {first}{end.rstrip()}{variants}".rstrip())
+
+
+def _print_thumbnails(styles: Mapping[str, Style]) -> None:
+    """Show what each style makes of a photograph, in a terminal that can."""
+    protocol = protocol_of()
+    if protocol:
+        from vidstyle.gallery.thumbnail import thumbnail
+
+        named = [(name, thumbnail(style)) for name, style in styles.items()]
+        click.echo("\n".join([*sheet_lines(named, protocol, get_terminal_size((80, 0)).columns), ""]))
 
 
 def _reject_unused_options(options: dict[str, Any]) -> None:
@@ -94,6 +118,8 @@ def _write_preview(name: str | None, options: dict[str, Any]) -> None:
     chosen, output = [load_style(each) for each in names], options["output"]
     heading = write_preview(options["preview"], output, chosen, read, options["overwrite"])
     say(printable(f"{output}: {heading}"))
+    if output.suffix.lower() == ".html" and browser.is_wanted(options["no_open"]):
+        browser.open_page(output.resolve().as_uri())
 
 
 def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
