@@ -52,8 +52,8 @@ class Loss:
     seconds: float = 0.0
 
     def __str__(self) -> str:
-        time = f" ({self.seconds:.2f} s)" if self.seconds else ""
-        return f"{self.packets} packet{'s' * (self.packets != 1)}{time}"
+        packets, time = f"{self.packets} packet{'s' * (self.packets != 1)}", f"{self.seconds:.2f} s"
+        return packets if not self.seconds else f"{packets} ({time})" if self.packets else time
 
     def add(self, packet: av.Packet) -> None:
         """Count a packet."""
