@@ -138,7 +138,7 @@ def test_a_rehearsal_calls_every_kernel_that_two_frames_of_a_style_need(name, mo
         renderer.run(picture.map_planes(lambda plane, _: plane & 0xFE), 0.04)
     with dry_run() as rehearsed, np.errstate(all="ignore"):
         rehearsals[0]()
-    assert rehearsed == called
+    assert set(rehearsed) == called
 
 
 def test_a_rehearsal_within_a_remembered_computation_does_not_wait_for_it():
@@ -197,5 +197,5 @@ def test_who_waits_at_a_terminal_is_told_that_it_compiles(
     for terminal in (False, True):
         with Reporting():
             monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
-            kernel_library.announce()
+            kernel_library.announce.__wrapped__()
         assert capsys.readouterr().err.count("preparing kernels for this processor, once") == terminal

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import ctypes
 import functools
 import hashlib
@@ -14,11 +13,11 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from concurrent.futures import Future
+from contextlib import closing, contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -56,9 +55,12 @@ def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., 
     """The machine code of a kernel; it takes the flattened arguments."""
     name, types = object_name(compiled, kinds), _c_types(compiled, kinds)
     with _lock:
-        code = _stored(name)
-        if code is None:
-            code = _compiled_with_others((compiled, kinds))[name]
+        if name in _ordered:
+            code = None
+        elif (code := _stored(name)) is None:
+            _order_with_others(name, (compiled, kinds))
+    code = code or _delivered(_ordered[name])
+    with _lock:
         address = _engine().add(name, code)
     return ctypes.CFUNCTYPE(ctypes.c_bool, *types)(address)
 
@@ -134,10 +136,13 @@ class _Engine:
         llvm.initialize_native_asmprinter()
         self._machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
+        self._added: set[str] = set()
 
     def add(self, name: str, code: bytes) -> int:
-        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-        self._engine.finalize_object()
+        if name not in self._added:
+            self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+            self._engine.finalize_object()
+            self._added.add(name)
         return int(self._engine.get_function_address(name))
 
 
@@ -146,30 +151,25 @@ _engine = functools.cache(_Engine)
 
 # --- Compilation ---
 
-
-def _compiled_with_others(kernel: Kernel) -> dict[str, bytes]:
-    """The object files of a kernel and of what will be needed soon, compiled side by side, and stored."""
-    notice = threading.Timer(1, announce)
-    notice.daemon = True
-    notice.start()
-    try:
-        jobs = {object_name(*each): each for each in (kernel, *_needed_soon())}
-        missing = {name: each for name, each in jobs.items() if each == kernel or not _file(name).exists()}
-        objects = _compile_side_by_side(missing)
-    finally:
-        notice.cancel()
-    for name, code in objects.items():
-        _store(name, code)
-    return objects
+_ordered: dict[str, Future[bytes]] = {}
+"""The object files that are being compiled, or have been."""
 
 
-def announce() -> None:
-    """Only on a terminal, where somebody waits."""
-    log.info("preparing kernels for this processor, once", extra={"only_on_terminal": True})
+def _order_with_others(name: str, kernel: Kernel) -> None:
+    """Have a kernel compiled, and then what will be needed soon, side by side."""
+    missing = {name: kernel}
+    for each in _needed_soon():
+        other = object_name(*each)
+        if other not in _ordered and not _file(other).exists():
+            missing[other] = each
+    for name, kernel in missing.items():
+        _ordered[name] = Future()
+        _compilers.take(name, kernel, _ordered[name])
 
 
-def _needed_soon() -> set[Kernel]:
-    needed: set[Kernel] = set()
+def _needed_soon() -> list[Kernel]:
+    """What the rehearsals call, in the order of first calls."""
+    needed: dict[Kernel, None] = {}
     for rehearsal in list(_rehearsals):
         with dry_run() as calls, np.errstate(all="ignore"):
             try:
@@ -177,90 +177,113 @@ def _needed_soon() -> set[Kernel]:
             except Exception as error:  # nothing was computed in it; the real run will tell
                 log.debug("a dry run ended early: %s", error)
         needed |= calls
-    return needed
+    return list(needed)
 
 
-def _compile_side_by_side(kernels: dict[str, Kernel]) -> dict[str, bytes]:
-    """Compile in a process for each core, as Numba compiles one function at a time; longest ones first."""
-    longest_first = sorted(kernels, key=lambda name: kernels[name][0].length(), reverse=True)
-    objects = _processes.compile([_request(name, *kernels[name]) for name in longest_first])
-    for name in kernels.keys() - objects.keys():
-        compiler: Any = importlib.import_module("vidstyle.core.kernel_compiler")
-        objects[name] = compiler.object_code(name, *kernels[name])
-    return objects
+def _delivered(code: Future[bytes]) -> bytes:
+    try:
+        return code.result(timeout=1)
+    except TimeoutError:
+        announce()
+    return code.result()
 
 
-def _request(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> CompileRequest:
-    return name, compiled.function.__module__, compiled.function.__qualname__, kinds
+@functools.cache
+def announce() -> None:
+    """Once, and only on a terminal, where somebody waits."""
+    log.info("preparing kernels for this processor, once", extra={"only_on_terminal": True})
 
 
-class _Processes:
-    """Processes that compile; they end when there is nothing more to do for a while."""
+class _Compilers:
+    """Threads that compile, each in a process of its own, as Numba compiles one function at a time.
+
+    They end when there is nothing to do for a while; as daemons they keep no program from ending.
+    """
 
     IDLE = 30.0
     """Seconds after which they end."""
 
     def __init__(self) -> None:
-        self._running: list[subprocess.Popen[bytes]] = []
-        self._free: SimpleQueue[subprocess.Popen[bytes]] = SimpleQueue()
-        self._busy = threading.RLock()
-        self._end = threading.Timer(0, self.close)
-        atexit.register(self.close)
+        self._jobs: SimpleQueue[tuple[str, Kernel, Future[bytes]]] = SimpleQueue()
+        self._running = 0
+        self._lock = threading.Lock()
 
-    def compile(self, requests: Iterable[CompileRequest]) -> dict[str, bytes]:
-        """The object files of these kernels.
+    def take(self, name: str, kernel: Kernel, code: Future[bytes]) -> None:
+        """Compile a kernel as soon as a core is free, and store its object file."""
+        with self._lock:
+            self._jobs.put((name, kernel, code))
+            if self._running < CORES:
+                self._running += 1
+                threading.Thread(target=self._run, name="kernel compiler", daemon=True).start()
 
-        A script is not imported a second time, as that could run it: its own kernels are left out, and
-        everything where no process can be started, as in a program that embeds Python.
+    def _run(self) -> None:
+        with closing(_Process()) as process:
+            for name, kernel, code in iter(self._next, None):
+                try:
+                    object_code = process.compile(name, *kernel)
+                    _store(name, object_code)
+                    code.set_result(object_code)
+                except Exception as error:  # raised where the kernel is called
+                    code.set_exception(error)
+
+    def _next(self) -> tuple[str, Kernel, Future[bytes]] | None:
+        with suppress(Empty):
+            return self._jobs.get(timeout=self.IDLE)
+        with self._lock:
+            with suppress(Empty):  # one that came in meanwhile
+                return self._jobs.get_nowait()
+            self._running -= 1
+            return None
+
+
+class _Process:
+    """A process that compiles; started when it is needed."""
+
+    def __init__(self) -> None:
+        self._running: subprocess.Popen[bytes] | None = None
+
+    def compile(self, name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> bytes:
+        """The object file of a kernel, compiled here where no process can do it.
+
+        None can be started in a program that embeds Python; and a script is not imported a second time, as
+        that could run it.
         """
-        jobs = [request for request in requests if request[1] != "__main__"]
-        with self._busy:
-            self._end.cancel()
+        module, function = compiled.function.__module__, compiled.function.__qualname__
+        if module != "__main__":
             try:
-                while len(self._running) < min(CORES, len(jobs)):
-                    self._running.append(self._start())
-                    self._free.put(self._running[-1])
-                with ThreadPoolExecutor(CORES) as pool:
-                    codes = list(pool.map(self._exchange, jobs))
+                return self._answer((name, module, function, kinds))
             except (OSError, EOFError) as error:
-                log.debug("kernels are compiled in this process: %s", error)
+                log.debug("%s is compiled in this process: %s", function, error)
                 self.close()
-                return {}
-            self._end = threading.Timer(self.IDLE, self.close)
-            self._end.daemon = True
-            self._end.start()
-        return {name: code for (name, *_), code in zip(jobs, codes, strict=True)}
+        compiler: Any = importlib.import_module("vidstyle.core.kernel_compiler")
+        code: bytes = compiler.object_code(name, compiled, kinds)
+        return code
 
     def close(self) -> None:
-        """End the processes."""
-        with self._busy:
-            self._end.cancel()
-            self._free = SimpleQueue()
-            while self._running:
-                process = self._running.pop()
-                assert process.stdin and process.stdout
-                with suppress(OSError):
-                    process.stdin.close()
-                process.stdout.close()
-                process.wait()
+        """End the process."""
+        if self._running is not None:
+            assert self._running.stdin and self._running.stdout
+            with suppress(OSError):
+                self._running.stdin.close()
+            self._running.stdout.close()
+            self._running.wait()
+            self._running = None
 
-    def _start(self) -> subprocess.Popen[bytes]:
+    def _answer(self, request: CompileRequest) -> bytes:
+        self._running = self._running or self._started()
+        assert self._running.stdin and self._running.stdout
+        pickle.dump(request, self._running.stdin)
+        self._running.stdin.flush()
+        code: bytes = pickle.load(self._running.stdout)
+        return code
+
+    @staticmethod
+    def _started() -> subprocess.Popen[bytes]:
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         command = [sys.executable, "-P", "-m", "vidstyle.core.kernel_compiler"]
         pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
         # In a session of its own, so that Ctrl-C ends the program, and not its compilers first.
         return subprocess.Popen(command, env=environment, start_new_session=True, **pipes)
 
-    def _exchange(self, request: CompileRequest) -> bytes:
-        process = self._free.get()
-        assert process.stdin and process.stdout
-        try:
-            pickle.dump(request, process.stdin)
-            process.stdin.flush()
-            code: bytes = pickle.load(process.stdout)
-        finally:
-            self._free.put(process)
-        return code
 
-
-_processes = _Processes()
+_compilers = _Compilers()

@@ -63,7 +63,7 @@ class Compiled(Generic[Arguments, Result]):
         """
         kinds = types_of(arguments)
         if _dry_run.calls is not None:
-            _dry_run.calls.add((self, kinds))
+            _dry_run.calls[self, kinds] = None
             return None  # type: ignore[return-value]
         entry = self._entries.get(kinds)
         if entry is None:
@@ -88,12 +88,6 @@ class Compiled(Generic[Arguments, Result]):
         """Kernels and intrinsics that it names."""
         named = map(self.function.__globals__.get, self.function.__code__.co_names)
         return [item for item in named if hasattr(type(item), "_numba_type_") and item is not self]
-
-    def length(self) -> int:
-        """Bytes of byte code with all that it calls: about as its compilation takes time."""
-        return len(self.function.__code__.co_code) + sum(
-            each.length() for each in self._callees() if isinstance(each, Compiled)
-        )
 
 
 @overload
@@ -148,23 +142,22 @@ def _flat(values: tuple[Any, ...]) -> list[Any]:
 
 
 class _DryRun(threading.local):
-    calls: set[tuple[Compiled, tuple[ArgumentType, ...]]] | None = None
+    calls: dict[tuple[Compiled, tuple[ArgumentType, ...]], None] | None = None
 
 
 _dry_run = _DryRun()
 
 
 @contextmanager
-def dry_run() -> Iterator[set[tuple[Compiled, tuple[ArgumentType, ...]]]]:
+def dry_run() -> Iterator[dict[tuple[Compiled, tuple[ArgumentType, ...]], None]]:
     """Within it, calls of kernels in this thread are noted and not carried out.
 
     Yields:
-        The kernels that were called, each with the kinds of its arguments.
+        The kernels that were called, each with the types of its arguments, in the order of first calls.
     """
-    calls: set[tuple[Compiled, tuple[ArgumentType, ...]]] = set()
-    _dry_run.calls = calls
+    _dry_run.calls = {}
     try:
-        yield calls
+        yield _dry_run.calls
     finally:
         _dry_run.calls = None
 
