@@ -23,7 +23,7 @@ FRAME_RATE, RATE = 25, 48000
 ENDINGS = ".mp4 .mov .mkv .webm .avi .ts .ogv .flv .wmv .nut".split()
 CODECS = "aac ac3 eac3 flac libopus libmp3lame mp2 vorbis alac wavpack pcm_s16le pcm_s16be pcm_f32le".split()
 Spoil = Callable[[int, bytes], bytes]
-"""Gives the content of a packet of sound, from its number and what it was."""
+"""Gives the content of a packet of sound, from its number and what it was; empty: it is left out."""
 
 
 def film(
@@ -46,7 +46,8 @@ def film(
         for speaker in speakers:
             heard = _beep(speaker, begin, seconds)
             if spoil:
-                heard = [spoilt(packet, spoil(number, bytes(packet))) for number, packet in enumerate(heard)]
+                contents = [spoil(number, bytes(packet)) for number, packet in enumerate(heard)]
+                heard = [spoilt(*each) for each in zip(heard, contents, strict=True) if each[1]]
             packets += heard
         for packet in sorted(packets, key=lambda packet: packet.dts * packet.time_base):
             container.mux(packet)
@@ -128,6 +129,24 @@ def test_late_sound_is_copied_and_else_encoded_anew(tmp_path, caplog, monkeypatc
             assert container.streams.audio[0].codec_context.codec.canonical_name == codec
         assert beep(target) == pytest.approx(1.8, abs=0.03)
     assert "encoded anew as aac, since .mp4 files need a good packet of it early" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("codec", "ending", "begin"), [("ac3", ".avi", 0.5), ("pcm_s16le", ".avi", 6.5), ("flac", ".ogv", 1.0)]
+)
+def test_late_sound_is_late_where_the_container_holds_no_times(tmp_path, caplog, codec, ending, begin):
+    late, target = film(tmp_path / "late.mkv", codec, begin=begin, seconds=begin + 1), tmp_path / f"out{ending}"
+    rendered(late, target)
+    assert beep(target) == pytest.approx(begin + 0.8, abs=0.03)
+    assert f"since it begins late, which {ending} files cannot hold" in caplog.text
+
+
+def test_gaps_in_sound_that_a_container_closes_are_told(tmp_path, caplog):
+    source = film(tmp_path / "in.mkv", "ac3", spoil=lambda number, content: content * (not 10 <= number < 20))
+    rendered(source, tmp_path / "out.mkv")
+    assert "gaps" not in caplog.text
+    rendered(source, tmp_path / "out.avi")
+    assert "0.3 s of gaps in the sound are closed, since .avi files hold no times of sound" in caplog.text
 
 
 @pytest.mark.parametrize("ending", [".mp4", ".mov"])

@@ -164,12 +164,14 @@ class AudioEncoder:
         rate: int = RATE,
         layout: str = "stereo",
         from_zero: bool = True,
+        gaps: bool = True,
     ) -> None:
         """Add the stream, before the container's header is written.
 
         Args:
             rate, layout: of the samples that will come.
             from_zero: whether it begins at 0, with silence, rather than with the first samples.
+            gaps: whether long gaps may be left in the timestamps.
         """
         self.stream: AudioStream = container.add_stream(encoder, rate=rate)  # type: ignore[call-overload, assignment]
         self.stream.layout = layout  # type: ignore[assignment, list-item]
@@ -180,7 +182,7 @@ class AudioEncoder:
         self._rate, self._layout = rate, layout
         self._resampler = self._new_resampler(from_zero)
         self._end, self._begun = 0, False
-        self._from_zero = from_zero
+        self._from_zero, self._gaps = from_zero, gaps
 
     def packets(self, samples: np.ndarray, seconds: float) -> list[av.Packet]:
         """Encode samples; gaps are filled with silence.
@@ -199,21 +201,28 @@ class AudioEncoder:
         if samples.shape[1] == 0:
             return []
         self._begun = True
-        made = self._bridge() if begin - self._end > MAX_SILENCE * self._rate else []
-        self._end = begin + samples.shape[1]
-        frame = AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", self._layout)
-        frame.sample_rate, frame.pts, frame.time_base = self._rate, begin, Fraction(1, self._rate)
-        return made + self._encoded(self._resampler.resample(frame))
+        return self._bridge(begin) + self._resampled(samples, begin)
 
     def flush(self) -> list[av.Packet]:
         """Flush the encoder."""
         return self._encoded(self._resampler.resample(None)) + list(self.stream.encode(None))
 
-    def _bridge(self) -> list[av.Packet]:
-        """Leave a gap in the timestamps: minutes of silence would all be encoded at once."""
-        made = self._encoded(self._resampler.resample(None))
-        self._resampler = self._new_resampler(from_zero=False)
+    def _bridge(self, begin: int) -> list[av.Packet]:
+        """Leave a gap in the timestamps, or fill it in pieces: minutes of silence would take much memory."""
+        made: list[av.Packet] = []
+        longest = MAX_SILENCE * self._rate
+        if self._gaps and begin - self._end > longest:
+            made = self._encoded(self._resampler.resample(None))
+            self._resampler = self._new_resampler(from_zero=False)
+        while not self._gaps and begin - self._end > longest:
+            made += self._resampled(np.zeros((self.stream.layout.nb_channels, longest), np.float32), self._end)
         return made
+
+    def _resampled(self, samples: np.ndarray, begin: int) -> list[av.Packet]:
+        self._end = begin + samples.shape[1]
+        frame = AudioFrame.from_ndarray(np.ascontiguousarray(samples), "fltp", self._layout)
+        frame.sample_rate, frame.pts, frame.time_base = self._rate, begin, Fraction(1, self._rate)
+        return self._encoded(self._resampler.resample(frame))
 
     def _encoded(self, frames: list[AudioFrame]) -> list[av.Packet]:
         return [packet for frame in frames for packet in self.stream.encode(frame)]

@@ -28,6 +28,7 @@ class ContainerKind:
         way: how it is written.
         alpha: the encoder and pixel format for pictures with alpha, or None where it has none.
         audio: canonical names of audio codecs that players accept in it.
+        untimed: those of them whose sound always begins at 0 in it.
         new_audio: the encoder for audio that must be transcoded, or "" if it holds no audio.
         subtitles: canonical names of the subtitle codecs it holds; text becomes the first of them.
         data: canonical names of data codecs it holds.
@@ -48,6 +49,7 @@ class ContainerKind:
     way: Way = "film"
     alpha: tuple[str, str] | None = None
     audio: tuple[str, ...] = ()
+    untimed: tuple[str, ...] = ()
     new_audio: str = ""
     subtitles: tuple[str, ...] = ()
     data: tuple[str, ...] = ()
@@ -74,7 +76,7 @@ _CLUSTERS = {"cluster_time_limit": "400"} | _UNSHIFTED
 def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: Any) -> ContainerKind:
     """A row of the table: names are separated by spaces, `flags` are the fields that are true."""
     fields |= dict.fromkeys(flags.split(), True)
-    for name in ("video", "audio", "subtitles", "data"):
+    for name in ("video", "audio", "untimed", "subtitles", "data"):
         fields[name] = tuple(fields.get(name, "").split())
     return ContainerKind(muxer, tuple(endings.split()), codec, **fields)
 
@@ -99,12 +101,12 @@ KINDS: tuple[ContainerKind, ...] = (
     _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped", options=_CLUSTERS, video="vp8 vp9 av1",
           alpha=("libvpx-vp9", "yuva420p"), audio="opus vorbis", new_audio="libopus", subtitles="webvtt"),
     _kind("avi", ".avi", "mpeg4", flags="strict_rate", options=_UNSHIFTED,
-          audio=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
+          audio=f"mp3 mp2 ac3 {PCM_LITTLE}", untimed=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
     _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped",
           video="h264 hevc mpeg2video mpeg1video mpeg4",
           audio="aac mp3 mp2 ac3 eac3 opus dts", new_audio="aac", subtitles="dvb_subtitle dvb_teletext"),
     _kind("ogv", ".ogv .ogg", "libvpx", flags="piped", video="vp8 theora",
-          audio="vorbis opus flac", new_audio="libopus"),
+          audio="vorbis opus flac", untimed="flac", new_audio="libopus"),
     _kind("flv", ".flv", "libx264", flags="piped", video="h264 flv1 hevc av1 vp9",
           audio="aac mp3", new_audio="aac"),
     _kind("asf", ".wmv .asf", "wmv2", options=_UNSHIFTED, audio="wmav1 wmav2 mp3", new_audio="wmav2"),

@@ -133,7 +133,8 @@ class FilmWriter(Writer):
         else:
             self._early_bytes += item.size if item else 0
             late = self._early_bytes > MAX_QUEUED_BYTES
-        if late or not self._kind.late_options or (self._heard and not self._copied.awaited):
+        waits = self._kind.late_options or self._kind.untimed
+        if late or not waits or (self._heard and not self._copied.awaited):
             self._begin()
 
     def _begin(self, over: bool = False) -> None:
@@ -302,3 +303,6 @@ class FilmWriter(Writer):
         for text, count in notices.items():
             if count:
                 _log.warning("%s: %d %s", self.name, count, text)
+        if self._kind.strict_rate and (gaps := self._interleaver.gaps):
+            reason = f"{self._kind.endings[0]} files hold no times of sound"
+            _log.warning("%s: %.1f s of gaps in the sound are closed, since %s", self.name, gaps, reason)

@@ -16,6 +16,8 @@ OUTPUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EIO
 """System errors that are caused by the output, not by a packet."""
 MAX_QUEUED_BYTES = 32 * 2**20
 """Maximum bytes of copied packets that wait for video packets."""
+MAX_GAP = Fraction(1, 50)
+"""Seconds between two packets of sound that are none; times are rounded."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -31,6 +33,7 @@ class Interleaver:
         dropped: how many were left out, being repeated or without a time, or refused.
         refused: how many the muxer did not take.
         cut: how many came after the end of the pictures, where that was to be cut.
+        gaps: seconds of sound that are missing between two packets.
     """
 
     def __init__(
@@ -55,6 +58,7 @@ class Interleaver:
         self._last: dict[int, int] = {}
         self._sounds: dict[int, av.Packet] = {}
         self.moved = self.dropped = self.refused = self.cut = 0
+        self.gaps = Fraction(0)
 
     def start(self) -> None:
         """Write what has come; the container's header is written."""
@@ -92,7 +96,10 @@ class Interleaver:
         self._sounds[packet.stream_index] = packet
         if before is None or before.dts is None or packet.dts is None:
             return []
-        before.duration = packet.dts - before.dts
+        lasts = packet.dts - before.dts
+        if before.duration and (gap := (lasts - before.duration) * packet.time_base) > MAX_GAP:
+            self.gaps += gap
+        before.duration = lasts
         return [before]
 
     def _wait(self, *packets: av.Packet) -> None:

@@ -28,6 +28,8 @@ _CODES = (
 BIBLIOGRAPHIC_CODES = dict(zip(_CODES[::2], _CODES[1::2], strict=True))
 """Languages with two names (ISO 639-2), the terminological one first."""
 COVER_CODECS = ("mjpeg", "png", "bmp")
+MAX_EARLY = 0.05
+"""Seconds by which sound may be early where it can only begin at 0; more is noticed (ITU-R BT.1359)."""
 
 _log = logging.getLogger("vidstyle")
 
@@ -154,14 +156,17 @@ class CopiedStreams:
 
     def _added(self, template: Stream, absent: bool) -> CopiedStream | None:
         """The stream in the container, made in the first way that works; else a notice is logged."""
-        ways, first = self._ways[template.index], self._first.get(template.index)
+        first = self._first.get(template.index)
+        late = not absent and codec_name(template) in self._kind.untimed and _begins_late(first)
+        ways = self._ways_of(template, late)
         for how, way in list(ways.items())[: 1 if absent else None]:
             if self._works(way, first):
                 if how:
-                    self._say(logging.WARNING if template.type == "audio" else logging.INFO, template, how)
+                    level = logging.WARNING if template.type == "audio" else logging.INFO
+                    self._say(level, template, how, late=late)
                 return way(self._container)
         if ways or self._audio != "none" or template.type != "audio":
-            self._say(logging.WARNING, template, "left out", absent)
+            self._say(logging.WARNING, template, "left out", absent=absent)
         return None
 
     def _best(self, index: int) -> StreamMaker:
@@ -183,8 +188,12 @@ class CopiedStreams:
             return False
         return True
 
-    def _ways_of(self, template: Stream) -> dict[str, StreamMaker]:
-        """The ways in which the stream may be kept, the best first, by what is said of each."""
+    def _ways_of(self, template: Stream, late: bool = False) -> dict[str, StreamMaker]:
+        """The ways in which the stream may be kept, the best first, by what is said of each.
+
+        Args:
+            late: whether a copy would begin too early.
+        """
         name, kind = codec_name(template), self._kind
         copy: dict[str, StreamMaker] = {"": partial(_copy, template=template, name=name, kind=kind)}
         if isinstance(template, AttachmentStream):
@@ -192,11 +201,11 @@ class CopiedStreams:
         if isinstance(template, AudioStream):
             if self._audio == "none":
                 return {}
-            held = self._audio == "copy" and name in kind.audio
+            held = self._audio == "copy" and name in kind.audio and not late
             encoders = dict.fromkeys((self._audio, kind.new_audio)) if template.codec_context else ()
             return (copy if held else {}) | {
                 "" if encoder == self._audio else f"encoded anew as {encoder}": partial(
-                    AudioTranscoder, template=template, encoder=encoder
+                    AudioTranscoder, template=template, encoder=encoder, untimed=kind.untimed
                 )
                 for encoder in encoders
                 if encoder not in ("", "copy")
@@ -209,15 +218,25 @@ class CopiedStreams:
         is_cover = bool(template.disposition & Disposition.attached_pic)
         return copy if (name in COVER_CODECS and kind.covers if is_cover else name in kind.data) else {}
 
-    def _say(self, level: int, template: Stream, words: str, absent: bool = False) -> None:
+    def _say(
+        self, level: int, template: Stream, words: str, absent: bool = False, late: bool = False
+    ) -> None:
         name, kind = codec_name(template) or getattr(template, "name", "") or "unknown", self._kind
         reason = f"{kind.endings[0]} files do not hold it"
         if absent:
             reason = "none of it comes before the end"
+        elif late:
+            reason = f"it begins late, which {kind.endings[0]} files cannot hold"
         elif template.index in self.needed:
             reason = f"{kind.endings[0]} files need a good packet of it early"
         place = f"{self._target}: stream {template.index} ({template.type} {name})"
         _log.log(level, "%s is %s, since %s", place, words, reason)
+
+
+def _begins_late(first: av.Packet | None) -> bool:
+    """Whether a stream begins after 0, by its first packet; None: not yet."""
+    stamp = None if first is None else first.dts if first.pts is None else first.pts
+    return first is None or (stamp is not None and float(stamp * first.time_base) > MAX_EARLY)
 
 
 def _attach(container: av.container.OutputContainer, template: AttachmentStream) -> CopiedStream:

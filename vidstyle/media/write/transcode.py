@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 import av
 import numpy as np
 from av.audio.stream import AudioStream
@@ -86,12 +88,25 @@ MAX_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, 
 class AudioTranscoder(CopiedStream):
     """Decodes the packets of one audio stream and encodes them into another, at the same times."""
 
-    def __init__(self, container: av.container.OutputContainer, template: AudioStream, encoder: str) -> None:
+    def __init__(
+        self,
+        container: av.container.OutputContainer,
+        template: AudioStream,
+        encoder: str,
+        untimed: Container[str] = (),
+    ) -> None:
+        """Add the stream.
+
+        Args:
+            untimed: codecs whose sound has to begin at 0 and go on without a gap.
+        """
         channels = min(template.layout.nb_channels, MAX_CHANNELS.get(encoder, 8))
         layout = {1: "mono", 2: "stereo"}.get(channels, template.layout.name)
-        rate = _nearest(template.rate, av.Codec(encoder, "w").audio_rates or [])
+        codec = av.Codec(encoder, "w")
+        rate = _nearest(template.rate, codec.audio_rates or [])
         self._decoder = AudioDecoder(template, rate, layout)
-        self._encoder = AudioEncoder(container, encoder, rate, layout, from_zero=False)
+        timed = codec.canonical_name not in untimed
+        self._encoder = AudioEncoder(container, encoder, rate, layout, from_zero=not timed, gaps=timed)
         super().__init__(self._encoder.stream)
         self.loss = self._decoder.loss
 
