@@ -14,7 +14,7 @@ from media import photograph
 from pictures import FLOAT, RGB8, VIDEO, run, style
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device, choose
 from vidstyle.gpu.session import FrameRequest, GpuSession
 from vidstyle.style import Style

@@ -22,8 +22,8 @@ from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.explain import explain, plan_for_video
-from vidstyle.gpu.compile.plan import Plan, make_plan
+from vidstyle.gpu.compile.explain import explain
+from vidstyle.gpu.compile.plan import Plan, make_plan, plan_for_video
 from vidstyle.gpu.device.context import close_context, open_context
 from vidstyle.gpu.device.devices import choose
 from vidstyle.gpu.device.runner import GpuResources

@@ -20,7 +20,8 @@ from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import StyleError
 from vidstyle.gpu import session as gpu_session
-from vidstyle.gpu.compile.plan import Form, make_plan
+from vidstyle.gpu.compile.glsl import Form
+from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.device.programs import Program
 from vidstyle.gpu.renderer import GpuRenderer

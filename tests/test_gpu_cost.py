@@ -13,7 +13,7 @@ from pictures import RGB8, VIDEO, step, style
 from vidstyle.bench.subjects import subjects
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
-from vidstyle.cli.bench import FORMS
+from vidstyle.cli.styles import FORMS, OPENGL_FORMS
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.gpu.compile.explain import (
     HeldTexture,
@@ -24,11 +24,11 @@ from vidstyle.gpu.compile.explain import (
     held_textures,
     lines_of,
     pass_traffic,
-    plan_for_video,
     plan_traffic,
     upload_bytes,
 )
-from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.glsl import Form
+from vidstyle.gpu.compile.plan import Plan, make_plan, plan_for_video
 from vidstyle.gpu.compile.shader_nodes import WORKING, plane_format
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style, expand, load_style, style_names
@@ -73,7 +73,7 @@ def test_as_fragments_a_second_small_pass_averages_chroma() -> None:
     assert sum(room.bytes for room in held_textures(plan, 8192)) == (4 + 1.5) * 1920 * 1080
 
 
-@every_form
+@pytest.mark.parametrize("form", OPENGL_FORMS)
 def test_a_style_on_luma_alone_moves_a_byte_each_way(form: Form) -> None:
     plan = plan_for_video(LUMA, 1920, 1080, form)
     assert (upload_bytes(plan), download_bytes(plan)) == (1, 1)

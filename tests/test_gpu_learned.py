@@ -12,8 +12,8 @@ from pictures import step, style
 from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.structure_tensor import select_filters
 from vidstyle.core.planes import luma_rows
-from vidstyle.gpu.compile.explain import plan_for_video
-from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.compile.glsl import Form
+from vidstyle.gpu.compile.plan import plan_for_video
 from vidstyle.gpu.compile.shader_nodes import ShaderNode, working_format
 from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.session import FrameRequest, GpuSession
@@ -47,7 +47,7 @@ def numbers_in(session: GpuSession) -> np.ndarray:
         texture = session._runner._slots.nodes[node]
         codes = np.frombuffer(texture.read(alignment=1), np.uint16)
         codes = codes.reshape(texture.height, texture.width, -1)[: node.shape[0], : node.shape[1]]
-        coding = working_format(node)
+        coding = working_format(node, session._runner.plan.form)
         return np.rint((codes / 65535 * coding.span + coding.low) * 1024)
 
     numbers = session._thread.submit(read).result()

@@ -12,9 +12,9 @@ import vidstyle
 from vidstyle.block import Asset, Block, Choice, Color, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.gpu.compile.glsl import functions_of_block
+from vidstyle.gpu.compile.glsl import Form, functions_of_block
 from vidstyle.gpu.compile.passes import MAX_STORED
-from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import ending
 from vidstyle.gpu.compile.tiles import jobs_of

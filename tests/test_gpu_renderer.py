@@ -23,7 +23,7 @@ from vidstyle.errors import DeviceError, StyleError
 from vidstyle.gpu import renderer as gpu_renderer
 from vidstyle.gpu import session
 from vidstyle.gpu.compile import glsl as includes
-from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.gpu.session import FrameRequest, GpuSession

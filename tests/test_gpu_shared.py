@@ -10,8 +10,8 @@ from pictures import FLOAT, step, style
 
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile import shared
-from vidstyle.gpu.compile.explain import plan_for_video
-from vidstyle.gpu.compile.plan import Form, make_plan
+from vidstyle.gpu.compile.glsl import Form
+from vidstyle.gpu.compile.plan import make_plan, plan_for_video
 from vidstyle.gpu.compile.shader import Shader
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style

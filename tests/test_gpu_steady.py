@@ -13,7 +13,7 @@ from pictures import RGB8, noise, step, style
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.style import Style
 
 LINES = style(step("gaussian", sigma=1), step("sobel"), steady=0.5)

@@ -12,7 +12,7 @@ from pictures import FLOAT, RGB8, VIDEO, run, same_bits, step, style
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style
 

@@ -11,7 +11,7 @@ from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError, log
-from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device, choose
 from vidstyle.gpu.timing import RATE, GpuTimes, median_time, time_style
 from vidstyle.style import Style

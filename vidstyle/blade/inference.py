@@ -15,6 +15,7 @@ from vidstyle.blade.simd import filter_pixel_block
 from vidstyle.blade.structure_tensor import LANES, pad_edges, select_filters, window_radius
 from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import RANGES, WIDE_RANGE
+from vidstyle.core.resample import scaled_shape
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,7 @@ class BankRun:
 
     def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
         """The height and width at which it runs on a picture of this size."""
-        height, width = (max(1, int(side * self.scale + 0.5)) for side in shape)
-        return height, width
+        return scaled_shape(shape, self.scale)
 
     @cached_property
     def filters(self) -> np.ndarray:

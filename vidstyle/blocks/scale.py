@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from vidstyle.block import Choice, Slider, block
-from vidstyle.core.resample import METHODS
+from vidstyle.core.resample import METHODS, scaled_shape
 
 
 @block("resize", on="channels")
@@ -17,7 +17,6 @@ def scale(
 ) -> tuple[int, int]:
     """Continue at another size: filters after it become coarser and faster, or finer.
 
-    Paper, section 4.2 B. Sizes are rounded, halves up, and never below one pixel.
+    Paper, section 4.2 B.
     """
-    height, width = (max(1, int(side * factor + 0.5)) for side in size)
-    return height, width
+    return scaled_shape(size, factor)

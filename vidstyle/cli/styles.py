@@ -12,15 +12,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli import browser
-from vidstyle.cli.bench import FORMS, both_sides
+from vidstyle.cli.bench import FORMS as OPENGL_FORMS
+from vidstyle.cli.bench import both_sides
 from vidstyle.cli.options import SECONDS, SIZE
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.terminal_pictures import protocol_of, sheet_lines
 from vidstyle.errors import StyleError, UsageError, printable
 
 if TYPE_CHECKING:
-    from vidstyle.gpu.compile.plan import Form
+    from vidstyle.gpu.compile.glsl import Form
     from vidstyle.style import Style
+
+FORMS = (*OPENGL_FORMS, "es")
+"""The kinds of shaders: those of OpenGL, and that of `vidstyle export`."""
 
 
 @click.command(short_help="List the styles, or describe one.")
@@ -142,7 +146,8 @@ def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
 
 
 def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bool) -> None:
-    from vidstyle.gpu.compile.explain import explain, lines_of, plan_for_video
+    from vidstyle.gpu.compile.explain import explain, lines_of
+    from vidstyle.gpu.compile.plan import plan_for_video
     from vidstyle.style import load_style
 
     if name is None:

@@ -40,6 +40,16 @@ def resample(
     return np.clip(resized, *limits, out=resized) if limits else resized
 
 
+def scaled_shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
+    """The height and width of a picture that is scaled: rounded, halves up, and never below one pixel.
+
+    >>> scaled_shape((45, 1), 0.5)
+    (23, 1)
+    """
+    height, width = (max(1, int(side * factor + 0.5)) for side in shape)
+    return height, width
+
+
 def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> str:
     """The method itself, except for `area` when enlarging, which becomes bicubic.
 

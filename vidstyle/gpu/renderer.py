@@ -9,7 +9,7 @@ from typing import Protocol
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import DeviceError, log
-from vidstyle.gpu.compile.plan import Form
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device
 from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
 from vidstyle.style import Style

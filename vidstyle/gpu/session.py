@@ -18,7 +18,8 @@ from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import DeviceError, log
-from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.glsl import Form
+from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.compile.shader_nodes import ShaderMeasure
 from vidstyle.gpu.compile.tiles import MAX_SIDE
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context

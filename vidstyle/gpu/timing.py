@@ -13,8 +13,9 @@ from typing import Literal
 
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.gpu.compile.explain import result_targets
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.passes import Pass
-from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.compile.tiles import MAX_SIDE
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.devices import Device

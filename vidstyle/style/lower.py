@@ -66,11 +66,11 @@ def lower(style: Style, steps: Steps, source: PictureLayout, target: Encoding, r
     graph = GraphBuilder(source)
     image = graph.run_layers(style, steps)
     if rgb:
-        lowered = LoweredStyle(source, target, color=graph.color(image))
+        lowered = LoweredStyle(source, target, color=graph.color(image), sizes=graph.sizes)
     else:
         image = graph.in_matrix(image, target.matrix)
         chroma = image.chroma if graph.is_on_grid(image.chroma, target) else graph.chroma(image)
-        lowered = LoweredStyle(source, target, luma=graph.luma(image), chroma=chroma)
+        lowered = LoweredStyle(source, target, luma=graph.luma(image), chroma=chroma, sizes=graph.sizes)
     if problem := excess(lowered.outputs, source.shape):
         raise StyleError(style.name, [problem])
     return lowered
@@ -83,11 +83,13 @@ class GraphBuilder:
         source: layout of what comes in.
         encoding: its matrix is the one of luma and chroma.
         planes: the source itself.
+        sizes: as in `LoweredStyle`.
     """
 
     def __init__(self, source: PictureLayout) -> None:
         self.source = source
         self.encoding = source.encoding
+        self.sizes: dict[Shape, tuple[Shape, float]] = {source.shape: (source.shape, 1.0)}
         self._nodes: dict[object, Node] = {}
         self.planes = self._source_planes()
         self._saved = {SOURCE: self.planes}
@@ -204,6 +206,7 @@ class GraphBuilder:
     def _run_step(self, step: ResolvedStep, block: Block, image: ImageValue, key: StepKey) -> ImageValue:
         if block.kind == "resize":
             size = block.function(image.shape, **step.values)
+            self.sizes.setdefault(size, (image.shape, step.values["factor"]))
             return replace(self.at_size(image, size, step.values["method"]), back=step.values["back"])
         if block.kind == "learned":
             luma = self._run_bank(self.luma(image), block.function(**step.values))
@@ -230,6 +233,7 @@ class GraphBuilder:
         small = luma
         if run.scale != 1:
             small = self.resampled(luma, run.shape_at_scale(luma.shape), "area")
+            self.sizes.setdefault(small.shape, (luma.shape, run.scale))
         filtered = self.node(
             "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius,
             is_wide=run.is_wide,

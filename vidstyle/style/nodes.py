@@ -25,7 +25,7 @@ Operations (`Node.op`), with the names of their inputs and values:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import Any, Generic, Literal, TypeVar
@@ -148,6 +148,7 @@ class LoweredStyle:
         luma: the result's luma.
         chroma: its chroma: at every pixel, then to be averaged to the target's grid; or on that grid
             already, at most in other codes; or None, which stands for neutral chroma.
+        sizes: for each height and width at which it runs, the one that it is made of, and by which factor.
     """
 
     source: PictureLayout
@@ -155,6 +156,7 @@ class LoweredStyle:
     color: Node | None = None
     luma: Node | None = None
     chroma: Node | None = None
+    sizes: Mapping[Shape, tuple[Shape, float]] = field(default_factory=dict)
 
     @property
     def luma_untouched(self) -> bool:

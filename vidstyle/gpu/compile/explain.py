@@ -15,17 +15,14 @@ from math import prod
 from typing import Any
 
 from vidstyle.core.measured import Sampling
-from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.gpu.compile.passes import Pass
-from vidstyle.gpu.compile.plan import Form, Plan, make_plan
+from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import RenderTarget
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, Format, ShaderNode, plane_format, working_format
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import MAX_SIDE, jobs_of
-from vidstyle.style import Style
 from vidstyle.style.nodes import Shape
-from vidstyle.style.resolve import resolve
 
 
 @dataclass(frozen=True)
@@ -111,18 +108,8 @@ def _image_bytes(plan: Plan, image: ShaderNode, most: int | None = None) -> int:
     """Bytes of a picture, or of at most `most` of its pixels."""
     pixels = prod(image.shape) if most is None else min(prod(image.shape), most)
     if not image.is_plane:
-        return working_format(image).bytes * pixels
+        return working_format(image, plan.form).bytes * pixels
     return plane_format(plan.source.encoding.depth).bytes * CHANNELS[image.kind] * pixels
-
-
-def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
-    """The plan for common video: 4:2:0, 8 bit.
-
-    Raises:
-        StyleError: an asset of the style cannot be read.
-    """
-    source = PictureLayout(Encoding(), (height, width), "chroma")
-    return make_plan(style, resolve(style, height, width), source, source.encoding, False, form)
 
 
 def explain(plan: Plan) -> dict[str, Any]:
@@ -198,7 +185,7 @@ def _call(node: ShaderNode) -> str:
 
 def _image(plan: Plan, image: ShaderNode, names: dict[ShaderNode, str]) -> str:
     if image in names:
-        return f"{names[image]} ({_format_name(working_format(image))})"
+        return f"{names[image]} ({_format_name(working_format(image, plan.form))})"
     texture = _format_name(plane_format(plan.source.encoding.depth, 3 if image.kind == "color" else 1))
     return f"the source's {image.kind} ({'2 x ' if image.kind == 'chroma' else ''}{texture})"
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cache
+from typing import Literal
 
 from vidstyle.assets import asset_folder
 
@@ -102,6 +103,20 @@ def _parameter(file: str, text: str) -> ShaderParameter:
     return ShaderParameter(match["type"], match["name"], int(match["count"] or 0))
 
 
+Form = Literal["compute", "fragment", "es"]
+"""How a pass runs: as a compute shader (OpenGL 4.3), as a fragment shader (3.3), or as one of OpenGL ES 3.0,
+which is WebGL 2."""
+
+_HEADERS: dict[Form, tuple[str, ...]] = {
+    "compute": ("#version 430",),
+    "fragment": ("#version 330",),
+    # Of these types only int and float have a default precision there, and that of float not in fragments.
+    "es": (
+        "#version 300 es",
+        *(f"precision highp {name};" for name in ("float", "int", "sampler2D", "sampler2DArray")),
+    ),
+}
+
 TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
 """The GLSL type of a value by its number of components."""
 
@@ -114,16 +129,16 @@ class Assembly:
     """The source of a shader under construction, and the files that it comes from.
 
     Args:
-        version: of GLSL; 430 makes it a compute shader.
+        form: of the pass.
 
     Attributes:
         is_compute: whether it is a compute shader.
         lines: the text so far.
     """
 
-    def __init__(self, version: int) -> None:
-        self.is_compute = version >= 430
-        self.lines = [f"#version {version}"]
+    def __init__(self, form: Form) -> None:
+        self.is_compute = form == "compute"
+        self.lines = list(_HEADERS[form])
         # Not told to the compiler by `#line`: some forget the file in some of their messages.
         self._places: dict[int, str] = {}
         self._included: set[tuple[str, int]] = set()

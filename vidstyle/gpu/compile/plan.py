@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from vidstyle.core.picture import Encoding, PictureLayout
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.passes import Pass, Result, partition
 from vidstyle.gpu.compile.shader_graph import ShaderGraph
 from vidstyle.gpu.compile.shader_nodes import Function, ShaderMeasure, ShaderNode
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps, lower
-from vidstyle.style.nodes import LoweredStyle
-
-Form = Literal["compute", "fragment"]
-"""How a pass runs: as a compute shader (OpenGL 4.3) or as a fragment shader (3.3)."""
+from vidstyle.style.nodes import LoweredStyle, Shape
+from vidstyle.style.resolve import resolve
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Plan:
         passes: in the order in which they run.
         luma: whether luma is "made" by the passes or is the source's own plane, "untouched".
         chroma: the same, or "gray" where there is none.
+        sizes: as in `LoweredStyle`.
     """
 
     source: PictureLayout
@@ -38,6 +39,7 @@ class Plan:
     passes: tuple[Pass, ...]
     luma: Literal["made", "untouched"]
     chroma: Literal["made", "untouched", "gray"]
+    sizes: Mapping[Shape, tuple[Shape, float]]
 
     def fits(self, source: PictureLayout, target: Encoding, rgb: bool) -> bool:
         """Whether it is valid for these arguments."""
@@ -87,7 +89,30 @@ def make_plan(
         tuple(partition(results, fused)),
         "untouched" if lowered.luma_untouched else "made",
         "untouched" if lowered.chroma_untouched else "made" if rgb or lowered.chroma else "gray",
+        lowered.sizes,
     )
+
+
+def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
+    """The plan for common video: 4:2:0, 8 bit; in the form "es", for the RGB that a browser makes of it.
+
+    Raises:
+        StyleError: an asset of the style cannot be read.
+    """
+    if form == "es":
+        return plan_for_rgb(style, width, height, 8)
+    source = PictureLayout(Encoding(), (height, width), "chroma")
+    return make_plan(style, resolve(style, height, width), source, source.encoding, False, form)
+
+
+def plan_for_rgb(style: Style, width: int, height: int, depth: int) -> Plan:
+    """The plan in the form "es", from RGB of this many bits, or of floats for 0, to the same.
+
+    Raises:
+        StyleError: an asset of the style cannot be read.
+    """
+    source = PictureLayout(Encoding(full_range=True, depth=depth, step=(1, 1)), (height, width), "color")
+    return make_plan(style, resolve(style, height, width), source, source.encoding, True, "es")
 
 
 def _results(lowered: LoweredStyle, graph: ShaderGraph, form: Form) -> list[Result]:

@@ -12,13 +12,13 @@ from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader_nodes import (
     CHANNELS,
-    WORKING,
     Format,
     ShaderKind,
     ShaderMeasure,
     ShaderNode,
     levels,
     plane_format,
+    sample_format,
     working_format,
 )
 from vidstyle.gpu.compile.shared import Pair
@@ -67,6 +67,7 @@ class Shader:
         assembly: its source and the files that it comes from.
         targets: textures that it writes, in the order of the bindings.
         uniforms: values by name.
+        types: of the uniforms: GLSL's name, and the length of an array, else 0.
         samplers: by name what each reads: a picture, the percentiles of a measure, or an asset's arrays.
         groups: pixels across and down for each group of a compute pass.
     """
@@ -74,6 +75,7 @@ class Shader:
     assembly: Assembly
     targets: list[RenderTarget] = field(default_factory=list)
     uniforms: dict[str, Any] = field(default_factory=dict)
+    types: dict[str, tuple[str, int]] = field(default_factory=dict)
     samplers: dict[str, ImageOf | ShaderMeasure | tuple] = field(default_factory=dict)
     groups: Pair = GROUPS[None]
 
@@ -87,16 +89,12 @@ class Shader:
         count = f"[{parameter.count}]" if parameter.count else ""
         if name not in self.uniforms:
             self.assembly.add(f"uniform {parameter.type} {name}{count};")
-        self.uniforms[name] = value
+        self.uniforms[name], self.types[name] = value, (parameter.type, parameter.count)
         return name
 
 
-def declare_image(shader: Shader, node: ShaderNode, name: str, encoding: Encoding) -> None:
-    """Declare a picture and NAME_at, which reads it at a pixel of the page.
-
-    Args:
-        encoding: of the source's planes.
-    """
+def declare_image(shader: Shader, node: ShaderNode, name: str, plan: Plan) -> None:
+    """Declare a picture that a pass of the plan reads, and NAME_at, which reads it at a pixel of the page."""
     shader.assembly.add(f"uniform ivec2 {name}_origin, {name}_last;")
     shader.add_sampler(name, "sampler2D", ImageOf(node))
     words = {
@@ -105,9 +103,9 @@ def declare_image(shader: Shader, node: ShaderNode, name: str, encoding: Encodin
         "CHANNELS": "rgba"[: CHANNELS[node.kind]],
     }
     if node.is_plane:
-        _declare_plane(shader, node, name, encoding, words)
+        _declare_plane(shader, node, name, plan.source.encoding, words)
     else:
-        _declare_levels(shader, name, working_format(node), words)
+        _declare_levels(shader, name, working_format(node, plan.form), words)
 
 
 def _declare_plane(
@@ -136,10 +134,13 @@ def _declare_levels(shader: Shader, name: str, coding: Format, words: dict[str, 
 
 def targets_of(plan: Plan, each: Pass) -> list[RenderTarget]:
     """The textures that the pass writes, in the order of the bindings."""
-    targets = [RenderTarget("working", node, working_format(node), node.shape) for node in each.stored]
+    targets = [
+        RenderTarget("working", node, working_format(node, plan.form), node.shape) for node in each.stored
+    ]
     if each.sampled:
         node = each.sampled.of
-        targets.append(RenderTarget("samples", node, WORKING["luma"], Sampling.of(*node.shape).shape))
+        shape = Sampling.of(*node.shape).shape
+        targets.append(RenderTarget("samples", node, sample_format(plan.form), shape))
     for node in each.result.nodes if each.result else ():
         targets += _planes_of(plan, node)
     return targets

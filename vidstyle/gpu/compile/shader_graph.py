@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 from vidstyle.blade.bank import MAX_RHO
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.structure_tensor import window_radius, window_weights
 from vidstyle.block import Block, Choice, LumaWeights
 from vidstyle.core.resample import METHODS
-from vidstyle.gpu.compile.glsl import functions_of_block, signatures
+from vidstyle.gpu.compile.glsl import Form, functions_of_block, signatures
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
 from vidstyle.style.nodes import Measure, Node, encoding_of, identity_key, nodes_in_order
 
@@ -33,7 +33,7 @@ class ShaderGraph:
         form: of the passes.
     """
 
-    def __init__(self, form: Literal["compute", "fragment"]) -> None:
+    def __init__(self, form: Form) -> None:
         self._form = form
         self._nodes: dict[object, ShaderNode] = {}
         self._made: dict[Node, ShaderNode] = {}

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vidstyle.core.picture import RANGES, Encoding
-from vidstyle.gpu.compile.glsl import Signature, signatures
+from vidstyle.gpu.compile.glsl import Form, Signature, signatures
 from vidstyle.style.nodes import Measure, Shape
 
 ShaderKind = Literal["luma", "chroma", "color", "choices"]
@@ -143,9 +143,19 @@ WIDE = Format(1, "f4")
 """For luma far beyond black and white, such as a difference of Gaussians times twenty."""
 
 
-def working_format(node: ShaderNode) -> Format:
-    """The format in which a value is stored between passes."""
+def working_format(node: ShaderNode, form: Form) -> Format:
+    """The format in which a value is stored between passes.
+
+    WebGL draws into floats everywhere, but into normalized 16 bit only by an extension that many lack.
+    """
+    if form == "es":
+        return Format(WORKING[node.kind].components, "f4")
     return WIDE if node.is_wide else WORKING[node.kind]
+
+
+def sample_format(form: Form) -> Format:
+    """The format of samples of luma that are measured."""
+    return Format(1, "f4") if form == "es" else WORKING["luma"]
 
 
 def plane_format(depth: int, components: int = 1) -> Format:

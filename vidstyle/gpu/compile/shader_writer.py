@@ -45,16 +45,16 @@ class _Writer:
         self._plan, self._pass = plan, each
         self._names: dict[ShaderNode, str] = {}
         self._images = {node: f"image_{number}" for number, node in enumerate(each.images)}
-        self.shader = Shader(Assembly(430 if plan.form == "compute" else 330))
+        self.shader = Shader(Assembly(plan.form))
         self._text = self.shader.assembly
-        if any(node.kind == "choices" for node in each.nodes):
+        if plan.form == "fragment" and any(node.kind == "choices" for node in each.nodes):
             self._text.add("#extension GL_ARB_texture_gather : enable")
         self._shrinks = shrinks(plan, each)
         self._sharing = sharing_of(each) if plan.form == "compute" else None
         self._area = self.shader.groups = GROUPS[self._sharing.line if self._sharing else None]
         self._declare_targets()
         for node, name in self._images.items():
-            declare_image(self.shader, node, name, plan.source.encoding)
+            declare_image(self.shader, node, name, plan)
         self._declare_sharing()
         loads = [line for node in each.loads for line in self._load(node)]
         body = [line for node in each.nodes for line in self._compute(node)]
@@ -192,7 +192,7 @@ class _Writer:
 
     def _write_prepare(self) -> None:
         """Write the function that all invocations of a work group run together before the first pixel."""
-        if self._plan.form == "fragment":
+        if self._plan.form != "compute":
             return
         lines = ["load_around(first, area);"] if self._sharing else []
         node = self._sharing.prepares if self._sharing else None

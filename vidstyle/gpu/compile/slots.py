@@ -66,7 +66,7 @@ class Slots:
     def __init__(self, pool: TexturePool, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
         self._pool = pool
         # The textures of a framebuffer have one size; those that a compute shader writes may be larger.
-        self._exact = plan.form == "fragment"
+        self._exact = plan.form != "compute"
         self._shaders = shaders
         self._taken: list[tuple[moderngl.Texture, Format]] = []
         self.nodes = self._place(plan, jobs)
@@ -107,9 +107,9 @@ class Slots:
         needed, found, reused = shapes_of_stored(jobs), dict[ShaderNode, Any](), TexturePool(self._take)
         for number, each in enumerate(plan.passes):
             for node in each.stored:
-                found[node] = reused.take(needed[node], working_format(node), self._exact)
+                found[node] = reused.take(needed[node], working_format(node, plan.form), self._exact)
             for node in ending(plan, number):
-                reused.give(found[node], working_format(node))
+                reused.give(found[node], working_format(node, plan.form))
         return found
 
 

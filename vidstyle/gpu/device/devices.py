@@ -15,7 +15,7 @@ from vidstyle.errors import DeviceError, UsageError
 from vidstyle.gpu.device.context import close_context, count_devices, open_context
 
 if TYPE_CHECKING:
-    from vidstyle.gpu.compile.plan import Form
+    from vidstyle.gpu.compile.glsl import Form
 
 DEVICES = ("auto", "cpu", "gpu", "gpu:N")
 """Names of devices; N is a number."""

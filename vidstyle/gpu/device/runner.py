@@ -196,7 +196,7 @@ class Runner:
 
     def _bind_targets(self, each: Pass, shader: Shader) -> None:
         textures = [self._slots.texture(each, number) for number in range(len(shader.targets))]
-        if self.plan.form == "fragment":
+        if self.plan.form != "compute":
             self._resources.draw_into(textures)
             return
         for number, texture in enumerate(textures):

@@ -179,6 +179,6 @@ def stabilized_layout(picture: Picture) -> PictureLayout:
 @cache
 def _assembly(name: str) -> Assembly:
     """A shader of shaders/stabilize/, assembled once."""
-    assembly = Assembly(330)
+    assembly = Assembly("fragment")
     assembly.include(f"stabilize/{name}.glsl")
     return assembly

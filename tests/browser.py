@@ -1,0 +1,150 @@
+"""Headless Chromium with WebGL 2 in software, driven by its DevTools protocol."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.sync.client import ClientConnection, connect
+
+from vidstyle.export import RUNNER
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--use-fake-ui-for-media-stream",
+    "--use-fake-device-for-media-stream",
+    "--autoplay-policy=no-user-gesture-required",
+    "--disable-background-networking",
+    "--no-first-run",
+    "--remote-debugging-port=0",
+)
+SECONDS = 40.0
+
+
+class Browser:
+    """A running browser and one page in it."""
+
+    def __init__(self, program: str, profile: Path) -> None:
+        command = [program, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
+        self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        assert self._process.stderr is not None
+        address = next(
+            match[1] for line in self._process.stderr if (match := re.search(r"listening on (ws://\S+)", line))
+        )
+        self._socket: ClientConnection = connect(address, max_size=None, compression=None)
+        self._number = 0
+        self.events: list[dict[str, Any]] = []
+        self._session: str | None = None
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Network"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """The result of a method of the protocol."""
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": parameters}
+        if self._session is not None:
+            message["sessionId"] = self._session
+        self._socket.send(json.dumps(message))
+        while True:
+            answer = json.loads(self._socket.recv(SECONDS))
+            if answer.get("id") == self._number:
+                assert "error" not in answer, answer["error"]
+                return answer["result"]
+            self.events.append(answer)
+
+    def run(self, body: str, **names: Any) -> Any:
+        """What the body of an async function returns, given these values under these names."""
+        texts = ", ".join(json.dumps(value) for value in names.values())
+        code = f"(async ({', '.join(names)}) => {{ {body} }})({texts})"
+        result = self.call("Runtime.evaluate", expression=code, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in result, result["exceptionDetails"]["exception"].get("description")
+        return result["result"].get("value")
+
+    def open(self, url: str) -> None:
+        """Load a page."""
+        self.events.clear()
+        self.call("Page.navigate", url=url)
+        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
+            self.events.append(json.loads(self._socket.recv(SECONDS)))
+
+    def close(self) -> None:
+        self._socket.close()
+        self._process.terminate()
+        self._process.wait()
+
+
+class StyleBrowser(Browser):
+    """A browser whose page has the runner loaded."""
+
+    def __init__(self, program: str, profile: Path) -> None:
+        super().__init__(program, profile)
+        module = base64.b64encode(RUNNER.read_bytes()).decode()
+        self.run(
+            """globalThis.vidstyle = await import("data:text/javascript;base64," + module);
+            globalThis.runners = [false, true].map((half) => new vidstyle.Runner({ half }));
+            globalThis.bytesOf = (text) => Uint8ClampedArray.from(atob(text), (letter) => letter.charCodeAt(0));
+            globalThis.textOf = (bytes) => {
+              let text = "";
+              for (let at = 0; at < bytes.length; at += 8192) text += String.fromCharCode(...bytes.subarray(at, at + 8192));
+              return btoa(text);
+            };""",
+            module=module,
+        )
+
+    def restyled(self, plan: dict[str, Any], pictures: Sequence[np.ndarray], half: bool = False,
+                 times: Sequence[float] | None = None) -> list[np.ndarray]:  # fmt: skip
+        """Pictures, H x W x 3 uint8, as the runner restyles them one after another."""
+        height, width = pictures[0].shape[:2]
+        alpha = np.full((height, width, 1), 255, np.uint8)
+        codes = [base64.b64encode(np.dstack([each, alpha]).tobytes()).decode() for each in pictures]
+        texts = self.run(
+            """const style = await runners[half].load(plan);
+            const canvas = Object.assign(document.createElement("canvas"), { width, height });
+            const context = canvas.getContext("2d", { willReadFrequently: true });
+            const results = codes.map((text, number) => {
+              const source = new ImageData(bytesOf(text), width, height);
+              runners[half].draw(style, source, canvas, { time: times && times[number] });
+              return textOf(context.getImageData(0, 0, width, height).data);
+            });
+            style.release();
+            return results;""",
+            plan=plan, half=int(half), codes=codes, width=width, height=height, times=times,
+        )  # fmt: skip
+        shape = height, width, 4
+        return [np.frombuffer(base64.b64decode(text), np.uint8).reshape(shape)[..., :3] for text in texts]
+
+
+def _opened(kind: type[Browser], folder: Path) -> Iterator[Any]:
+    program = next(filter(None, map(shutil.which, NAMES)), None)
+    if program is None:
+        pytest.skip("no Chromium here")
+    opened = kind(program, folder)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def style_browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StyleBrowser]:
+    """A browser with the runner, for all tests of a module; they are skipped where there is no Chromium."""
+    yield from _opened(StyleBrowser, tmp_path_factory.mktemp("profile"))
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser with an empty page, likewise."""
+    yield from _opened(Browser, tmp_path_factory.mktemp("profile"))

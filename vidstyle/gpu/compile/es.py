@@ -1,0 +1,191 @@
+"""A plan for WebGL 2 as plain data, which `vidstyle/export/runner.js` runs without Python.
+
+| key         | what it holds                                                                                      |
+|-------------|----------------------------------------------------------------------------------------------------|
+| `format`    | the version of this description                                                                    |
+| `size`      | width and height of the picture; values fit all pictures whose shorter side is as long             |
+| `samples`   | the most samples across and down of what is measured                                               |
+| `vertex`    | the text of the vertex shader of all passes                                                        |
+| `shaders`   | the texts of the fragment shaders                                                                  |
+| `pages`     | for each size at which passes run, the number of the one that it is made of; first the picture's own |
+| `images`    | the textures that passes write: `page`, `kind` ("working", "samples" or "result"), `components`    |
+| `passes`    | in order: `shader`, `page`, `writes` (images), `reads` and `sizes` (by uniform), `uniforms`, `measures` |
+| `measures`  | for each measurement the name of its step and the number of its percentiles                        |
+| `values`    | all numbers: factors of the pages but the first, uniforms pass by pass, and for each measurement its time constant in seconds and its percentages |
+| `textures`  | the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64     |
+| `server`    | what of the style this form cannot run, such as "steady"                                           |
+
+Moving a slider changes `values` alone, except where it changes which passes run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from base64 import b64encode
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vidstyle.core.measured import SAMPLES
+from vidstyle.gpu.compile.assets import layers_of
+from vidstyle.gpu.compile.glsl import TRIANGLE, Form, read_source
+from vidstyle.gpu.compile.passes import Pass
+from vidstyle.gpu.compile.plan import Plan, plan_for_rgb
+from vidstyle.gpu.compile.shader import ImageOf, Shader
+from vidstyle.gpu.compile.shader_nodes import Format, ShaderMeasure
+from vidstyle.gpu.compile.shader_writer import write_shader
+from vidstyle.gpu.compile.slots import Slots, TexturePool
+from vidstyle.gpu.compile.tiles import jobs_of
+from vidstyle.style import Style
+from vidstyle.style.nodes import Measure, Shape
+
+FORMAT = 1
+
+_SIZE = re.compile(r"(page|old_size|new_size)_\d+")
+"""Uniforms that are the size of a picture, which the runner knows."""
+_UNTILED = 2**31
+
+
+def es_plan(style: Style, width: int, height: int) -> dict[str, Any]:
+    """The plan of a style for pictures of this size, as plain data.
+
+    Raises:
+        StyleError: an asset of the style cannot be read, or the style takes more than a style may.
+    """
+    plan = plan_for_rgb(style, width, height, 8)
+    left = ["steady"] if style.steady else []
+    return {"format": FORMAT} | _Description(plan).data | {"server": left}
+
+
+def vertex_shader(form: Form) -> str:
+    """The vertex shader of fragment passes."""
+    text = read_source(TRIANGLE)
+    return text.replace("#version 330", "#version 300 es") if form == "es" else text
+
+
+@dataclass(eq=False)
+class _Image:
+    """A texture that passes write; `number`: its place in the description."""
+
+    height: int
+    width: int
+    format: Format
+    number: int
+
+
+class _Description:
+    """Describes the passes of a plan."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._shaders = {each: write_shader(plan, each) for each in plan.passes}
+        self._texts = list(dict.fromkeys(shader.assembly.text for shader in self._shaders.values()))
+        self._images: list[_Image] = []
+        self._slots = Slots(TexturePool(self._new_image), plan, jobs_of(plan, _UNTILED), self._shaders)
+        self._textures: dict[str, dict[str, Any]] = {}
+        self._sizes = dict(plan.sizes) | self._sizes_of_choices()
+        self._pages: dict[Shape, int] = {plan.source.shape: 0}
+        self._factors: list[float] = []
+        self._parents = [0]
+        passes = [self._pass(each, shader) for each, shader in self._shaders.items()]
+        images = [self._image(image) for image in self._images]
+        self.data: dict[str, Any] = {
+            "size": list(plan.source.shape[::-1]),
+            "samples": SAMPLES,
+            "vertex": vertex_shader(plan.form),
+            "shaders": self._texts,
+            "pages": self._parents,
+            "images": images,
+            "passes": passes,
+            "measures": [
+                {"step": f"{each.step[0]} {each.step[1]}", "count": len(each.percentages)}
+                for each in plan.measures
+            ],
+            "values": [_short(number) for number in self._values()],
+            "textures": self._textures,
+        }
+
+    def _new_image(self, shape: Shape, coding: Format) -> Any:
+        self._images.append(_Image(*shape, coding, len(self._images)))
+        return self._images[-1]
+
+    def _sizes_of_choices(self) -> dict[Shape, tuple[Shape, float]]:
+        nodes = (node for each in self._plan.passes for node in each.nodes if node.kind == "choices")
+        return {node.shape: (node.around.shape, 0.5) for node in nodes if node.around is not None}
+
+    def _page(self, shape: Shape) -> int:
+        """The number of a size."""
+        if shape not in self._pages:
+            made_of, factor = self._sizes[shape]
+            parent = self._page(made_of)
+            self._pages[shape] = len(self._parents)
+            self._parents.append(parent)
+            self._factors.append(factor)
+        return self._pages[shape]
+
+    def _pass(self, each: Pass, shader: Shader) -> dict[str, Any]:
+        writes = [self._slots.texture(each, number) for number in range(len(shader.targets))]
+        sizes = {name: value for name, value in shader.uniforms.items() if _SIZE.fullmatch(name)}
+        found = {
+            "shader": self._texts.index(shader.assembly.text),
+            "page": self._page(each.shape),
+            "writes": [image.number for image in writes],
+            "reads": {name: self._read(what) for name, what in shader.samplers.items()},
+            "sizes": {name: self._page((size[1], size[0])) for name, size in sizes.items()},
+            "uniforms": [[name, *shader.types[name]] for name in shader.uniforms if name not in sizes],
+        }
+        return found | ({"measures": self._plan.measures.index(each.sampled)} if each.sampled else {})
+
+    def _read(self, what: ImageOf | ShaderMeasure | tuple) -> dict[str, Any]:
+        if isinstance(what, Measure):
+            return {"measure": self._plan.measures.index(what)}
+        if not isinstance(what, ImageOf):
+            return {"texture": self._texture(what)}
+        return {"source": True} if what.node.is_plane else {"image": self._slots.nodes[what.node].number}
+
+    def _texture(self, arrays: tuple[np.ndarray, ...]) -> str:
+        layers = layers_of(arrays)
+        count, height, width, components = layers.shape
+        content = layers.tobytes()
+        name = hashlib.sha256(content + repr(layers.shape).encode()).hexdigest()[:16]
+        self._textures[name] = {
+            "size": [width, height, count],
+            "components": components,
+            "type": "half" if layers.dtype == np.float16 else "float",
+            "data": b64encode(content).decode("ascii"),
+        }
+        return name
+
+    def _image(self, image: _Image) -> dict[str, Any]:
+        samples = {texture: measure.of.shape for measure, texture in self._sampled().items()}
+        shape = samples.get(image, (image.height, image.width))
+        kind = "samples" if image in samples else "result" if image.format.dtype == "f1" else "working"
+        return {"page": self._page(shape), "kind": kind, "components": image.format.components}
+
+    def _sampled(self) -> dict[ShaderMeasure, Any]:
+        return dict(self._slots.samples)
+
+    def _values(self) -> Iterator[float]:
+        yield from self._factors
+        for shader in self._shaders.values():
+            for name, value in shader.uniforms.items():
+                if not _SIZE.fullmatch(name):
+                    yield from numbers_of(value)
+        for measure in self._plan.measures:
+            yield from (measure.time_constant, *measure.percentages)
+
+
+def numbers_of(value: Any) -> list[float]:
+    """The numbers of a uniform in the order of GLSL, matrices column by column."""
+    if isinstance(value, np.ndarray) and value.ndim == 2:
+        value = value.T
+    return [float(number) for number in np.asarray(value, np.float64).ravel()]
+
+
+def _short(number: float) -> float | int:
+    """The number as float32 tells it from its neighbours, in few digits."""
+    short = float(f"{number:.9g}")
+    return int(short) if short.is_integer() else short
