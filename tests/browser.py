@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import re
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from waiting import LONG, eventually
 from websockets.sync.client import ClientConnection, connect
 
 from vidstyle.export import RUNNER
@@ -28,10 +28,11 @@ FLAGS = (
     "--use-fake-device-for-media-stream",
     "--autoplay-policy=no-user-gesture-required",
     "--disable-background-networking",
+    "--disable-background-timer-throttling",
+    "--disable-renderer-backgrounding",
     "--no-first-run",
     "--remote-debugging-port=0",
 )
-SECONDS = 40.0
 
 
 class Browser:
@@ -39,11 +40,11 @@ class Browser:
 
     def __init__(self, program: str, profile: Path) -> None:
         command = [program, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
-        self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        assert self._process.stderr is not None
-        address = next(
-            match[1] for line in self._process.stderr if (match := re.search(r"listening on (ws://\S+)", line))
-        )
+        nowhere = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, stdout=nowhere, stderr=nowhere)
+        told = profile / "DevToolsActivePort"
+        eventually(lambda: told.exists() and "\n" in told.read_text(), "Chromium does not start")
+        address = "ws://127.0.0.1:" + told.read_text().replace("\n", "")
         self._socket: ClientConnection = connect(address, max_size=None, compression=None)
         self._number = 0
         self.events: list[dict[str, Any]] = []
@@ -61,7 +62,7 @@ class Browser:
             message["sessionId"] = self._session
         self._socket.send(json.dumps(message))
         while True:
-            answer = json.loads(self._socket.recv(SECONDS))
+            answer = json.loads(self._socket.recv(LONG))
             if answer.get("id") == self._number:
                 assert "error" not in answer, answer["error"]
                 return answer["result"]
@@ -80,7 +81,7 @@ class Browser:
         self.events.clear()
         self.call("Page.navigate", url=url)
         while not any(event["method"] == "Page.loadEventFired" for event in self.events):
-            self.events.append(json.loads(self._socket.recv(SECONDS)))
+            self.events.append(json.loads(self._socket.recv(LONG)))
 
     def close(self) -> None:
         self._socket.close()
@@ -97,10 +98,11 @@ class StyleBrowser(Browser):
         self.run(
             """globalThis.vidstyle = await import("data:text/javascript;base64," + module);
             globalThis.runners = [false, true].map((half) => new vidstyle.Runner({ half }));
-            globalThis.bytesOf = (text) => Uint8ClampedArray.from(atob(text), (letter) => letter.charCodeAt(0));
+            globalThis.bytesOf = (text) => Uint8ClampedArray.from(atob(text), (each) => each.charCodeAt(0));
             globalThis.textOf = (bytes) => {
               let text = "";
-              for (let at = 0; at < bytes.length; at += 8192) text += String.fromCharCode(...bytes.subarray(at, at + 8192));
+              for (let at = 0; at < bytes.length; at += 8192)
+                text += String.fromCharCode(...bytes.subarray(at, at + 8192));
               return btoa(text);
             };""",
             module=module,

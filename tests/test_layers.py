@@ -24,6 +24,7 @@ ORDER = """
     gpu
     renderer
     pipeline
+    export
     web
     diagram gallery comic
     live

@@ -287,11 +287,16 @@ export class Runner {
     const [width, height] = frame.size;
     if (this.canvas.width < width) this.canvas.width = width;
     if (this.canvas.height < height) this.canvas.height = height;
-    const top = this.canvas.height;
-    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, frame.result);
-    gl.readBuffer(gl.COLOR_ATTACHMENT0 + frame.resultAt);
-    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
-    gl.blitFramebuffer(0, 0, width, height, 0, top, width, top - height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    const { program, locations } = frame.context.program(frame.vertex, COPY);
+    gl.useProgram(program);
+    if (!locations.has("top")) locations.set("top", gl.getUniformLocation(program, "top"));
+    gl.uniform1i(/** @type {WebGLUniformLocation} */ (locations.get("top")), this.canvas.height - 1);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, frame.result);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    // Not by blitFramebuffer, which does not tell every browser that the canvas has changed.
+    gl.viewport(0, this.canvas.height - height, width, height);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 }
 
@@ -439,9 +444,8 @@ class Frame {
       return { texture, size: own };
     });
     this.targets = style.plan.passes.map((pass) => this.framebuffer(pass.writes));
-    const last = style.plan.images.findIndex((image) => image.kind === "result");
-    this.result = this.targets[style.plan.passes.findIndex((pass) => pass.writes.includes(last))];
-    this.resultAt = style.plan.passes.find((pass) => pass.writes.includes(last))?.writes.indexOf(last) ?? 0;
+    this.vertex = style.plan.vertex;
+    this.result = this.images[style.plan.images.findIndex((image) => image.kind === "result")].texture;
   }
 
   /** @param {LoadedStyle} style @param {Size} size */
@@ -453,7 +457,7 @@ class Frame {
   format(kind, components) {
     const gl = this.context.gl;
     if (kind === "result") return gl.RGBA8;
-    const half = [gl.R16F, gl.RG16F, gl.RGBA16F];
+    const half = [gl.RG16F, gl.RG16F, gl.RGBA16F]; // luma is the sum of two
     return (this.context.bits === 16 ? half : [gl.R32F, gl.RG32F, gl.RGBA32F])[Math.min(components, 3) - 1];
   }
 
@@ -498,6 +502,7 @@ class Frame {
     const { stride, first } = pass.measures === undefined ? WHOLE : sampling(this.pages[pass.page], plan.samples);
     set("origin", "ivec2", first);
     set("stride", "ivec2", [stride, stride]);
+    set("halved", "bool", [Number(this.context.bits === 16)]);
     for (const [name, page] of Object.entries(pass.sizes)) set(name, "ivec2", this.pages[page]);
     for (const [name, type, length] of pass.uniforms) {
       const end = at + UNIFORMS[type][0] * (length || 1);
@@ -544,7 +549,8 @@ class Frame {
     const [width, height] = this.images[pass.writes[0]].size;
     const texels = new Float32Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, texels);
-    const found = percentiles(texels.filter((_, number) => number % 4 === 0), percentages);
+    const luma = Float32Array.from({ length: width * height }, (_, number) => texels[4 * number] + texels[4 * number + 1]);
+    const found = percentiles(luma, percentages);
     const numbers = style.smoothers[which].follow(found, time, constant);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.measured[which]);
@@ -558,6 +564,18 @@ class Frame {
     for (const target of this.targets) gl.deleteFramebuffer(target);
   }
 }
+
+/** Copies a picture to the canvas, whose first row is the lowest. */
+const COPY = `#version 300 es
+precision highp float;
+precision highp int;
+uniform sampler2D picture;
+uniform int top;
+out vec4 color;
+void main() {
+    color = texelFetch(picture, ivec2(int(gl_FragCoord.x), top - int(gl_FragCoord.y)), 0);
+}
+`;
 
 /** @type {{stride: number, first: Size}} */
 const WHOLE = { stride: 1, first: [0, 0] };

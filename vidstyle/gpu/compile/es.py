@@ -1,19 +1,18 @@
 """A plan for WebGL 2 as plain data, which `vidstyle/export/runner.js` runs without Python.
 
-| key         | what it holds                                                                                      |
-|-------------|----------------------------------------------------------------------------------------------------|
-| `format`    | the version of this description                                                                    |
-| `size`      | width and height of the picture; values fit all pictures whose shorter side is as long             |
-| `samples`   | the most samples across and down of what is measured                                               |
-| `vertex`    | the text of the vertex shader of all passes                                                        |
-| `shaders`   | the texts of the fragment shaders                                                                  |
-| `pages`     | for each size at which passes run, the number of the one that it is made of; first the picture's own |
-| `images`    | the textures that passes write: `page`, `kind` ("working", "samples" or "result"), `components`    |
-| `passes`    | in order: `shader`, `page`, `writes` (images), `reads` and `sizes` (by uniform), `uniforms`, `measures` |
-| `measures`  | for each measurement the name of its step and the number of its percentiles                        |
-| `values`    | all numbers: factors of the pages but the first, uniforms pass by pass, and for each measurement its time constant in seconds and its percentages |
-| `textures`  | the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64     |
-| `server`    | what of the style this form cannot run, such as "steady"                                           |
+- `format`: the version of this description.
+- `size`: width and height of the picture; the plan fits all pictures whose shorter side is as long.
+- `samples`: the most samples across and down of what is measured.
+- `vertex`, `shaders`: the text of the vertex shader of all passes, and those of the fragment shaders.
+- `pages`: for each size at which passes run, the number of the one that it is made of; first the picture's.
+- `images`: the textures that passes write: `page`, `kind` ("working", "samples" or "result"), `components`.
+- `passes`: in order: `shader`, `page`, `writes` (images), `reads` and `sizes` by uniform, `uniforms`; and
+  `measures` where what it writes is measured.
+- `measures`: for each measurement its step and the number of its percentiles.
+- `values`: all numbers: factors of the pages but the first; uniforms, pass by pass; for each measurement its
+  time constant in seconds and its percentages.
+- `textures`: the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64.
+- `server`: what of the style this form cannot run, such as "steady".
 
 Moving a slider changes `values` alone, except where it changes which passes run.
 """

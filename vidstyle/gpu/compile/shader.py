@@ -7,7 +7,7 @@ from typing import Any
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter
+from vidstyle.gpu.compile.glsl import TYPES, Assembly, Form, ShaderParameter
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader_nodes import (
@@ -104,6 +104,8 @@ def declare_image(shader: Shader, node: ShaderNode, name: str, plan: Plan) -> No
     }
     if node.is_plane:
         _declare_plane(shader, node, name, plan.source.encoding, words)
+    elif plan.form == "es" and node.kind == "luma":
+        shader.assembly.add_template("frame/image_halves.glsl", words)
     else:
         _declare_levels(shader, name, working_format(node, plan.form), words)
 
@@ -183,8 +185,13 @@ def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[i
         text.add(f"void store_{number}(ivec2 place, vec4 value) {{ {store} }}")
 
 
-def store_working(target: RenderTarget, name: str, number: int) -> str:
+def store_working(shader: Shader, form: Form, name: str, number: int) -> str:
     """The line that stores the value of this name in target `number`, which later passes read."""
+    target = shader.targets[number]
+    if form == "es" and target.node.kind == "luma":
+        shader.assembly.add_once("uniform bool halved;")
+        shader.assembly.include("frame/halves.glsl")
+        return f"store_{number}(place, halves({name}, halved));"
     coding, padding = target.format, ", 0.0" * (4 - CHANNELS[target.node.kind])
     return f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"
 

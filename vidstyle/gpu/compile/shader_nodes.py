@@ -146,10 +146,11 @@ WIDE = Format(1, "f4")
 def working_format(node: ShaderNode, form: Form) -> Format:
     """The format in which a value is stored between passes.
 
-    WebGL draws into floats everywhere, but into normalized 16 bit only by an extension that many lack.
+    WebGL draws into floats everywhere, but into normalized 16 bit only by an extension that many lack. Where
+    it has half floats only, luma takes two of them, and RGB is stored about 0, where they are more accurate.
     """
     if form == "es":
-        return Format(WORKING[node.kind].components, "f4")
+        return Format(WORKING[node.kind].components, "f4", low=0.5 if node.kind == "color" else 0.0)
     return WIDE if node.is_wide else WORKING[node.kind]
 
 

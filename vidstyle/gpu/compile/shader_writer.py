@@ -225,7 +225,7 @@ class _Writer:
         target = self.shader.targets[number]
         name = self._names[target.node]
         if not target.is_plane:
-            return [store_working(target, name, number)]
+            return [store_working(self.shader, self._plan.form, name, number)]
         if target.name == "blue" and self._shrinks or target.name == "red":
             return []
         return store_planes(self._text, self._plan.target, target.node.kind, name, number)

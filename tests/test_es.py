@@ -1,0 +1,189 @@
+"""Plans for WebGL 2, run by the runner in a browser, agree with the CPU."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import test_blocks
+from browser import StyleBrowser
+from browser import style_browser as style_browser
+from gpu import ODD, SMALL, of_the_day, scene
+from test_gpu_agreement import folder as folder
+from test_gpu_agreement import style_of
+
+import vidstyle
+from vidstyle.block import Block
+from vidstyle.blocks import all_blocks
+from vidstyle.cli.styles import OPENGL_FORMS
+from vidstyle.core.measured import ExponentialSmoother, Sampling
+from vidstyle.core.resample import scaled_shape
+from vidstyle.gpu.compile.es import es_plan, vertex_shader
+from vidstyle.gpu.compile.glsl import Form
+from vidstyle.gpu.compile.plan import plan_for_video
+from vidstyle.gpu.compile.shader_writer import write_shader
+from vidstyle.style import Step, Style, load_style, override, style_names
+
+SHARES = {False: 0.001, True: 0.002}
+"""The share of samples that may be off by more than one code, in float32 and in half floats."""
+
+
+@cache
+def picture(height: int, width: int) -> np.ndarray:
+    return (scene(height, width) * 255 + 0.5).astype(np.uint8)
+
+
+def fault(browser: StyleBrowser, chosen: Style, shape: tuple[int, int], half: bool) -> str:
+    """What is wrong with a style in the browser; empty if it agrees with the CPU."""
+    source = picture(*shape)
+    right = vidstyle.stylize(source, chosen, "cpu").astype(int)
+    (made,) = browser.restyled(es_plan(chosen, *shape[::-1]), [source], half)
+    share = float((np.abs(made - right) > 1).mean())
+    return "" if share <= SHARES[half] else f"{share:.3%} of the samples are off"
+
+
+@pytest.mark.parametrize(
+    ("name", "half"), of_the_day([(name, half) for name in style_names() for half in (False, True)], 1)
+)
+def test_every_style_gives_in_a_browser_what_it_gives_on_the_cpu(
+    name: str, half: bool, style_browser: StyleBrowser
+) -> None:
+    assert not fault(style_browser, load_style(name), ODD, half)
+
+
+def settings(block: Block) -> list[dict[str, Any]]:
+    """The defaults, all values at their low ends, and all at their high ends."""
+    ends = test_blocks.ends_of(block)
+    return [{}, *({name: values[end] for name, values in ends.items()} for end in (0, -1) if ends)]
+
+
+@pytest.mark.parametrize("block", of_the_day(list(all_blocks().values()), 1), ids=lambda block: block.name)
+def test_every_block_gives_in_a_browser_what_it_gives_on_the_cpu(
+    block: Block, style_browser: StyleBrowser, folder: Path
+) -> None:
+    for values in settings(block):
+        assert not fault(style_browser, style_of(block, values, folder), SMALL, False), values
+
+
+def test_percentiles_and_smoothing_are_those_of_python(style_browser: StyleBrowser) -> None:
+    random = np.random.default_rng(3)
+    pictures = [random.normal(0.5, 0.3, count).astype(np.float32) for count in (1, 2, 7, 4000)]
+    percentages, times = [0.0, 5.0, 33.3, 50.0, 98.7, 100.0], [0.0, 0.04, 0.5, 0.2, 0.3]
+    found = style_browser.run(
+        """return pictures.map((numbers) => {
+          const smoother = new vidstyle.Smoother();
+          const measured = vidstyle.percentiles(Float32Array.from(numbers), percentages);
+          const next = (each) => measured.map((one) => one * (each + 1));
+          return times.map((time, each) => smoother.follow(next(each), time, 0.4));
+        })""",
+        pictures=[each.tolist() for each in pictures], percentages=percentages, times=times,
+    )  # fmt: skip
+    for numbers, smoothed in zip(pictures, found, strict=True):
+        smoother, measured = ExponentialSmoother(), np.percentile(numbers, percentages)
+        right = [smoother.follow(measured * (each + 1), time, 0.4) for each, time in enumerate(times)]
+        assert np.allclose(smoothed, right, atol=1e-6)
+
+
+def test_sizes_and_samples_are_those_of_python(style_browser: StyleBrowser) -> None:
+    sizes = [(1, 1), (97, 61), (1920, 1080), (321, 17), (4000, 3), (640, 641)]
+    factors = [0.05, 0.125, 0.3333333, 0.5, 0.75, 1.0, 2.5]
+    found = style_browser.run(
+        """return sizes.map((size) => [
+          factors.map((factor) => vidstyle.scaledSize(size, factor)), vidstyle.sampling(size, 320)]);""",
+        sizes=sizes, factors=factors,
+    )  # fmt: skip
+    for (width, height), (scaled, sampled) in zip(sizes, found, strict=True):
+        assert [size[::-1] for size in scaled] == [
+            list(scaled_shape((height, width), each)) for each in factors
+        ]
+        right = Sampling.of(height, width)
+        assert (sampled["stride"], sampled["first"][::-1], sampled["size"][::-1]) == (
+            right.stride, list(right.first), list(right.shape),
+        )  # fmt: skip
+
+
+def test_numbers_follow_a_film_over_time_as_on_the_cpu(style_browser: StyleBrowser) -> None:
+    chosen = Style("test", background=(Step("equalize", {"settle": 0.3}),))
+    films = [picture(*SMALL), (picture(*SMALL) * 0.8 + 20).astype(np.uint8), picture(*SMALL)]
+    times = [0.0, 0.1, 0.3]
+    with vidstyle.Renderer(chosen, "cpu") as renderer:
+        right = [renderer(each, time) for each, time in zip(films, times, strict=True)]
+    made = style_browser.restyled(es_plan(chosen, *SMALL[::-1]), films, times=times)
+    assert (right[0] != right[2]).any()
+    for one, other in zip(right, made, strict=True):
+        assert (np.abs(one.astype(int) - other) > 1).mean() <= SHARES[False]
+
+
+def test_a_slider_changes_numbers_alone_and_another_size_needs_no_other_plan(
+    style_browser: StyleBrowser,
+) -> None:
+    """For pictures whose shorter side is as long: on it depend all lengths."""
+    before = es_plan(load_style("poster"), 97, 61)
+    chosen = override(load_style("poster"), ["background.posterize.levels=7", "colorize.hue=200"])
+    after = es_plan(chosen, 143, 61)
+    values = after.pop("values")
+    assert after | {"size": [97, 61], "values": before["values"]} == before
+    source = picture(61, 143)
+    (made,) = style_browser.restyled(before | {"values": values}, [source])
+    right = vidstyle.stylize(source, chosen, "cpu").astype(int)
+    assert (np.abs(made - right) > 1).mean() <= SHARES[False]
+
+
+def test_a_lost_context_comes_back(style_browser: StyleBrowser) -> None:
+    lost, back = style_browser.run(
+        """let restored;
+        const returned = new Promise((done) => { restored = done; });
+        const runner = new vidstyle.Runner({ onrestored: restored });
+        const style = await runner.load(plan);
+        const source = new ImageData(new Uint8ClampedArray(4 * 12).fill(90), 4, 3);
+        const canvas = Object.assign(document.createElement("canvas"), { width: 4, height: 3 });
+        const pixel = () => [...canvas.getContext("2d").getImageData(1, 1, 1, 1).data];
+        const switches = runner.context.gl.getExtension("WEBGL_lose_context");
+        runner.draw(style, source, canvas);
+        const before = pixel();
+        switches.loseContext();
+        const lost = runner.draw(style, source, canvas);
+        await new Promise((done) => setTimeout(done, 50));
+        switches.restoreContext();
+        await returned;
+        canvas.getContext("2d").clearRect(0, 0, 4, 3);
+        runner.draw(style, source, canvas);
+        runner.release();
+        return [lost, String(before) === String(pixel()) && before[3] === 255];""",
+        plan=es_plan(load_style({"format": 1, "background": [{"block": "gaussian"}]}), 4, 3),
+    )
+    assert lost is None and back
+
+
+@pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="no glslangValidator here")
+@pytest.mark.parametrize(
+    "form", ["es", *(pytest.param(form, marks=pytest.mark.thorough) for form in OPENGL_FORMS)]
+)
+def test_every_shader_is_valid_glsl(form: Form, tmp_path: Path) -> None:
+    """By the reference compiler, without an error or a warning: a check for drivers that are not here."""
+    ending = "comp" if form == "compute" else "frag"
+    texts = {
+        write_shader(plan, each).assembly.text
+        for name in style_names()
+        for plan in [plan_for_video(load_style(name), 640, 360, form)]
+        for each in plan.passes
+    }
+    files = [tmp_path / f"{number}.{ending}" for number in range(len(texts))]
+    for file, text in zip(files, texts, strict=True):
+        file.write_text(text)
+    if form == "es":
+        files.append(tmp_path / "triangle.vert")
+        files[-1].write_text(vertex_shader("es"))
+    checked = subprocess.run(["glslangValidator", *files], capture_output=True, text=True)
+    said = [line for line in checked.stdout.splitlines() if line and line not in map(str, files)]
+    assert (checked.returncode, said) == (0, [])
+
+
+def test_what_this_form_leaves_out_is_named() -> None:
+    assert es_plan(load_style("sketch"), 64, 36)["server"] == ["steady"]
+    assert es_plan(override(load_style("sketch"), ["steady=0"]), 64, 36)["server"] == []
