@@ -135,7 +135,10 @@ def test_late_sound_is_copied_and_else_encoded_anew(tmp_path, caplog, monkeypatc
     ("codec", "ending", "begin"), [("ac3", ".avi", 0.5), ("pcm_s16le", ".avi", 6.5), ("flac", ".ogv", 1.0)]
 )
 def test_late_sound_is_late_where_the_container_holds_no_times(tmp_path, caplog, codec, ending, begin):
-    late, target = film(tmp_path / "late.mkv", codec, begin=begin, seconds=begin + 1), tmp_path / f"out{ending}"
+    late, target = (
+        film(tmp_path / "late.mkv", codec, begin=begin, seconds=begin + 1),
+        tmp_path / f"out{ending}",
+    )
     rendered(late, target)
     assert beep(target) == pytest.approx(begin + 0.8, abs=0.03)
     assert f"since it begins late, which {ending} files cannot hold" in caplog.text

@@ -215,7 +215,9 @@ class AudioEncoder:
             made = self._encoded(self._resampler.resample(None))
             self._resampler = self._new_resampler(from_zero=False)
         while not self._gaps and begin - self._end > longest:
-            made += self._resampled(np.zeros((self.stream.layout.nb_channels, longest), np.float32), self._end)
+            made += self._resampled(
+                np.zeros((self.stream.layout.nb_channels, longest), np.float32), self._end
+            )
         return made
 
     def _resampled(self, samples: np.ndarray, begin: int) -> list[av.Packet]:
