@@ -34,7 +34,7 @@ from vidstyle.gpu.compile.glsl import TRIANGLE, Form, read_source
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan, plan_for_rgb
 from vidstyle.gpu.compile.shader import ImageOf, Shader
-from vidstyle.gpu.compile.shader_nodes import Format, ShaderMeasure
+from vidstyle.gpu.compile.shader_nodes import Format, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import jobs_of
@@ -126,7 +126,7 @@ class _Description:
         return self._pages[shape]
 
     def _pass(self, each: Pass, shader: Shader) -> dict[str, Any]:
-        writes = [self._slots.texture(each, number) for number in range(len(shader.targets))]
+        writes: list[Any] = [self._slots.texture(each, number) for number in range(len(shader.targets))]
         sizes = {name: value for name, value in shader.uniforms.items() if _SIZE.fullmatch(name)}
         found = {
             "shader": self._texts.index(shader.assembly.text),
@@ -143,7 +143,8 @@ class _Description:
             return {"measure": self._plan.measures.index(what)}
         if not isinstance(what, ImageOf):
             return {"texture": self._texture(what)}
-        return {"source": True} if what.node.is_plane else {"image": self._slots.nodes[what.node].number}
+        nodes: dict[ShaderNode, Any] = self._slots.nodes
+        return {"source": True} if what.node.is_plane else {"image": nodes[what.node].number}
 
     def _texture(self, arrays: tuple[np.ndarray, ...]) -> str:
         layers = layers_of(arrays)
