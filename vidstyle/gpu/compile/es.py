@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.measured import SAMPLES
-from vidstyle.gpu.compile.assets import layers_of
+from vidstyle.gpu.compile.asset_layers import layers_of
 from vidstyle.gpu.compile.glsl import TRIANGLE, Form, read_source
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan, plan_for_rgb

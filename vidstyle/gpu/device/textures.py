@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidstyle.gpu.compile.assets import layers_of
+from vidstyle.gpu.compile.asset_layers import layers_of
 from vidstyle.gpu.compile.shader_nodes import Format
 from vidstyle.style.nodes import Shape
 
