@@ -156,13 +156,13 @@ def run_budget(budget: AdaptiveScale, full: float, frames: int) -> list[float]:
 
 
 def test_the_budget_goes_down_until_the_rate_holds():
-    scales = run_budget(AdaptiveScale(1 / 30), 0.1, 300)
+    scales = run_budget(AdaptiveScale(1 / 30, 720), 0.1, 300)
     assert scales[0] == 1 and scales[-1] == 0.5
     assert scales == sorted(scales, reverse=True), "it does not try what cannot be"
 
 
 def test_the_rate_falls_before_the_size_is_less_than_half():
-    budget = AdaptiveScale(1 / 30)
+    budget = AdaptiveScale(1 / 30, 720)
     assert min(run_budget(budget, 0.2, 300)) == 0.5
     assert budget.lower_rate == pytest.approx(20)
     assert run_budget(budget, 0.6, 300)[-1] < 0.5
@@ -170,22 +170,23 @@ def test_the_rate_falls_before_the_size_is_less_than_half():
 
 
 def test_the_budget_goes_no_lower_than_its_least():
-    assert run_budget(AdaptiveScale(1 / 30), 10.0, 50)[-1] == SCALES[-1]
+    for lines, least in ((720, SCALES[-1]), (480, 0.375), (100, 0.5)):
+        assert run_budget(AdaptiveScale(1 / 30, lines), 10.0, 50)[-1] == least
 
 
 def test_the_budget_goes_up_again_and_stays_up():
-    budget = AdaptiveScale(1 / 30)
+    budget = AdaptiveScale(1 / 30, 720)
     run_budget(budget, 0.1, 200)
     scales = run_budget(budget, 0.01, 300)
     assert scales[0] == 0.5 and scales[-1] == 1 and 0.75 in scales
 
 
 def test_the_budget_leaves_alone_what_is_fast_enough():
-    assert set(run_budget(AdaptiveScale(1 / 30), 0.03, 500)) == {1.0}
+    assert set(run_budget(AdaptiveScale(1 / 30, 720), 0.03, 500)) == {1.0}
 
 
 def test_a_rise_that_fails_is_tried_later_and_later():
-    budget = AdaptiveScale(1 / 30)
+    budget = AdaptiveScale(1 / 30, 720)
     changes = []
     for number in range(3000):
         # Small pictures cost less than their size promises, so that the larger ones always disappoint.

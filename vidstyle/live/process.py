@@ -63,7 +63,7 @@ class FrameProcessor:
     def set_rate(self, rate: Fraction) -> None:
         """From now on, adapt the working size to this rate, if the options allow it."""
         self._rate = rate
-        self._scale = AdaptiveScale(float(1 / rate)) if self._is_adaptive else None
+        self._scale = AdaptiveScale(float(1 / rate), min(self.size)) if self._is_adaptive else None
 
     def record_time(self, seconds: float) -> None:
         """Record the time that a frame took, by which the working size is adapted."""
@@ -130,7 +130,9 @@ def output_encoding(picture: Picture) -> Encoding:
 SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
 LEAST_SCALE, LEAST_RATE = 0.5, 0.4
-"""The rate falls to this share before the size falls below that one: small pictures show their pixels."""
+"""The rate falls to this share before the size falls below that one."""
+MIN_LINES = 180
+"""Below that size it does not fall to fewer lines than these: smaller pictures show their pixels."""
 OVERLOAD, HEADROOM = 0.95, 0.65
 """Shares of the time that a frame may take: above the first a size is too large, below the second it fits."""
 MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 0.5, 2.0, 60.0
@@ -146,13 +148,13 @@ class AdaptiveScale:
 
     Attributes:
         scale: the share of the width and of the height to work at, of SCALES.
-        lower_rate: frames per second at that size where the rate cannot be held, else 0; expected, until
-            it is measured.
+        lower_rate: frames per second that are expected at that size if the rate cannot be held, else 0.
     """
 
-    def __init__(self, seconds: float) -> None:
-        """`seconds`: between two frames."""
+    def __init__(self, seconds: float, lines: int) -> None:
+        """`seconds`: between two frames; `lines`: the shorter side of the picture."""
         self._seconds, self._level = seconds, 0
+        self._scales = [scale for scale in SCALES if scale >= LEAST_SCALE or scale * lines >= MIN_LINES]
         self.lower_rate = 0.0
         self._raise_after = RAISE_SECONDS
         self._since_change = self._since_rise = 0.0
@@ -160,13 +162,13 @@ class AdaptiveScale:
 
     @property
     def scale(self) -> float:
-        return SCALES[self._level]
+        return self._scales[self._level]
 
     def update(self, seconds: float) -> bool:
         """Record the time of a frame at the present size.
 
         Returns:
-            Whether the size changes for the next, or whether the rate can be held.
+            Whether the size changes for the next, or the rate turns out to be too high even so.
         """
         self._times.append(seconds)
         passed = max(seconds, self._seconds)
@@ -175,7 +177,7 @@ class AdaptiveScale:
         if self._since_change < MEASURE_SECONDS or len(self._times) < MIN_FRAMES:
             return False
         typical = median(self._times)
-        if not self._fits(typical, self._level, OVERLOAD) and self._level + 1 < len(SCALES):
+        if not self._fits(typical, self._level, OVERLOAD) and self._level + 1 < len(self._scales):
             # A rise that did not last is attempted again later and later.
             failed = self._since_rise < 2 * MEASURE_SECONDS
             self._raise_after = min(2 * self._raise_after, MAX_RAISE_SECONDS) if failed else RAISE_SECONDS
@@ -184,7 +186,7 @@ class AdaptiveScale:
             if self._fits(typical, self._level - 1, HEADROOM):
                 self._since_rise = 0.0
                 return self._set_level(self._level - 1, typical)
-        return self._level > 0 and self._set_rate(typical)
+        return self._level > 0 and not self.lower_rate and self._set_rate(typical)
 
     def reset(self) -> None:
         """Discard the measurements: another style runs now."""
@@ -194,18 +196,18 @@ class AdaptiveScale:
     def _fitting_level(self, typical: float) -> int:
         """The largest size below the present one that should do, or the smallest there is."""
         level = self._level + 1
-        while level + 1 < len(SCALES) and not self._fits(typical, level, OVERLOAD):
+        while level + 1 < len(self._scales) and not self._fits(typical, level, OVERLOAD):
             level += 1
         return level
 
     def _fits(self, typical: float, level: int, share: float) -> bool:
         """Whether a frame should take less than a share of the time that it may take at a size."""
-        slots = 1 if SCALES[level] > LEAST_SCALE else 1 / LEAST_RATE
+        slots = 1 if self._scales[level] > LEAST_SCALE else 1 / LEAST_RATE
         return self._expected(typical, level) < share * slots * self._seconds
 
     def _expected(self, typical: float, level: int) -> float:
         """The time that a frame should take at another size."""
-        return typical * (SCALES[level] / self.scale) ** 2
+        return typical * (self._scales[level] / self.scale) ** 2
 
     def _set_level(self, level: int, typical: float) -> bool:
         self._set_rate(self._expected(typical, level))
@@ -215,8 +217,6 @@ class AdaptiveScale:
         return True
 
     def _set_rate(self, typical: float) -> bool:
-        """Decide whether the rate can be held; returns whether that has changed."""
-        before = self.lower_rate
-        share = OVERLOAD if before else 1 / OVERLOAD
-        self.lower_rate = 1 / typical if typical > share * self._seconds else 0.0
-        return bool(before) != bool(self.lower_rate)
+        """Decide whether the rate can be held; returns whether it cannot."""
+        self.lower_rate = 1 / typical if OVERLOAD * typical > self._seconds else 0.0
+        return self.lower_rate > 0

@@ -157,4 +157,8 @@ $("picture").ondblclick = fill;
 $("ask").onclick = actions["?"];
 $("leave").onclose = () => { if ($("leave").returnValue === "quit") send({do: "quit"}); };
 
+// "#picture" behind the address shows nothing else, for programs that take the page as a source.
+const showAlone = () => document.body.classList.toggle("alone", location.hash === "#picture");
+addEventListener("hashchange", showAlone);
+showAlone();
 connect();
