@@ -90,8 +90,8 @@ def test_opened_to_a_network_it_answers_to_the_address_that_was_asked_and_no_oth
 
 
 def test_an_address_of_another_machine_is_refused() -> None:
-    with pytest.raises(OutputError, match="page: 192.0.2.1 is no address of this machine; give one"):
-        PageTarget(Controls(load_style("plain")), address="192.0.2.1")
+    with pytest.raises(OutputError, match="page: 203.0.113.1 is no address of this machine; give one"):
+        PageTarget(Controls(load_style("plain")), address="203.0.113.1")
 
 
 def test_localhost_is_its_name_too(visitor: Visitor) -> None:

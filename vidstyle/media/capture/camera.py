@@ -150,7 +150,7 @@ def _reason(path: str, own: VideoDevice | None) -> str:
 
 def _what_there_is() -> str:
     there = [f"{path} ({device.name})" for path, device in camera_list() if device.can_capture]
-    return "there is " + ", ".join(there) if there else "there is no camera here"
+    return "there is " + (", ".join(there) or "none here: give a film, or 'test' for a test picture")
 
 
 def _opened(
