@@ -58,7 +58,7 @@ def test_a_slow_program_becomes_a_block(
     arguments = ["train", str(bank), "--images", str(photographs), "--command", command, "--hold-out", "1"]
     assert main(arguments) == 0
     said = capfd.readouterr().err
-    assert "0.00 dB" not in said and "on 1 pictures not learned from" in said
+    assert "0.00 dB" not in said and "on 1 pictures not learned from" in said and "not local" not in said
     fidelity = load_bank(bank).about["fidelity"]
     assert fidelity["psnr"] > fidelity["untouched psnr"] + 2
 
@@ -81,12 +81,13 @@ def test_a_slow_program_becomes_a_block(
     [
         ([], 2, "learns from one reference"),
         (["--reference", "etff"], 2, "choose one of edge_tangent_flow"),
-        (["--reference", "tv_flow", "--set", "tme=2"], 2, "unexpected keyword argument"),
+        (["--reference", "tv_flow", "--set", "tme=2"], 2, "has no setting 'tme'; its settings are time,"),
         (["--command", "convert x y"], 2, "write {in} and {out}"),
         (["--command", "no-such-program {in} {out}"], 2, "cannot be run"),
         (["--command", f"{sys.executable} -c 'raise SystemExit(3)' {{in}} {{out}}"], 3, "exit code 3"),
         (["--command", f"{sys.executable} -c pass {{in}} {{out}}"], 3, "wrote no picture"),
         (["--function", "cv2:no_such"], 2, "is not a function"),
+        (["--function", "json:loads"], 3, "failed on astronaut.png (TypeError: "),
         (["--pairs", "nowhere"], 3, "nowhere"),
         (["--reference", "tv_flow", "--bins", "15x3x3"], 2, "orientations are even"),
         (["--reference", "tv_flow", "--size", "8"], 2, "odd number"),
@@ -105,6 +106,23 @@ def test_what_cannot_be_learned_is_one_line_and_leaves_no_bank(
     said = capfd.readouterr().err
     assert reason in said and said.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_filter_that_no_bank_can_learn_is_named(
+    photographs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arguments = [
+        "--images",
+        str(photographs),
+        "--function",
+        "numpy:fliplr",
+        "--long-side",
+        "96",
+        "--size",
+        "3",
+    ]
+    assert main(["train", str(tmp_path / "mirrored.npz"), *arguments]) == 0
+    assert "% of the change: this filter is not local" in capfd.readouterr().err
 
 
 def test_a_python_function_and_pairs_teach_too(photographs: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import shlex
 import subprocess
 import tempfile
@@ -50,7 +51,7 @@ class ReferenceFilter:
 
 
 def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
-    """A built-in reference filter; settings are those of its function.
+    """A built-in reference filter; settings are those of its function, or its defaults.
 
     Raises:
         UsageError: there is no such reference filter, or it has no such setting.
@@ -58,12 +59,12 @@ def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
     if name not in _BUILT_IN:
         raise UsageError(name, "is not a reference", f"choose one of {', '.join(_BUILT_IN)}")
     function, parts, sums = _BUILT_IN[name]
+    _, *known = inspect.signature(function).parameters
+    for unknown in settings.keys() - known:
+        raise UsageError(name, f"has no setting '{unknown}'", f"its settings are {', '.join(known)}")
 
     def apply(color: np.ndarray, _: Photograph) -> list[np.ndarray]:
-        try:
-            result = function(luma_of(color), **settings)
-        except TypeError as error:
-            raise UsageError(name, str(error).rpartition("() ")[2], "see its function") from None
+        result = function(luma_of(color), **settings)
         return list(result) if len(parts) > 1 else [result]
 
     return ReferenceFilter(name, apply, parts, sums, settings)
@@ -103,8 +104,12 @@ def reference_by_function(name: str) -> ReferenceFilter:
     except (ImportError, AttributeError, ValueError) as error:
         raise UsageError(name, f"is not a function ({error})", "write module:function") from None
 
-    def apply(color: np.ndarray, _: Photograph) -> list[np.ndarray]:
-        result = np.asarray(function((color * 255 + 0.5).astype(np.uint8)))
+    def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
+        try:
+            result = np.asarray(function((color * 255 + 0.5).astype(np.uint8)))
+        except Exception as error:  # whatever a function of the user's raises
+            reason = f"failed on {photograph.path.name} ({type(error).__name__}: {error})"
+            raise InputError(name, reason, "try it by hand") from error
         scale = 1 / 255 if result.dtype == np.uint8 else 1
         return [_luma_of_result(result.astype(np.float32) * np.float32(scale), color, name)]
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 PROGRESS_INTERVAL = 5
 """Pictures between two lines of progress."""
+LEARNABLE = 0.4
+"""The part of a filter's change below which a bank is not worth its name."""
 
 
 @click.command(short_help="Train a bank of learned filters on a filter or on pairs of pictures.")
@@ -75,6 +77,11 @@ def _train(path: Path, options: dict[str, Any]) -> None:
         fidelity = measure(run, reference, pictures[-held_out:], weights, on_picture=_print_progress)
         bank.about["fidelity"] = fidelity
         say(_fidelity_text(fidelity, held_out))
+        if fidelity["explained"] < LEARNABLE:
+            say(
+                f"explains {fidelity['explained']:.0%} of the change: this filter is not local "
+                f"(a result depends on more than {config.size} x {config.size} pixels and their direction)"
+            )
     save_bank(bank, path)
     say(f"{path}: {bank.bins.count} filters of {bank.size} x {bank.size}")
 
@@ -135,7 +142,8 @@ def _show(path: Path, target: Path) -> None:
 def _fidelity_text(fidelity: dict[str, float], held_out: int) -> str:
     return (
         f"on {held_out} pictures not learned from: {fidelity['psnr']:.1f} dB, MSSIM {fidelity['mssim']:.4f} "
-        f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f})"
+        f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f}); "
+        f"explains {fidelity['explained']:.0%} of the change"
     )
 
 

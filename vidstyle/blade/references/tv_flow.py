@@ -24,7 +24,7 @@ FAINT_VARIATION = 0.25
 """Levels per pixel; in fainter gradients true flow turns to blurring. Its time step is a quarter."""
 
 
-def tv_flow(luma: np.ndarray, time: float, gradient_power: int = 1) -> np.ndarray:
+def tv_flow(luma: np.ndarray, time: float = 2.0, gradient_power: int = 1) -> np.ndarray:
     """Luma after total variation flow: u_t = |grad u|^gradient_power div(grad u / |grad u|).
 
     Args:
