@@ -54,7 +54,7 @@ def test_python_minus_m_is_the_program():
         (["rendre"], "rendre"),
         (["render"], "INPUT"),
         (["render", "a.mp4", "-i", "b.mp4", "c.mp4"], "'c.mp4'"),
-        (["render", "a.mp4", "b.mp4"], "--style: is missing; choose one of abstraction, "),
+        (["render", "a.mp4", "b.mp4"], "--style is missing; choose one of abstraction, "),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "x"], "--crf"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "-1"], "--start"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "1:2:3:4"], "--start"),
@@ -64,7 +64,7 @@ def test_python_minus_m_is_the_program():
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--fps", "30/0"], "--fps"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--frames", "0"], "--frames"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--compare", "wipe"], "--compare"),
-        (["render", "a.mp4", "b.mp4", "--style", "plain", "--bogus"], "--bogus"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--bogus"], "there is no option '--bogus'; see"),
         (["blocks", "posterise"], "posterize"),
     ],
 )

@@ -275,18 +275,18 @@ def test_the_films_own_subtitles_are_taken_unless_not_wanted(name: str, tmp_path
     ("arguments", "code", "line"),
     [
         (["none.mp4", "a.png"], 3, "none.mp4: no such file"),
-        (["empty", "a.png"], 3, "empty: a folder without pictures"),
-        (["-", "a.png"], 2, "-: a pipe can be read only once; save the film to a file"),
-        (["words.srt", "a.bmp"], 2, "a.bmp: is no kind of comic; end its name in .png, .jpg, .jpeg, .pdf, "
+        (["empty", "a.png"], 3, "empty holds no pictures"),
+        (["-", "a.png"], 2, "standard input can be read only once; save the film to a file"),
+        (["words.srt", "a.bmp"], 2, "a.bmp cannot be a comic page; end its name in .png, .jpg, .jpeg, .pdf, "
          ".cbz, .svg or .html"),
-        (["words.srt", "kept.png"], 2, "kept.png: exists already; add -y to overwrite it, or choose another "
+        (["words.srt", "kept.png"], 2, "kept.png exists already; add -y to overwrite it, or choose another "
          "name"),
-        (["none.mp4", "a.png", "--subtitles", "none.srt"], 3, "none.srt: cannot be read: No such file"),
-        (["none.mp4", "a.png", "--subtitles", "empty.srt"], 3, "empty.srt: holds no subtitles"),
-        (["none.mp4", "a.png", "--font", "words.srt"], 3, "words.srt: no font that can be read; give a .ttf "
+        (["none.mp4", "a.png", "--subtitles", "none.srt"], 3, "none.srt cannot be read: No such file"),
+        (["none.mp4", "a.png", "--subtitles", "empty.srt"], 3, "empty.srt holds no subtitles"),
+        (["none.mp4", "a.png", "--font", "words.srt"], 3, "words.srt is not a font; give a .ttf "
          "or .otf file"),
-        (["none.mp4", "a.png", "--size", "b7"], 2, "b7: no size of paper; give a3, a4, a5, letter, square, "
-         "strip, 1200x1800 or 210x297mm"),
+        (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a size of paper; give a3, a4, a5, letter, "
+         "square, strip, 1200x1800 or 210x297mm"),
         (["none.mp4", "a.png", "--style", "nope"], 3, "nope"),
         (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is neither a number of panels nor auto"),
         (["none.mp4", "a.png", "--skip", "12"], 2, "'12' is not a part of a film such as 0:10-0:25"),
@@ -319,4 +319,4 @@ def test_without_pillow_it_says_what_to_install(tmp_path: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == 2
-    assert done.stderr == "vidstyle: comic: Pillow is not installed; pip install vidstyle[comic]\n"
+    assert done.stderr == "vidstyle: comic needs Pillow; pip install 'vidstyle[comic]'\n"

@@ -224,7 +224,7 @@ def test_as_many_pages_as_wanted() -> None:
         assert {panel.page for panel in layout.panels} == set(range(pages))
         assert len(layout.sizes) == pages
     for pages in (0, 14):
-        with pytest.raises(UsageError, match=f"pages: {pages} for 13 panels"):
+        with pytest.raises(UsageError, match=f"--pages: {pages} are too many for 13 panels"):
             lay_out(film, PAPERS[0], pages=pages)
     with pytest.raises(UsageError, match="no moment"):
         lay_out([], PAPERS[0])

@@ -95,7 +95,7 @@ def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(six_shots
         ({"at": (-1,)}, "at: -1 s lies before the film"),
         ({"skip": ((2, 1),)}, "skip: 2-1 s is not a part of a film"),
         ({"skip": ((0, 100),)}, "skip: leaves nothing of the film"),
-        ({"panels": 0}, "panels: 0 are none to lay out; give 1 to 300, or auto"),
+        ({"panels": 0}, "--panels: 0 is outside 1 to 300"),
     ],
 )
 def test_contradicting_options_are_refused(six_shots: Path, options: dict[str, object], message: str) -> None:
@@ -174,7 +174,7 @@ def test_a_black_film_has_nothing_to_show(tmp_path: Path) -> None:
 
 
 def test_a_pipe_is_refused() -> None:
-    with pytest.raises(UsageError, match="a pipe can be read only once; save the film to a file"):
+    with pytest.raises(UsageError, match="standard input can be read only once; save the film to a file"):
         open_film("-")
 
 
@@ -193,7 +193,7 @@ def test_a_folder_of_pictures_is_a_film(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_pictures_is_said(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="a folder without pictures$"):
+    with pytest.raises(InputError, match="holds no pictures$"):
         open_film(tmp_path)
     (tmp_path / "bad.png").write_bytes(b"no picture")
     with pytest.raises(InputError, match="none of its pictures can be read$"):
@@ -294,7 +294,7 @@ def test_what_is_no_model_of_faces_is_said(
     other = red_finder().replace(b"bbox_16", b"text_16")
     (tmp_path / name).write_bytes(other if name == "other.onnx" else b"no model")
     remedy = r"give a cascade of OpenCV's \(.xml\) or a YuNet model \(.onnx\)$"
-    with pytest.raises(InputError, match=f"{name}: is not a model of faces; {remedy}"):
+    with pytest.raises(InputError, match=f"{name} is not a model of faces; {remedy}"):
         FaceFinder(tmp_path / name)
     assert capfd.readouterr().err == ""
 

@@ -25,7 +25,7 @@ def test_1_a_missing_input(program: Program):
 def test_2_a_folder_as_input(program: Program):
     folder = program.folder / "folder.mp4"
     folder.mkdir()
-    program.refused(3, "is a directory", folder)
+    program.refused(3, "is a folder", folder)
 
 
 def test_2_an_input_that_may_not_be_read(program: Program):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import fcntl
+import json
 import mmap
 import os
 import random
@@ -13,7 +14,7 @@ import subprocess
 import sys
 import termios
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import pytest
 from faults import Program, own_threads, packets, video
@@ -53,6 +54,11 @@ def frames_in(line: str) -> int:
     return int(found[1]) if found else 0
 
 
+def messages(lines: list[str]) -> list[dict[str, Any]]:
+    """The events of standard error, which holds JSON alone, without those of progress."""
+    return [event for event in map(json.loads, lines) if event["event"] != "progress"]
+
+
 @pytest.mark.parametrize(
     ("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
@@ -64,7 +70,7 @@ def test_31_and_32_a_signal_closes_the_film(long_clip: Path, tmp_path: Path, num
     assert process.returncode == exit_code, said
     partial = tmp_path / "out.partial.mp4"
     assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.json", partial.name]
-    told = [line for line in said.splitlines() if not line.startswith("{")]
+    told = [event["text"] for event in messages(said.splitlines())]
     assert len(told) == 1 and str(partial) in told[0]
     # Far from all: it did not go on.
     assert 5 < len(video(partial)) < 250
@@ -124,7 +130,7 @@ def test_34_standard_output_closed_early(long_clip: Path):
         lines = process.stderr.read().decode().splitlines()
     assert process.returncode in (0, 5)
     assert max(map(frames_in, lines), default=0) < 250  # it did not go on
-    said = [line for line in lines if not line.startswith("{")]
+    said = [event["text"] for event in messages(lines)]
     assert len(said) <= 1 and not re.search("Traceback|bug", "".join(said))
 
 

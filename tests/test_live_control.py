@@ -62,7 +62,7 @@ def test_a_session_may_begin_with_a_variant():
 def test_only_known_styles_can_be_chosen():
     controls = Controls(load_style("plain"), ["ink"])
     assert controls.names == ["plain", "ink"]
-    with pytest.raises(UsageError, match="../../secret.toml: is not a style to choose"):
+    with pytest.raises(UsageError, match="../../secret.toml is not a style to choose"):
         controls.choose("../../secret.toml")
     assert controls.style.name == "plain"
 

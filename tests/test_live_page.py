@@ -335,4 +335,4 @@ def test_without_its_library_the_page_says_what_to_install() -> None:
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     line = run.stderr.splitlines()[-1]
-    assert "page: cannot be shown: it needs aiohttp: pip install 'vidstyle[web]'" in line
+    assert "page cannot be shown: it needs aiohttp: pip install 'vidstyle[web]'" in line

@@ -153,7 +153,7 @@ def test_what_it_has_not_is_one_line(capfd: pytest.CaptureFixture[str]):
     assert cli.main(["live", address, "--style", "plain", "--to", "null", "--no-keys"]) == 3
     server.kill()
     said = capfd.readouterr().err
-    assert said == f"vidstyle: {address}: cannot be opened: Server returned 404 Not Found\n"
+    assert said == f"vidstyle: {address} cannot be opened: Server returned 404 Not Found\n"
 
 
 def test_one_that_never_answers_is_not_waited_for(monkeypatch: pytest.MonkeyPatch):

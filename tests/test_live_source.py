@@ -208,7 +208,7 @@ def test_y4m_on_standard_input_and_its_end():
         (3, "no such file", ["missing.mp4"]),
         (3, "cannot be opened: Connection refused", ["tcp://127.0.0.1:1"]),
         (3, "does not speak quux", ["quux://127.0.0.1:1"]),
-        (2, "its size is not known", ["-", "--input-format", "raw"]),
+        (2, "does not say its size", ["-", "--input-format", "raw"]),
         (2, "'9' is not a size", ["test", "--size", "9"]),
         (6, "there is no such screen", ["screen:nowhere:7"]),
     ],
@@ -257,7 +257,7 @@ def test_the_slowest_rate_that_is_enough():
 def test_secrets_in_an_address_are_kept():
     source = live_source("rtsp://me:secret@127.0.0.1:1/camera?token=1", SourceOptions())
     assert source.name == "rtsp://127.0.0.1:1/camera"
-    with pytest.raises(InputError, match="rtsp://127.0.0.1:1/camera: cannot be opened") as raised:
+    with pytest.raises(InputError, match="rtsp://127.0.0.1:1/camera cannot be opened") as raised:
         source.open(threading.Event(), MONOTONIC)
     assert "secret" not in str(raised.value) and "token" not in str(raised.value)
 

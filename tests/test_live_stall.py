@@ -146,7 +146,7 @@ def test_a_driver_that_falls_silent_is_opened_again(caplog: pytest.LogCaptureFix
 def test_one_that_never_gives_anything_is_a_device_that_failed():
     driver = Driver((0.0, 100.0))
     with (
-        pytest.raises(DeviceError, match=f"driver: has delivered no frame for {FIRST_SECONDS:.1f} s"),
+        pytest.raises(DeviceError, match=f"driver has delivered no frame for {FIRST_SECONDS:.1f} s"),
         session(driver) as running,
     ):
         running.wait()

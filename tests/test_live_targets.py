@@ -246,7 +246,7 @@ def test_the_meter_counts_by_tenths_of_a_millisecond():
     ("error", "words", "text", "options"),
     [
         (UsageError, "use y4m, nut, raw", "-", TargetOptions(format="mp4")),
-        (UsageError, "no kind of stream", "gopher://127.0.0.1", TargetOptions()),
+        (UsageError, "not a kind of stream", "gopher://127.0.0.1", TargetOptions()),
         (UsageError, "unknown kind of file", "film.xyz", TargetOptions()),
         (DeviceError, "sudo modprobe v4l2loopback video_nr=77", "/dev/video77", TargetOptions()),
     ],
@@ -301,7 +301,7 @@ def test_a_file_in_a_folder_that_is_missing_is_refused_at_once(tmp_path: Path, c
     arguments = ["live", "no source", "--to", "null", "--to", str(tmp_path / "no" / name)]
     assert cli.main(arguments) == 5
     said = capfd.readouterr().err.splitlines()
-    assert len(said) == 1 and "its folder does not exist; make the folder first" in said[0]
+    assert len(said) == 1 and "its folder does not exist; add --parents to make it" in said[0]
     assert not list(tmp_path.iterdir())
 
 

@@ -30,7 +30,7 @@ def test_a_missing_file(tmp_path):
 
 
 def test_a_folder(tmp_path):
-    assert reason_of(tmp_path) == "is a directory"
+    assert reason_of(tmp_path) == "is a folder"
 
 
 @pytest.mark.parametrize("content", [b"", bytes(4096), os.urandom(50_000), b"no film at all\n" * 50])

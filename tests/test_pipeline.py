@@ -224,5 +224,5 @@ def test_what_is_no_picture_and_a_closed_renderer_are_refused():
         vidstyle.stylize("x.png", "plain")
     with vidstyle.Renderer("plain") as renderer, pytest.raises(vidstyle.UsageError, match="of type str"):
         renderer("x.png")
-    with pytest.raises(vidstyle.UsageError, match="renderer: is closed"):
+    with pytest.raises(vidstyle.UsageError, match="renderer is closed"):
         renderer(np.zeros((4, 4, 3), np.uint8))

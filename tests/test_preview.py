@@ -201,16 +201,16 @@ UNUSABLE = {
     2: {
         "--preview in.png": "--preview needs -o FILE.html",
         "--at 3": "--at belongs to --preview",
-        "--preview in.png -o out.gif": "out.gif: is no kind of preview; end its name in .html",
-        "--preview in.png -o there.html": "there.html: exists already; add -y",
+        "--preview in.png -o out.gif": "out.gif cannot be a preview; end its name in .html",
+        "--preview in.png -o there.html": "there.html exists already; add -y",
         "--preview in.png -o in.png -y": "is the input itself",
-        "--preview in.png -o pipe.html -y": "pipe.html: is a device or a pipe",
+        "--preview in.png -o pipe.html -y": "pipe.html is a device or a pipe",
         "--preview http://x/y.png -o out.html": "allow it with --allow-url",
     },
     3: {
         "--preview none.png -o out.html": "none.png: no such file",
         "--preview there.html -o out.html": "there.html: not a readable video",
-        "--preview in.png --at 5 -o out.html": "in.png: has no frame",
+        "--preview in.png --at 5 -o out.html": "in.png has no frame",
         "none --preview in.png -o out.html": "there is no style 'none'",
     },
     5: {

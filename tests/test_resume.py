@@ -172,7 +172,7 @@ def test_another_job_is_refused_and_the_difference_named(
 ):
     interrupt(50, film, tmp_path / "out.mp4")
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    with pytest.raises(UsageError, match=f"out.partial.mp4: was begun with {named}"):
+    with pytest.raises(UsageError, match=f"out.partial.mp4 was begun with {named}"):
         render(film, tmp_path / "out.mp4", **{"style": "plain", "resume": True} | changed)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 

@@ -110,7 +110,7 @@ def test_a_name_with_a_star_is_a_sequence_in_natural_order(program: Program):
     assert [read(program.folder / f"{number}.png")[0].picture.shape[1] for number in (1, 2)] == [66, 66]
     assert [path.name for path in numbered_files(str(folder / "*.png"))] == ["a.png", "b2.png", "b10.png"]
     (folder / "film.png").write_bytes(media.make_clip(folder / "film.mp4", frames=2).read_bytes())
-    program.refused(3, "film.png: is not a picture; a name with", folder / "f*.png", "%d.jpg")
+    program.refused(3, "film.png is not a picture; a name with", folder / "f*.png", "%d.jpg")
     program.refused(2, "is the input itself", folder / "b*.png", "in/b%d.png", "-y")
 
 

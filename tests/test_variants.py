@@ -89,9 +89,9 @@ def test_shipped_styles_have_variants_too(tmp_path: Path, monkeypatch: pytest.Mo
     (tmp_path / "ink.toml").write_text(FILE.replace("inked", "ink"), encoding="utf-8")
     monkeypatch.setattr("vidstyle.style.asset_folder", lambda name: tmp_path)
     assert load_style("ink:dark-blue").name == "ink:dark-blue"
-    assert mistakes_of("ink:dark-bleu") == ["ink has no variant 'dark-bleu'; did you mean 'dark-blue'?"]
-    assert mistakes_of("ink:") == ["ink has no variant ''; there are dark-blue, 2"]
-    assert mistakes_of("plain:x") == ["plain has no variant 'x'; there are none"]
+    assert mistakes_of("ink:dark-bleu") == ["there is no variant 'ink:dark-bleu'; did you mean 'dark-blue'?"]
+    assert mistakes_of("ink:") == ["there is no variant 'ink:'; there are dark-blue, 2"]
+    assert mistakes_of("plain:x") == ["there is no variant 'plain:x'; there are none"]
     assert mistakes_of("inc:dark-blue") == ["there is no style 'inc'; did you mean 'ink'?"]
 
 
@@ -113,7 +113,7 @@ def test_other_colons_are_no_variants(path: Path, tmp_path: Path, monkeypatch: p
     Path("mine.toml:dark-blue").unlink()
     assert load_style("mine.toml:dark-blue").name == "inked:dark-blue"
     Path("plain:x").write_text(FILE, encoding="utf-8")
-    assert "plain has no variant" in mistakes_of("plain:x")[0]
+    assert "there is no variant 'plain:x'" in mistakes_of("plain:x")[0]
     assert mistakes_of("C:none.toml") == ["cannot be read: No such file or directory"]
 
 
@@ -130,7 +130,7 @@ def test_other_colons_are_no_variants(path: Path, tmp_path: Path, monkeypatch: p
         ({"b": {"posterize.levels": 99}}, "variants.b: posterize.levels: 99 is outside 2 to 32"),
         (
             {"b": {"posterize.levls": 9}},
-            "variants.b: posterize: 'levls' is not a parameter; did you mean 'le",
+            "variants.b: posterize has no parameter 'levls'; did you mean 'le",
         ),
         (
             {"b": {"posterise.levels": 9}},

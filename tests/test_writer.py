@@ -303,7 +303,7 @@ def test_a_folder_takes_a_file_of_the_source_s_name(tmp_path):
     assert len(read_all(folder / "clip.mp4")) == 2
     with pytest.raises(UsageError, match="input itself"):
         render(clip, tmp_path, "plain")
-    with pytest.raises(UsageError, match=r"out: is a folder; name a file in it, such as .*out/film\.mp4"):
+    with pytest.raises(UsageError, match=r"out is a folder; name a file in it, such as .*out/film\.mp4"):
         render(tmp_path / "%d.png", folder, "plain")
 
 

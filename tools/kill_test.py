@@ -26,6 +26,7 @@ import time
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -87,16 +88,16 @@ class Run:
     @property
     def reached(self) -> float:
         """How far it has come, in seconds of the film."""
-        return max((json.loads(line)["position"] for line in self._lines() if line[:1] == "{"), default=0.0)
+        return max((event.get("position", 0.0) for event in self._events()), default=0.0)
 
     @property
     def said(self) -> list[str]:
         """Its messages."""
-        return [line for line in self._lines() if line[:1] != "{"]
+        return [event["text"] for event in self._events() if "text" in event]
 
-    def _lines(self) -> list[str]:
+    def _events(self) -> list[dict[str, Any]]:
         text = self._said.read_text(encoding="utf-8") if self._said.exists() else ""
-        return text[: text.rfind("\n") + 1].splitlines()
+        return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
 
     def kill(self, position: float, delay: float) -> None:
         """Kill it so many seconds after it has reached a position in the film, if it still runs."""

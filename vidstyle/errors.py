@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import errno
 import logging
+import re
+from collections.abc import Iterable, Sequence
 
 log = logging.getLogger("vidstyle")
 """Receives notices; the command line prints them."""
 
 
+MAX_NAMES = 40
+"""The most names in a list in a message."""
+MAX_WORD = 200
+"""The most characters of a word that similar names are looked for."""
+_SENTENCE = re.compile(
+    "(is|was|has|can|cannot|does|exists|holds|lies|leaves|needs|took|gave|wrote|failed|fails|refuses|reports)\\b"
+)
+"""How a reason begins that makes a sentence with its subject."""
+
+
 class VidstyleError(Exception):
     """Base class of all errors; the text is one line: "subject: reason; remedy".
 
-    A reason that names the subject in quotes stands without it in front.
+    A reason that begins with a verb makes a sentence with the subject, without a colon; one that names the
+    subject in quotes stands without it in front.
 
     Attributes:
         subject: the file or parameter concerned, with control characters escaped.
@@ -27,7 +40,9 @@ class VidstyleError(Exception):
         self.subject = printable(subject)
         self.reason = printable(reason)
         self.remedy = printable(remedy)
-        front = "" if f"'{self.subject}'" in self.reason else f"{self.subject}: "
+        front = self.subject + (" " if _SENTENCE.match(self.reason) else ": ")
+        if f"'{self.subject}'" in self.reason:
+            front = ""
         super().__init__(f"{front}{self.reason}" + (f"; {self.remedy}" if remedy else ""))
 
 
@@ -104,3 +119,30 @@ def printable(value: object) -> str:
         else character.encode("unicode_escape", "surrogatepass").decode("ascii")
         for character in str(value)
     )
+
+
+def suggest(word: str, names: Iterable[str]) -> str:
+    """A suggestion for an unknown name: the most similar one, or else all of them.
+
+    >>> suggest("levls", ["levels", "smooth"])
+    "did you mean 'levels'?"
+    >>> suggest("colour", ["levels", "smooth"])
+    'there are levels, smooth'
+    """
+    from difflib import get_close_matches
+
+    names = list(names)
+    similar = get_close_matches(word.lower()[:MAX_WORD], names, n=1)
+    if similar:
+        return f"did you mean {similar[0]!r}?"
+    return f"there are {join_names(names)}" if names else "there are none"
+
+
+def join_names(names: Sequence[str], separator: str = ", ") -> str:
+    """The names as a list in a message, shortened where there are many.
+
+    >>> join_names(["a", "b"], " or ")
+    'a or b'
+    """
+    rest = len(names) - MAX_NAMES
+    return separator.join(names[:MAX_NAMES]) + (f" and {rest} more" if rest > 0 else "")

@@ -13,7 +13,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import UsageError, log, not_a_picture
-from vidstyle.gpu.device.devices import DEVICES, choose
+from vidstyle.gpu.device.devices import DEVICES, DeviceChoice, choose
 from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style
 
@@ -89,13 +89,21 @@ def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True)
         StyleError: the style cannot be used.
     """
     style = load_style(style)
-    choice = choose("cpu" if style.is_plain and device in DEVICES else device)
-    renderer: Backend = (
-        GpuRenderer(style, choice.device, CpuRenderer) if choice.device else CpuRenderer(style)
-    )
-    if choice.notice and announce:
-        log.info(choice.notice)
+    chosen = _choice(style, device).device
+    renderer: Backend = GpuRenderer(style, chosen, CpuRenderer) if chosen else CpuRenderer(style)
+    if announce:
+        announce_device(style, device)
     return renderer
+
+
+def announce_device(style: Style, device: str) -> None:
+    """Log which device runs a style, and why, unless it is the CPU by request. Raises as `open_renderer`."""
+    if notice := _choice(style, device).notice:
+        log.info(notice, extra={"once": True})
+
+
+def _choice(style: Style, device: str) -> DeviceChoice:
+    return choose("cpu" if style.is_plain and device in DEVICES else device)
 
 
 class Renderer(Closing):

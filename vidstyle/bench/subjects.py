@@ -12,9 +12,8 @@ from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.resample import resample
 from vidstyle.demo.drawing import film_picture
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, suggest
 from vidstyle.style import Step, Style, load_style, style_names
-from vidstyle.style.values import suggest
 
 FILM_TIME = 1.3
 """Seconds into the demo film, where faces, letters and hills are visible."""
@@ -56,7 +55,7 @@ def film_picture_at(width: int, height: int) -> Picture:
 def _blocks(names: Iterable[str]) -> list[Subject]:
     for name in names:
         if name not in all_blocks():
-            raise UsageError(name, "is not a block", suggest(name, all_blocks()))
+            raise UsageError(name, f"there is no block '{name}'", suggest(name, all_blocks()))
     blocks = (all_blocks()[name] for name in names)
     return [Subject("block", block.name, _style_of(block), _works_on(block)) for block in blocks]
 

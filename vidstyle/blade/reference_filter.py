@@ -87,7 +87,7 @@ def reference_by_command(command: str) -> ReferenceFilter:
             _run([word.replace("{in}", str(source)).replace("{out}", str(target)) for word in words])
             if not target.exists():
                 raise InputError(words[0], f"wrote no picture for {photograph.path.name}", "try it by hand")
-            return [_luma_of_result(Photograph(target, 1 << 20).color(), color, words[0])]
+            return [_luma_of_result(Photograph(target, 1 << 20).color(), color, words[0], "command")]
 
     return ReferenceFilter(command, apply)
 
@@ -111,7 +111,7 @@ def reference_by_function(name: str) -> ReferenceFilter:
             reason = f"failed on {photograph.path.name} ({type(error).__name__}: {error})"
             raise InputError(name, reason, "try it by hand") from error
         scale = 1 / 255 if result.dtype == np.uint8 else 1
-        return [_luma_of_result(result.astype(np.float32) * np.float32(scale), color, name)]
+        return [_luma_of_result(result.astype(np.float32) * np.float32(scale), color, name, "function")]
 
     return ReferenceFilter(name, apply)
 
@@ -121,7 +121,7 @@ def reference_by_pairs(folder: Path) -> ReferenceFilter:
 
     def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         target = folder / photograph.path.name
-        return [_luma_of_result(Photograph(target, photograph.long_side).color(), color, str(target))]
+        return [_luma_of_result(Photograph(target, photograph.long_side).color(), color, str(target), "pair")]
 
     return ReferenceFilter(f"the pictures in {folder.name}", apply)
 
@@ -138,10 +138,10 @@ def _run(words: list[str]) -> None:
         raise InputError(words[0], f"failed with exit code {run.returncode} ({said})", "try it by hand")
 
 
-def _luma_of_result(result: np.ndarray, color: np.ndarray, name: str) -> np.ndarray:
+def _luma_of_result(result: np.ndarray, color: np.ndarray, name: str, what: str) -> np.ndarray:
     """Its luma; raises InputError if its size is not that of the original."""
     if result.shape[:2] != color.shape[:2]:
         returned, given = (f"{each.shape[1]}x{each.shape[0]}" for each in (result, color))
         reason = f"'{name}' returned {returned} for a picture of {given}"
-        raise InputError(name, reason, "the filter must keep the size")
+        raise InputError(name, reason, f"the {what} must keep the size")
     return luma_of(result[..., :3]) if result.ndim == 3 else result.astype(np.float32)

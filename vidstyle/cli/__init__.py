@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import pkgutil
+import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import Any
 
 import click
 
 import vidstyle
+from vidstyle.cli.configuration import configuration_option
 from vidstyle.cli.reporting import Reporting
+from vidstyle.errors import UsageError, suggest
 from vidstyle.pipeline.stopping import on_signals, raise_stopped
 
 CONTEXT = {"help_option_names": ["-h", "--help"], "show_default": True}
@@ -29,9 +33,17 @@ class CommandGroup(click.Group):
         command = getattr(import_module(f"{__name__}.{name}"), name, None)
         return command if isinstance(command, click.Command) else None
 
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """See click; the error has a suggestion."""
+        name = args[0]
+        if not (ctx.resilient_parsing or name.startswith("-")) and self.get_command(ctx, name) is None:
+            raise UsageError(name, f"there is no command '{name}'", suggest(name, self.list_commands(ctx)))
+        return super().resolve_command(ctx, args)
+
 
 @click.command(cls=CommandGroup, context_settings=CONTEXT, invoke_without_command=True)
 @click.version_option(vidstyle.__version__, prog_name="vidstyle")
+@configuration_option
 @click.pass_context
 def commands(context: click.Context) -> None:
     """Restyle video in real time."""
@@ -45,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: the command line without the program's name; None takes that of this process.
     """
-    reporting = Reporting()
+    reporting = Reporting(sys.argv[1:] if arguments is None else arguments)
     with reporting, on_signals(raise_stopped):
         result = commands.main(
             None if arguments is None else list(arguments),

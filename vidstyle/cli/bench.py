@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.options import SIZE, device_option
+from vidstyle.cli.options import BLOCK, SIZE, STYLE, device_option, number, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import OutputError, UsageError
 
@@ -31,19 +31,20 @@ def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
 @click.command(short_help="Measure the speed of blocks and styles.")
 @click.option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"],
               callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
-@click.option("-s", "--style", "styles", metavar="NAME", multiple=True, help="Measure only these styles.")
-@click.option("--block", "blocks", metavar="NAME", multiple=True, help="Measure only these blocks.")
+@click.option("-s", "--style", "styles", type=STYLE, multiple=True, help="Measure only these styles.")
+@click.option("--block", "blocks", type=BLOCK, multiple=True, help="Measure only these blocks.")
 @device_option("GPU to measure beside the CPU.")
 @click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best",
               help="Kind of shaders on the GPU.")  # fmt: skip
-@click.option("--seconds", type=click.FloatRange(0, 3600), default=1.0,
+@click.option("--seconds", type=number(0, 3600), default=1.0,
               help="Approximate time of each measurement.")  # fmt: skip
-@click.option("--bandwidth", type=click.FloatRange(0, min_open=True), metavar="GB/S",
+@click.option("--bandwidth", type=number(0.001), metavar="GB/S",
               help="Memory bandwidth of the GPU; adds the fraction of it that is reached.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, with the time of each pass.")
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
               help="Write the tables or the JSON to FILE.")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
+@parents_option("output")
 @reporting_options
 def bench(
     sizes: tuple[tuple[int, int], ...],

@@ -7,24 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.options import BLOCK
 from vidstyle.cli.reporting import reporting_options
+from vidstyle.errors import UsageError, suggest
 
 if TYPE_CHECKING:
     from vidstyle.block import Block
 
 
 @click.command(short_help="List the filter blocks, or describe one.")
-@click.argument("name", required=False)
+@click.argument("name", required=False, type=BLOCK)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, with the JSON Schema of each parameter.")
 @reporting_options
 def blocks(name: str | None, as_json: bool) -> None:
     """List the filter blocks of which styles are made, or describe the parameters of NAME."""
     from vidstyle.blocks import all_blocks
-    from vidstyle.style.values import suggest
 
     if name is not None:
         if name not in all_blocks():
-            raise click.UsageError(f"{name!r} is not a block; {suggest(name, all_blocks())}")
+            raise UsageError(name, f"there is no block '{name}'", suggest(name, all_blocks()))
         block = all_blocks()[name]
         click.echo(json.dumps(_as_dict(block), indent=2) if as_json else _details(block))
     elif as_json:

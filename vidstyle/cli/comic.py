@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
-from vidstyle.cli.options import Parsed, device_option, parse_seconds, path_arguments
+from vidstyle.cli.display import display, progress_option
+from vidstyle.cli.options import (
+    STYLE,
+    Parsed,
+    device_option,
+    number,
+    parents_option,
+    parse_seconds,
+    path_arguments,
+)
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.comic.layout.paper import DPI
 from vidstyle.errors import printable
+from vidstyle.pipeline.progress import StepProgress
 
 
 def parse_panels(text: str) -> int | None:
@@ -48,19 +55,20 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.option("--panels", type=PANELS, default="auto", help="Number of panels.")
 @click.option("--at", type=TIMES, default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
 @click.option("--skip", type=SPANS, default=(), help="Exclude these time ranges.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, help="Select another good layout.")
+@click.option("--seed", type=number(0, whole=True), default=0, help="Select another good layout.")
 @click.option("--size", metavar="NAME|WxH", help="a4, a5, a3, letter, square, strip, 1200x1800 or "
               "210x297mm.  [default: a4; for .html strip]")  # fmt: skip
 @click.option("--landscape", is_flag=True, help="Landscape orientation, for named sizes.")
-@click.option("--dpi", type=float, default=DPI, help="Pixels per inch.")
-@click.option("--pages", type=click.IntRange(min=1), metavar="N",
+@click.option("--dpi", type=number(), default=DPI, help="Pixels per inch.")
+@click.option("--pages", type=number(1, whole=True),
               help="Number of pages.  [default: automatic]")  # fmt: skip
 @click.option("--bleed", "bleeding", is_flag=True,
               help="Full bleed: extend full-width panels to the page edge.")  # fmt: skip
 @click.option("--right-to-left", is_flag=True, help="Right-to-left reading order.")
-@click.option("-s", "--style", "styles", metavar="A,B,C",
+@click.option("-s", "--style", "styles", type=STYLE, metavar="A,B,C",
               help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
-@click.option("--subtitles", metavar="FILE|none", help="Subtitles, .srt or .vtt.  [default: the film's]")
+@click.option("--subtitles", type=click.Path(), metavar="FILE|none",
+              help="Subtitles, .srt or .vtt.  [default: the film's]")  # fmt: skip
 @click.option("--title", default="", show_default=False, help="Title above the first page.")
 @click.option("--font", type=click.Path(path_type=Path), metavar="FILE",
               help="Font, .ttf or .otf.  [default: built-in, or an installed one if needed]")  # fmt: skip
@@ -70,9 +78,11 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
               help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
+@parents_option("target")
 @device_option()
+@progress_option
 @reporting_options
-def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
+def comic(source: str, target: str, styles: str | None, progress: str, **options: Any) -> None:
     """Make comic pages of INPUT, a film or a folder of pictures.
 
     OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
@@ -82,30 +92,14 @@ def comic(source: str, target: str, styles: str | None, **options: Any) -> None:
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
-    with _steps() as show:
-        made = make_comic(source, target, ComicOptions(key_frames=key_frames, styles=names, **options), show)
+    comic_options = ComicOptions(key_frames=key_frames, styles=names, **options)
+    with display(progress) as show:
+        made = make_comic(source, target, comic_options, StepProgress(show))
     panels, pages = (_counted(*each) for each in ((len(made.moments), "panel"), (made.pages, "page")))
-    say(printable(f"{', '.join(map(str, made.files))}: {panels} on {pages}"))
+    text = printable(f"{', '.join(map(str, made.files))}: {panels} on {pages}")
+    facts = {"files": [*map(str, made.files)], "panels": len(made.moments), "pages": made.pages}
+    say(text, facts)
 
 
 def _counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
-
-
-@contextmanager
-def _steps() -> Iterator[Callable[[str, int, int], None]]:
-    """A function that shows progress on a terminal, and nothing elsewhere."""
-    if not sys.stderr.isatty():
-        yield lambda *_: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), redirect_stdout=False, transient=True) as bar:
-        task = bar.add_task("", total=None)
-
-        def show(step: str, done: int, total: int) -> None:
-            bar.update(task, description=step, completed=done, total=total or None)
-
-        yield show

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
-from vidstyle.cli.reporting import print_error, say
+import click
+
+from vidstyle.cli.reporting import Reporting, event, say
 from vidstyle.pipeline.progress import Progress
 
 KINDS = ("auto", "bar", "plain", "json", "none")
@@ -18,6 +20,19 @@ JSON_SECONDS = 0.5
 """The interval between lines of JSON."""
 
 Show = Callable[[Progress], None]
+
+
+def progress_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds --progress, which with json turns all of standard error to JSON."""
+
+    def choose(context: click.Context, _: click.Parameter, kind: str) -> str:
+        if kind == "json" and isinstance(context.obj, Reporting):
+            context.obj.as_json = True
+        return kind
+
+    return click.option("--progress", type=click.Choice(KINDS), default="auto", callback=choose,
+                        help="How to report progress on stderr; json also makes JSON of all messages."
+                        )(command)  # fmt: skip
 
 
 @contextmanager
@@ -31,28 +46,11 @@ def display(kind: str) -> Iterator[Show]:
     elif kind == "plain":
         yield _Throttled(LINE_SECONDS, _print_line)
     elif kind == "json":
-        show_json = _Throttled(JSON_SECONDS, lambda progress: print_error(json.dumps(progress.as_dict())))
+        show_json = _Throttled(JSON_SECONDS, lambda progress: event("progress", progress.as_dict()))
         yield show_json
         show_json.show_last()
     else:
         yield lambda progress: None
-
-
-def position_text(progress: Progress) -> str:
-    """Rate, speed and remaining time: "12 fps, 0.5 x, 0:10 left"."""
-    left = "" if progress.remaining is None else f", {clock(progress.remaining)} left"
-    return f"{progress.rate:.3g} fps, {progress.speed:.2f} x{left}"
-
-
-def clock(seconds: float) -> str:
-    """A duration as [hours:]minutes:seconds.
-
-    >>> clock(3725)
-    '1:02:05'
-    """
-    minutes, seconds = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"
 
 
 class _Throttled:
@@ -66,32 +64,40 @@ class _Throttled:
     def __call__(self, progress: Progress) -> None:
         self._last = progress
         if time.monotonic() - self._shown >= self._seconds:
-            self._shown = time.monotonic()
-            self._show(progress)
+            self.show_last()
 
     def show_last(self) -> None:
         if self._last is not None:
+            self._shown = time.monotonic()
             self._show(self._last)
+            self._last = None
 
 
 def _print_line(progress: Progress) -> None:
     done = "" if progress.fraction is None else f"{progress.fraction:.0%}, "
-    say(f"{done}frame {progress.frames}, {position_text(progress)}")
+    frame = "" if progress.step else f"frame {progress.frames}, "
+    say(f"{done}{frame}{progress.pace_text}")
 
 
 @contextmanager
 def _bar() -> Iterator[Show]:
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TaskProgressColumn, TextColumn
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
     from rich.progress import Progress as Bar
 
-    columns = (BarColumn(), TaskProgressColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
+    columns = (BarColumn(), TaskProgressColumn(), TextColumn("{task.description}"))
     # Messages appear above the bar; standard output may carry the film.
     with Bar(*columns, console=Console(stderr=True), redirect_stdout=False, transient=True) as bar:
-        task = bar.add_task("", total=None, pace="")
+        task = bar.add_task("", total=None)
 
         def show(progress: Progress) -> None:
-            total = progress.frames / progress.fraction if progress.fraction else None
-            bar.update(task, completed=progress.frames, total=total, pace=position_text(progress))
+            known = progress.fraction is not None
+            frames = "" if progress.step else f"{progress.frames} frames, "
+            bar.update(
+                task,
+                completed=progress.fraction or 0,
+                total=1 if known else None,
+                description=f"{frames}{progress.pace_text}",
+            )
 
         yield show

@@ -27,23 +27,24 @@ if TYPE_CHECKING:
 @click.option("--budget", type=click.Choice(["auto", "off"]), default="auto",
               help="If too slow, auto reduces working size and rate; off the rate only.")  # fmt: skip
 @click.option("--loop", is_flag=True, help="Repeat a file.")
-@click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
+@click.option("--frames", type=common.number(1, whole=True), help="Stop after N frames.")
 @click.option("--duration", "seconds", type=common.SECONDS, help="Stop after this time.")
 @click.option("--format", "file_format", metavar="y4m|nut|raw", help="Format on '-'.  [default: y4m]")
 @click.option("--pix-fmt", metavar="NAME",
               help="Pixel format of a virtual camera (yuyv422, nv12, i420), a file or '-'.")  # fmt: skip
 @click.option("--codec", metavar="NAME", help="Video encoder of files and network streams.")
-@click.option("--crf", type=click.FloatRange(0, 63), metavar="Q",
+@click.option("--crf", type=common.number(0, 63),
               help="Quality of files; lower is better and larger.")  # fmt: skip
-@click.option("--bitrate", type=click.IntRange(min=1000), metavar="BITS",
+@click.option("--bitrate", type=common.number(1000, whole=True),
               help="Bit rate of network streams, in bits per second.")  # fmt: skip
 @click.option("--audio", type=click.Choice(["auto", "none"]), default="auto",
               help="Audio of files and streams.")  # fmt: skip
 @click.option("--microphone", metavar="NAME", help="Audio source: default, hw:1,0, part of a name, or test.")
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
+@common.parents_option("targets")
 @click.option("--input-format", metavar="NAME", help="Format of a camera (mjpeg) or of '-' (raw).")
 @common.raw_video_options("Frame rate of raw video.  [default: 30]", "raw_rate")
-@click.option("--port", type=click.IntRange(0, 65535), default=0, show_default=False,
+@click.option("--port", type=common.number(0, 65535, whole=True), default=0, show_default=False,
               help="Port of the page.  [default: any free port]")  # fmt: skip
 @click.option(
     "--host",

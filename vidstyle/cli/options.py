@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import ipaddress
+import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from functools import wraps
+from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import OutputError, StyleError, UsageError
 
 if TYPE_CHECKING:
     from vidstyle.media.options import RawVideo
@@ -31,9 +36,63 @@ class Parsed(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # gener
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         try:
-            return self._parse(value) if isinstance(value, str) else value
+            return self._parse(str(value)) if isinstance(value, str | int | float) else value
         except ValueError as error:
             self.fail(str(error), param, ctx)
+
+
+class Name(click.ParamType):  # type: ignore[type-arg, unused-ignore]
+    """The type of a name, or of several with commas between; a shell completes it, or else names of files."""
+
+    name = "NAME"
+
+    def __init__(self, names: Callable[[], Iterable[str]]) -> None:
+        self._names = names
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        return str(value)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        before, comma, last = incomplete.rpartition(",")
+        found = [before + comma + name for name in self._names() if name.startswith(last)]
+        return [CompletionItem(name) for name in found] or [CompletionItem(incomplete, type="file")]
+
+
+def number(low: float = -inf, high: float = inf, whole: bool = False) -> Parsed:
+    """The type of a number from `low` to `high`; `whole`: an integer."""
+
+    def parse(text: str) -> float:
+        try:
+            value = int(text) if whole else float(text)
+        except ValueError:
+            raise ValueError(f"{text!r} is not a {'whole ' * whole}number") from None
+        if not low <= value <= high:
+            limits = f"below {low:g}" if high == inf else f"outside {low:g} to {high:g}"
+            raise ValueError(f"{text} is {limits}")
+        return value
+
+    return Parsed("N" if high == inf else f"{low:g}..{high:g}", parse)
+
+
+def all_styles() -> Iterator[str]:
+    """The names of all styles that can be read, and of their variants."""
+    from vidstyle.style import load_style, style_names
+
+    for name in style_names():
+        with suppress(StyleError):
+            yield from (name, *(f"{name}:{variant}" for variant in load_style(name).variants))
+
+
+def all_block_names() -> Iterable[str]:
+    """The names of all blocks."""
+    from vidstyle.blocks import all_blocks
+
+    return all_blocks()
+
+
+STYLE, BLOCK = Name(all_styles), Name(all_block_names)
 
 
 def parse_seconds(text: str) -> Fraction:
@@ -103,10 +162,53 @@ def path_arguments(**metavars: str) -> Decorator:
 
         for name, metavar in reversed(metavars.items()):
             text = f"Another way to give {metavar.strip('[]')}."
-            run = click.option(*PATH_OPTIONS[name], name, metavar="PATH", help=text)(run)
-        return click.argument("words_given", metavar=words, nargs=-1)(run)
+            run = click.option(*PATH_OPTIONS[name], name, metavar="PATH", type=click.Path(), help=text)(run)
+        return click.argument("words_given", metavar=words, nargs=-1, type=click.Path())(run)
 
     return add
+
+
+def parents_option(target: str) -> Decorator:
+    """Adds --parents, which makes the folders of the paths in the command's parameter `target`."""
+
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(command)
+        def run(parents: bool, **options: Any) -> Any:
+            given = options.get(target)
+            paths = given if isinstance(given, tuple) else (given,)
+            with made_folders([str(path) for path in paths if path is not None and parents]):
+                return command(**options)
+
+        return click.option("--parents", is_flag=True, help="Make missing folders of the output.")(run)
+
+    return add
+
+
+@contextmanager
+def made_folders(targets: Iterable[str]) -> Iterator[None]:
+    """Make the folders of the targets; those that nothing is written to are removed again.
+
+    A target that ends in a slash is a folder itself; a URL has none.
+
+    Raises:
+        OutputError: one cannot be made.
+    """
+    made: list[Path] = []
+    for target in targets:
+        folder = Path(target) if target.endswith(("/", os.sep)) else Path(target).parent
+        if "://" in target:
+            continue
+        made += [each for each in (folder, *folder.parents) if not each.exists()]
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(folder, f"cannot be made ({error.strerror})") from None
+    try:
+        yield
+    finally:
+        for folder in made:
+            with suppress(OSError):  # it holds something
+                folder.rmdir()
 
 
 def device_option(text: str = "Device that runs the style.") -> Decorator:
@@ -117,12 +219,12 @@ def device_option(text: str = "Device that runs the style.") -> Decorator:
 
 def style_options(**declared: Any) -> Decorator:
     """Adds the options that choose a style and change its values; `declared`: of --style."""
-    declared |= {"metavar": "NAME", "help": "Name of a style or a file."}
+    declared |= {"type": STYLE, "help": "Name of a style or a file."}
     style = click.option("-s", "--style", "style_name", **declared)
     changes = click.option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True,
                            help="Override a style parameter; may be repeated.")  # fmt: skip
     text = "Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]"
-    steady = click.option("--steady", type=click.FloatRange(0, 1), metavar="S", help=text)
+    steady = click.option("--steady", type=number(0, 1), help=text)
     return lambda command: style(changes(steady(command)))
 
 
@@ -137,10 +239,10 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
 
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
-    """Adds the options that describe raw video on standard input; help and name are those of --input-fps."""
-    size = click.option("--input-size", type=SIZE, help="Size of raw video on '-'.")
+    """Adds the options that describe raw video as input; help and name are those of --input-fps."""
+    size = click.option("--input-size", type=SIZE, help="Size of raw video, which makes INPUT raw.")
     pix_fmt = click.option("--input-pix-fmt", metavar="NAME", default="yuv420p",
-                           help="Pixel format of raw video on '-'.")  # fmt: skip
+                           help="Pixel format of raw video.")  # fmt: skip
     rate = click.option("--input-fps", rate_name, type=RATE, help=rate_help)
     return lambda command: size(pix_fmt(rate(command)))
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli import options as common
-from vidstyle.cli.display import KINDS, clock, display
+from vidstyle.cli.display import display, progress_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import printable
+from vidstyle.pipeline.progress import clock
 
 if TYPE_CHECKING:
     from vidstyle.pipeline.progress import Summary
@@ -20,20 +21,23 @@ if TYPE_CHECKING:
 @common.path_arguments(source="INPUT", target="OUTPUT")
 @common.style_options()
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite OUTPUT if it exists.")
+@common.parents_option("target")
 @click.option("--resume", is_flag=True, help="Continue what an interrupted run has left of OUTPUT.")
 @click.option("--start", type=common.SECONDS, help="Start time, in seconds or as h:mm:ss.")
 @click.option("--end", type=common.SECONDS, help="End time.")
-@click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Write at most N frames.")
+@click.option("--frames", type=common.number(1, whole=True), help="Write at most N frames.")
 @click.option("--size", type=common.SIZE, help="Scale to this size; 1280x-2 keeps the aspect ratio.")
 @click.option("--fps", type=common.RATE,
               help="Constant frame rate; by default all frames keep their timestamps.")  # fmt: skip
 @click.option("--codec", metavar="NAME", help="Video encoder, such as libx265 or h264_nvenc.")
-@click.option("--crf", type=click.FloatRange(0, 63), metavar="Q", help="Quality; lower is better and larger.")
+@click.option("--crf", type=common.number(0, 63), help="Quality; lower is better and larger.")
 @click.option("--preset", metavar="NAME", help="Encoder preset: speed against compression.")
 @click.option("--pix-fmt", metavar="NAME", help="Output pixel format, such as yuv420p10le.")
 @click.option("--audio", metavar="copy|none|CODEC", default="copy", help="Copy, drop or re-encode the audio.")
 @click.option("--format", "file_format", metavar="NAME",
-              help="Container format on '-', such as nut or yuv4mpegpipe.")  # fmt: skip
+              help="Format of OUTPUT on '-', such as nut, y4m or raw.")  # fmt: skip
+@click.option("--input-format", metavar="NAME",
+              help="Format of INPUT where its content does not tell: raw.")  # fmt: skip
 @common.raw_video_options("Frame rate of raw video or an image sequence.  [default: 25]", "rate")
 @click.option("--hwaccel", metavar="NAME", help="Hardware decoder, such as cuda.")
 @click.option("--rotate", type=click.Choice(["0", "90", "180", "270"]),
@@ -43,8 +47,7 @@ if TYPE_CHECKING:
 @click.option("--compare", type=click.Choice(["side", "split"]),
               help="Show source and result side by side, or split in the middle.")  # fmt: skip
 @common.device_option()
-@click.option("--progress", type=click.Choice(KINDS), default="auto",
-              help="How to report progress on stderr.")  # fmt: skip
+@progress_option
 @click.option("--json", "as_json", is_flag=True,
               help="Print a summary as JSON (on stderr when OUTPUT is '-').")  # fmt: skip
 @reporting_options
@@ -61,13 +64,14 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
 
     style, raw, rotate = common.style_from_options(options), common.raw_video(options), options["rotate"]
     turn = 0 if options["no_autorotate"] else None if rotate is None else int(rotate)
-    format_in, format_out = (options["file_format"] if name == "-" else None for name in (source, target))
+    options |= {"raw": raw, "rotate": turn, "format": options["input_format"]}
+    format_out = options["file_format"] if target == "-" else None
     with stop_on_signals() as stop, display(progress) as show:
         summary = render_film(
             source,
             target,
             style,
-            read=common.from_options(ReadOptions, options, raw=raw, rotate=turn, format=format_in),
+            read=common.from_options(ReadOptions, options),
             write=common.from_options(WriteOptions, options, format=format_out),
             device=options["device"],
             frames=options["frames"],
@@ -76,7 +80,7 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
             on_progress=show,
             stop=stop,
         )
-    _report(summary, quiet=progress in ("json", "none"))
+    _report(summary, quiet=progress == "none")
     if as_json:
         click.echo(json.dumps(summary.as_dict()), err=target == "-")
     return stop.exit_code if summary.stopped else summary.exit_code
@@ -85,12 +89,15 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
 def _report(summary: Summary, quiet: bool) -> None:
     """Report the outcome; damage and an early stop even when quiet."""
     if summary.damage:
-        say(f"{printable(summary.source)}: {summary.damage}")
+        source = "standard input" if summary.source == "-" else printable(summary.source)
+        say(f"{source}: {summary.damage}")
     target = "standard output" if summary.target == "-" else printable(summary.target)
+    text = ""
     if summary.stopped:
         kept = f"; {printable(summary.partial)} keeps what was done" if summary.partial else ""
-        say(f"{target}: stopped before its end{kept}")
+        text = f"{target}: stopped before its end{kept}"
     elif summary.frames and not quiet:
         pace = f"{summary.rate:.3g} fps" if summary.elapsed else ""
         made = f"{summary.frames - summary.kept} more frames" if summary.kept else f"{summary.frames} frames"
-        say(f"{target}: {made} in {clock(summary.elapsed)}, {pace}")
+        text = f"{target}: {made} in {clock(summary.elapsed)}, {pace}"
+    say(text, summary.as_dict())

@@ -6,10 +6,13 @@ The only place that catches all exceptions.
 from __future__ import annotations
 
 import errno
+import json
 import logging
 import os
 import sys
 import traceback
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from types import TracebackType
 from typing import Any, TextIO
 
@@ -21,24 +24,47 @@ from vidstyle.pipeline.stopping import StoppedError
 USAGE = UsageError.exit_code
 BUG = VidstyleError.exit_code
 
+ALWAYS = logging.CRITICAL + 1
+"""The level of what the user has asked for, which --log-level does not hide."""
+
 
 class Reporting(logging.Handler):
     """Within the block, notices are printed on standard error; exceptions become one line and an exit code.
 
     Attributes:
+        as_json: whether to print objects of JSON, a line each, with `event` and `text`.
         debug: whether to show tracebacks too.
         exit_code: exit code of the program.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, arguments: Sequence[str] = ()) -> None:
         super().__init__()
+        # Also where the command line cannot be read further.
+        self.as_json = ("--progress", "json") in pairwise(arguments) or "--progress=json" in arguments
         self.debug = False
         self.exit_code = 0
+        self._once: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print a notice. Standard error is looked up each time: a progress bar puts itself in its place."""
-        if not getattr(record, "only_on_terminal", False) or sys.stderr.isatty():
-            say(record.getMessage())
+        """Print a notice.
+
+        Args:
+            record: with `only_on_terminal` if it is of use to a waiting person only, `once` if the command
+                tells it no second time, or `event` and `facts` if it is more than a text.
+        """
+        text = record.getMessage()
+        if getattr(record, "only_on_terminal", False) and not sys.stderr.isatty():
+            return
+        if getattr(record, "once", False) and text in self._once:
+            return
+        self._once.add(text)
+        self._print(getattr(record, "event", "notice"), text, getattr(record, "facts", {}))
+
+    def _print(self, event: str, text: str, facts: Mapping[str, object]) -> None:
+        if self.as_json:
+            print_error(json.dumps({"event": event} | ({"text": text} if text else {}) | dict(facts)))
+        elif text:
+            print_error(f"vidstyle: {text}")
 
     def __enter__(self) -> Reporting:
         open_missing()
@@ -50,16 +76,21 @@ class Reporting(logging.Handler):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool:
         log.removeHandler(self)
-        # click makes SystemExit of a broken pipe, and hides it from further flushes.
-        error = flush_output(abandoned=isinstance(error, SystemExit)) or error
+        # click makes SystemExit of a broken pipe, which it hides from further flushes, and of a completion.
+        completed = isinstance(error, SystemExit) and not error.code
+        abandoned = isinstance(error, SystemExit) and not completed
+        error = flush_output(abandoned) or (None if completed else error)
         if error is None:
-            return False
-        if self.debug:
-            traceback.print_exception(error)
+            return completed
         self.exit_code, lines = conclusion(error)
+        if self.debug:
+            self._print_trace("".join(traceback.format_exception(error)))
         for line in [*lines[:-1], "; ".join([lines[-1], *getattr(error, "__notes__", [])])]:
-            say(line)
+            self._print("error", line, {"exit_code": self.exit_code})
         return True
+
+    def _print_trace(self, trace: str) -> None:
+        print_error(json.dumps({"event": "traceback", "text": trace}) if self.as_json else trace.rstrip())
 
 
 def conclusion(error: BaseException) -> tuple[int, list[str]]:
@@ -76,8 +107,7 @@ def _conclusion(error: BaseException) -> tuple[int, str]:
         case VidstyleError():
             return error.exit_code, str(error)
         case click.UsageError():
-            command = error.ctx.command_path if error.ctx else "vidstyle"
-            return USAGE, printable(f"{error.format_message().rstrip('.')}; see {command} --help")
+            return USAGE, printable(_usage(error))
         case click.ClickException():
             return USAGE, printable(error.format_message())
         case StoppedError() | KeyboardInterrupt():
@@ -89,9 +119,34 @@ def _conclusion(error: BaseException) -> tuple[int, str]:
     return BUG, f"internal error: {reason}; run again with --debug and report the output as a bug"
 
 
-def say(line: str) -> None:
-    """Print a message on standard error."""
-    print_error(f"vidstyle: {line}")
+def _usage(error: click.UsageError) -> str:
+    """The message of an error in the command line."""
+    command = f"see {error.ctx.command_path if error.ctx else 'vidstyle'} --help"
+    match error:
+        case click.NoSuchOption():
+            near = " or ".join(f"'{each}'" for each in error.possibilities or ())
+            hint = f"did you mean {near}?" if near else command
+            return f"there is no option '{error.option_name}'; {hint}"
+        case click.BadOptionUsage():
+            return f"{error.option_name} needs a value; {command}"
+        case click.MissingParameter():
+            pass
+        case click.BadParameter(param=click.Option() as option):
+            return f"{max(option.opts, key=len)}: {error.message.rstrip('.')}"
+    return f"{error.format_message().rstrip('.')}; {command}"
+
+
+def say(line: str, summary: Mapping[str, object] | None = None) -> None:
+    """Print a message on standard error; with --progress json a summary, if there is one, in its place."""
+    if summary is None:
+        log.log(ALWAYS, "%s", line)
+    else:
+        event("summary", summary, line)
+
+
+def event(name: str, facts: Mapping[str, object], text: str = "") -> None:
+    """Print an event as JSON with --progress json, else its text."""
+    log.log(ALWAYS, "%s", text, extra={"event": name, "facts": facts})
 
 
 def reporting_options(command: Any) -> Any:

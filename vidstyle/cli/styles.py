@@ -14,10 +14,12 @@ import click
 from vidstyle.cli import browser
 from vidstyle.cli.bench import FORMS as OPENGL_FORMS
 from vidstyle.cli.bench import both_sides
-from vidstyle.cli.options import SECONDS, SIZE
+from vidstyle.cli.display import display, progress_option
+from vidstyle.cli.options import SECONDS, SIZE, STYLE, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.terminal_pictures import protocol_of, sheet_lines
 from vidstyle.errors import StyleError, UsageError, printable
+from vidstyle.pipeline.progress import StepProgress
 
 if TYPE_CHECKING:
     from vidstyle.gpu.compile.glsl import Form
@@ -28,10 +30,10 @@ FORMS = (*OPENGL_FORMS, "es")
 
 
 @click.command(short_help="List the styles, or describe one.")
-@click.argument("name", required=False)
+@click.argument("name", required=False, type=STYLE)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of style files.")
-@click.option("--preview", metavar="INPUT",
+@click.option("--preview", metavar="INPUT", type=click.Path(),
               help="Render a picture, or a frame of a film, in every style or NAME; needs -o.")  # fmt: skip
 @click.option("--at", type=SECONDS, help="Time of the frame for --preview.  [default: the middle]")
 @click.option("--allow-url", is_flag=True, help="Allow INPUT to be a URL.")
@@ -39,10 +41,12 @@ FORMS = (*OPENGL_FORMS, "es")
               help="Output of --preview (.html, .png or .jpg) or --svg (.svg).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
 @browser.open_option
+@parents_option("output")
 @click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as SVG.")
 @click.option("--plan", is_flag=True, help="Print the GPU passes of the style and the bytes that they move.")
 @click.option("--size", type=SIZE, default="1920x1080", callback=both_sides, help="Picture size for --plan.")
 @click.option("--form", type=click.Choice(FORMS), default=FORMS[0], help="Kind of shaders for --plan.")
+@progress_option
 @reporting_options
 def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> None:
     """List the styles, or describe the steps and parameters of one: a NAME or a style file.
@@ -120,8 +124,10 @@ def _write_preview(name: str | None, options: dict[str, Any]) -> None:
     names = [PLAIN, *(each for each in wanted if each != PLAIN)]
     read = ReadOptions(start=options["at"], allow_url=options["allow_url"])
     chosen, output = [load_style(each) for each in names], options["output"]
-    heading = write_preview(options["preview"], output, chosen, read, options["overwrite"])
-    say(printable(f"{output}: {heading}"))
+    with display(options["progress"]) as show:
+        step = StepProgress(show)
+        heading = write_preview(options["preview"], output, chosen, read, options["overwrite"], step)
+    say(printable(f"{output}: {heading}"), {"files": [str(output)], "styles": names})
     if output.suffix.lower() == ".html" and browser.is_wanted(options["no_open"]):
         browser.open_page(output.resolve().as_uri())
 
@@ -140,7 +146,7 @@ def _write_svg(name: str | None, output: Path | None, overwrite: bool) -> None:
         click.echo(text.encode(), nl=False)
         return
     if output.suffix.lower() != ".svg":
-        raise UsageError(output, "is no name of an SVG file", "end it in .svg")
+        raise UsageError(output, "cannot be an SVG file", "end it in .svg")
     with atomic_file(output, name, overwrite) as write:
         write(text.encode())
 

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.display import display, progress_option
+from vidstyle.cli.options import parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import InputError, UsageError
+from vidstyle.pipeline.progress import StepProgress
 
 if TYPE_CHECKING:
     from vidstyle.blade.reference_filter import ReferenceFilter
     from vidstyle.blade.regression import TrainingConfig
 
-PROGRESS_INTERVAL = 5
-"""Pictures between two lines of progress."""
 LEARNABLE = 0.4
 """The part of a filter's change below which a bank is not worth its name."""
 
@@ -40,8 +41,10 @@ LEARNABLE = 0.4
 @click.option("--long-side", type=int, default=1000,
               help="Reduce pictures to this length of their longer side.")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite BANK.npz if it exists.")
+@parents_option("bank")
 @click.option("--show", metavar="PICTURE", type=click.Path(path_type=Path),
               help="Draw the filters of BANK.npz as a picture.")  # fmt: skip
+@progress_option
 @reporting_options
 def train(bank: Path, **options: Any) -> None:
     """Train BANK.npz, or with --show draw its filters.
@@ -69,13 +72,17 @@ def _train(path: Path, options: dict[str, Any]) -> None:
         raise UsageError("--images", "is missing", "name a folder of pictures")
     pictures = photographs_in(options["images"], options["long_side"])
     held_out = min(options["hold_out"], len(pictures) - 1)
-    bank, report = train_bank(config, reference, pictures[: len(pictures) - held_out], _print_progress)
+    with display(options["progress"]) as show:
+        on_picture = StepProgress(show)
+        bank, report = train_bank(config, reference, pictures[: len(pictures) - held_out], on_picture)
+        fidelity = None
+        if held_out > 0:
+            ones = (1.0,) * len(reference.parts)
+            run = BankRun(bank, ones)
+            fidelity = measure(run, reference, pictures[-held_out:], ones, on_picture=on_picture)
+            bank.about["fidelity"] = fidelity
     say(str(report))
-    if held_out > 0:
-        weights = (1.0,) * len(reference.parts)
-        run = BankRun(bank, weights)
-        fidelity = measure(run, reference, pictures[-held_out:], weights, on_picture=_print_progress)
-        bank.about["fidelity"] = fidelity
+    if fidelity:
         say(_fidelity_text(fidelity, held_out))
         if fidelity["explained"] < LEARNABLE:
             say(
@@ -83,7 +90,8 @@ def _train(path: Path, options: dict[str, Any]) -> None:
                 f"(a result depends on more than {config.size} x {config.size} pixels and their direction)"
             )
     save_bank(bank, path)
-    say(f"{path}: {bank.bins.count} filters of {bank.size} x {bank.size}")
+    text = f"{path}: {bank.bins.count} filters of {bank.size} x {bank.size}"
+    say(text, {"files": [str(path)], "filters": bank.bins.count, "fidelity": fidelity})
 
 
 def _reference(options: dict[str, Any]) -> ReferenceFilter:
@@ -145,8 +153,3 @@ def _fidelity_text(fidelity: dict[str, float], held_out: int) -> str:
         f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f}); "
         f"explains {fidelity['explained']:.0%} of the change"
     )
-
-
-def _print_progress(what: str, done: int, count: int) -> None:
-    if done % PROGRESS_INTERVAL == 0 or done == count:
-        say(f"{what}: {done} of {count} pictures")

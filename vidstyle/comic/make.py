@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -25,13 +25,11 @@ from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
 from vidstyle.errors import log
+from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
-OnStep = Callable[[str, int, int], None]
-"""Progress callback: what is being done, how many parts of it are done, and of how many (0: unknown)."""
-
-_NO_FACES = "no faces are looked for, as OpenCV brings no model here: --face-model FILE gives one"
+_NO_FACES = "faces are not looked for: this OpenCV has no model of them; add --face-model FILE"
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ class Comic:
 
 
 def make_comic(
-    source: str | Path, target: str | Path, options: ComicOptions | None = None, on_step: OnStep | None = None
+    source: str | Path, target: str | Path, options: ComicOptions | None = None, on_step: OnStep = unwatched
 ) -> Comic:
     """Make a comic of a film, of numbered pictures or of a folder of pictures.
 
@@ -60,7 +58,7 @@ def make_comic(
     Raises:
         VidstyleError: in any of its kinds; no unfinished file remains.
     """
-    return _Job(str(source), Path(target), options or ComicOptions(), on_step or (lambda *_: None)).run()
+    return _Job(str(source), Path(target), options or ComicOptions(), on_step).run()
 
 
 class _Job:
@@ -86,14 +84,14 @@ class _Job:
 
     def run(self) -> Comic:
         """Analyse, select, lay out, letter and draw."""
-        self._step("looking through the film", 0, 0)
         faces = FaceFinder(self._options.face_model)
         with open_film(self._source, faces) as film:
             lines = self._dialogue_lines()
             if lines and not faces.has_model:
                 log.info(_NO_FACES)
             self._choose_font(lines)
-            moments = find_moments(film, replace(self._options.key_frames, min_panels=panels_for(lines)))
+            key_frames = replace(self._options.key_frames, min_panels=panels_for(lines))
+            moments = find_moments(film, key_frames, self._step)
             self._step("laying out", 0, 0)
             return self._draw(self._plan(film, moments, lines), film)
 
@@ -145,7 +143,7 @@ class _Job:
         texts = list(map(PanelText, moments, spoken, attention))
         layout = letter(partial(self._layout, moments), texts, style)
         if lost := count - sum(len(panel.bubbles) for panel in layout.panels):
-            log.info("%d of %d subtitles stand in no panel; with more --panels more do", lost, count)
+            log.info("%d of %d subtitles stand in no panel; more --panels hold more of them", lost, count)
         return layout
 
     def _layout(self, moments: Sequence[Moment], area_scales: Sequence[float]) -> PageLayout:

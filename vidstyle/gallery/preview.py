@@ -21,6 +21,7 @@ from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, she
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader, open_source
 from vidstyle.media.write.atomic import atomic_file
+from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import Style
 
 MAX_SIDE = 960
@@ -43,6 +44,7 @@ def write_preview(
     styles: Sequence[Style],
     read: ReadOptions | None = None,
     overwrite: bool = False,
+    on_step: OnStep = unwatched,
 ) -> str:
     """Write a picture of the source in several styles.
 
@@ -52,6 +54,7 @@ def write_preview(
         styles: in the order in which they are shown; the first leaves the picture unchanged.
         read: how to read the source; without a start, the middle of a film is taken.
         overwrite: whether the target may exist.
+        on_step: is told how many styles are done.
 
     Returns:
         The heading of the preview.
@@ -64,12 +67,17 @@ def write_preview(
     target = Path(target)
     suffix = target.suffix.lower()
     if suffix not in _SUFFIXES:
-        raise UsageError(target, "is no kind of preview", f"end its name in {' or '.join(_SUFFIXES)}")
+        raise UsageError(target, "cannot be a preview", f"end its name in {' or '.join(_SUFFIXES)}")
     count = len(styles) - 1
     name = "standard input" if str(source) == "-" else Path(source).name
     heading = f"{name} in {count} style{'s' * (count != 1)}"
     with atomic_file(target, source, overwrite) as write:
-        samples = list(samples_of(read_still(source, read), styles))
+        picture = read_still(source, read)
+        samples = []
+        on_step("drawing styles", 0, len(styles))
+        for sample in samples_of(picture, styles):
+            samples.append(sample)
+            on_step("drawing styles", len(samples), len(styles))
         if suffix == ".html":
             write(page_of(heading, samples).encode("utf-8"))
         else:

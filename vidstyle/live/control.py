@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, suggest
 from vidstyle.media.capture.microphone import Microphone
 from vidstyle.style import Style, load_style, set_values, style_names
 from vidstyle.style.change import apply_variant
-from vidstyle.style.values import suggest
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,9 @@ from vidstyle.media.read.open import MAX_PIXELS
 RAW = "rawvideo"
 """FFmpeg's name for raw video: frames one after another, without a header."""
 
+PIPE_FORMATS = {"y4m": "yuv4mpegpipe", "raw": RAW, "mkv": "matroska", "ts": "mpegts"}
+"""Short names of formats, besides FFmpeg's own."""
+
 
 @dataclass(frozen=True)
 class RawVideo:
@@ -26,16 +29,22 @@ class RawVideo:
     size: tuple[int, int] | None = None
     pix_fmt: str = "yuv420p"
 
-    def check(self) -> None:
-        """Raise UsageError if the size is missing or invalid."""
-        if self.size is None:
-            raise UsageError("raw video", "its size is not known", "say it with --input-size")
+    def demuxer(self, format: str | None, rate: Fraction) -> tuple[str | None, dict[str, str]]:
+        """FFmpeg's name of an input's format, and the options of its demuxer.
 
-    def demuxer_options(self, rate: Fraction) -> dict[str, str]:
-        """Options of FFmpeg's demuxer for this frame rate; raises UsageError as `check` does."""
-        self.check()
-        assert self.size is not None
-        return {
+        Args:
+            format: as the user names it; None: what its content says, or raw video where there is a size.
+            rate: frames per second of raw video.
+
+        Raises:
+            UsageError: raw video without a size.
+        """
+        name = PIPE_FORMATS.get(format, format) if format else RAW if self.size else None
+        if name != RAW:
+            return name, {}
+        if self.size is None:
+            raise UsageError("raw video", "does not say its size", "add --input-size, such as 1280x720")
+        return RAW, {
             "video_size": "{}x{}".format(*self.size),
             "pixel_format": self.pix_fmt,
             "framerate": str(rate),
@@ -58,8 +67,8 @@ class ReadOptions:
         hwaccel: the kind of device to decode on, such as "cuda".
         rotate: degrees clockwise, instead of the rotation in the metadata.
         allow_url: whether the source may be a URL.
-        format: "rawvideo" for raw video on "-".
-        raw: size and pixel format of raw video.
+        format: name of the source's format where its content does not tell: "raw", "y4m", or FFmpeg's name.
+        raw: size and pixel format of raw video; with a size, a source without a `format` is raw.
         max_pixels: larger pictures are rejected.
     """
 
@@ -78,15 +87,13 @@ class ReadOptions:
     def check(self) -> None:
         """Raise UsageError if an option is invalid for every source."""
         if self.start is not None and self.start < 0:
-            raise UsageError("start", f"{float(self.start):g} s lies before the film")
+            raise UsageError("--start", f"{float(self.start):g} s lies before the film")
         if self.end is not None and self.end <= (self.start or 0):
-            raise UsageError("end", f"{float(self.end):g} s is not after the start")
+            raise UsageError("--end", f"{float(self.end):g} s is not after the start")
         if self.rotate is not None and self.rotate % 90:
-            raise UsageError("rotate", f"{self.rotate} is not a quarter turn", "give 90, 180 or 270")
+            raise UsageError("--rotate", f"{self.rotate} is not a quarter turn", "give 90, 180 or 270")
         if self.fps is not None and not 0 < self.fps <= MAX_RATE:
-            raise UsageError("fps", f"{float(self.fps):g} is not a frame rate", f"give one up to {MAX_RATE}")
-        if self.format == RAW:
-            self.raw.check()
+            raise UsageError("--fps", f"{float(self.fps):g} is outside 0 to {MAX_RATE}")
 
 
 @dataclass(frozen=True)

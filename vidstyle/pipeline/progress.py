@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+OnStep = Callable[[str, float, float], None]
+"""Called with the name of a step, how many of its parts are done, and of how many; 0: not known."""
+
+
+def unwatched(step: str, done: float, total: float) -> None:
+    """The `OnStep` of a job whose progress nobody asked for."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +25,9 @@ class Progress:
         position: their duration in seconds.
         elapsed: seconds since the job began.
         total_frames, duration: frames and seconds according to the input's headers; None if unknown.
-        since: the progress when the first frame was made that no earlier run had made, if there was one.
+        since: the progress just before the first frame was made by this run; rates count from there.
+        step: what is being done, in a job of several steps; `position` counts its parts, `duration` is
+            their number.
     """
 
     frames: int
@@ -25,10 +36,11 @@ class Progress:
     total_frames: int | None = None
     duration: float | None = None
     since: Progress | None = None
+    step: str = ""
 
     @property
     def rate(self) -> float:
-        """Frames per second of work, since the beginning."""
+        """Frames per second of work, since the first."""
         return self._pace(self.frames, self.since.frames if self.since else 0)
 
     @property
@@ -64,11 +76,17 @@ class Progress:
             left, pace = self.total_frames - self.frames, self.rate
         else:
             return None
-        return max(left, 0) / pace if pace else None
+        return max(left, 0) / pace if pace > 0 else None
+
+    @property
+    def pace_text(self) -> str:
+        """Step, or rate and speed, and the time left: "12 fps, 0.5 x, 0:10 left"."""
+        pace = self.step or f"{self.rate:.3g} fps, {self.speed:.2f} x"
+        return pace if self.remaining is None else f"{pace}, {clock(self.remaining)} left"
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything in plain numbers, for JSON."""
-        return {
+        """Everything in plain values, for JSON."""
+        told = {
             "frames": self.frames,
             "position": round(self.position, 3),
             "elapsed": round(self.elapsed, 3),
@@ -77,6 +95,35 @@ class Progress:
             "fraction": None if self.fraction is None else round(self.fraction, 4),
             "eta": None if self.remaining is None else round(self.remaining, 1),
         }
+        parts = ("elapsed", "fraction", "eta")
+        return {"step": self.step} | {name: told[name] for name in parts} if self.step else told
+
+
+class StepProgress:
+    """Makes progress of calls with a step's name, how many of its parts are done, and of how many."""
+
+    def __init__(self, show: Callable[[Progress], None]) -> None:
+        self._show, self._began = show, time.monotonic()
+        self._since = Progress(0, 0.0, 0.0)
+
+    def __call__(self, step: str, done: float, total: float) -> None:
+        """`total`: 0 where it is not known."""
+        elapsed = time.monotonic() - self._began
+        now = Progress(0, done, elapsed, duration=total or None, step=step)
+        if step != self._since.step or not 0 < self._since.position <= done:
+            self._since = now  # the first part takes longer: its kernels may have to be compiled
+        self._show(replace(now, since=self._since))
+
+
+def clock(seconds: float) -> str:
+    """A duration as [hours:]minutes:seconds.
+
+    >>> clock(3725)
+    '1:02:05'
+    """
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"
 
 
 @dataclass(frozen=True)

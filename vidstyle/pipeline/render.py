@@ -20,7 +20,7 @@ from vidstyle.pipeline.compare import Compare, compared, compared_info
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.resume import check_resumable, render_fingerprint, warm_up_frames
 from vidstyle.pipeline.stages import Stages
-from vidstyle.renderer import Backend, StyleLike, open_renderer
+from vidstyle.renderer import Backend, StyleLike, announce_device, open_renderer
 from vidstyle.style import load_style
 
 Restyle = Callable[[Frame], Callable[[], Frame]]
@@ -74,16 +74,19 @@ def render(
     if resume:
         check_resumable(source, target, write)
         if is_finished(target):
-            _log.info("%s: is finished; nothing is left to do", target)
+            _log.info("%s is finished: nothing is left to do", target)
             return Summary(str(source), str(target), 0, 0.0, 0.0)
-    renderer = open_renderer(style, device)
+    renderer = open_renderer(style, device, announce=False)
     reader = open_reader(source, read)
     stages: Stages | None = None
     try:
         info = compared_info(reader.info, compare)
+        if frames and info.frames:
+            info = replace(info, frames=min(frames, info.frames))
         more = {"frames": frames, "compare": compare, "device": type(renderer).__name__}
         fingerprint = render_fingerprint(source, target, style, read, write, resume, **more)
         writer = open_writer(target, info, write, reader, fingerprint)
+        announce_device(style, device)
         items = first_frames(reader, frames) if frames else reader
         restyle: Restyle = partial(_start_restyling, renderer, writer, compare)
         if writer.kept:
@@ -156,7 +159,7 @@ def _watcher(
         nonlocal since
         elapsed = time.monotonic() - began
         progress = Progress(stages.frames, stages.end - stages.start, elapsed, total, duration)
-        if kept and progress.frames <= kept:
+        if progress.frames <= kept:
             since = progress
         if on_progress is not None:
             on_progress(replace(progress, since=since))

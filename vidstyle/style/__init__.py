@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from vidstyle.assets import asset_folder
-from vidstyle.errors import StyleError
+from vidstyle.assets import asset_folder, configuration_folder
+from vidstyle.errors import StyleError, suggest
 from vidstyle.style.change import apply_variant, expand, override, set_values
 from vidstyle.style.check import style_from_table
 from vidstyle.style.files import read_style_file, save_style
 from vidstyle.style.model import LAYERS, SOURCE, Step, Style, table_from_style
 from vidstyle.style.schema import describe, style_schema
-from vidstyle.style.values import suggest
 
 __all__ = [
     "LAYERS",
@@ -42,8 +40,9 @@ PLAIN = "plain"
 def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
     """A style by its name, shipped or the user's own, from a file, or from a table like that of a file.
 
-    A text that ends in .toml or has a folder in it is a path. A table may hold no paths, having no folder.
-    "ink:dark-blue" and "mine.toml:dark-blue" are variants of the styles before the colon.
+    A text that ends in .toml or has a folder in it is a path, as is one that names no style but a file.
+    "ink:dark-blue" and "mine.toml:dark-blue" are variants of the styles before the colon. A table may hold
+    no paths, having no folder.
 
     Raises:
         StyleError: there is no such style or variant, or it has mistakes: all of them are named.
@@ -70,9 +69,7 @@ def style_names() -> list[str]:
 
 def user_styles() -> Path:
     """The folder of the user's own styles, which need not exist."""
-    chosen = os.environ.get("XDG_CONFIG_HOME") or os.environ.get("APPDATA")
-    home = "~/Library/Application Support" if sys.platform == "darwin" else "~/.config"
-    return Path(chosen or os.path.expanduser(home)) / "vidstyle" / "styles"
+    return configuration_folder() / "styles"
 
 
 def _files() -> dict[str, Path]:
@@ -86,6 +83,8 @@ def _load_named(name: str) -> Style:
         return Style(name=PLAIN)
     files = _files()
     if name not in files:
+        if os.path.isfile(name):
+            return read_style_file(Path(name))
         raise StyleError(name, [f"there is no style '{name}'; {suggest(name, style_names())}"])
     return read_style_file(files[name])
 

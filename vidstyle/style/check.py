@@ -13,9 +13,9 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
 from vidstyle.blocks import all_blocks
-from vidstyle.errors import StyleError
+from vidstyle.errors import StyleError, suggest
 from vidstyle.style.model import FIELDS, LAYERS, SOURCE, Step, Style
-from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, suggest, to_text
+from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, to_text
 from vidstyle.style.variants import read_variants, table_of_variant
 
 FORMAT = 1

@@ -99,6 +99,8 @@ def _parse(path: Path, text: str) -> tuple[dict[str, Any], list[str]]:
     for number, line in enumerate(text.split("\n"), 1):
         if line.count(".") > MAX_DOTS:
             raise StyleError(path, [f"line {number} is nested too deeply for a style"])
+    if text.lstrip().startswith("{"):
+        raise StyleError(path, ['is JSON; a style is TOML, such as block = "sobel" below [[lines]]'])
     words: list[str] = []
     while True:
         try:

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 from vidstyle.block import Parameter
 from vidstyle.blocks import all_blocks
+from vidstyle.errors import join_names, suggest
 from vidstyle.style.model import FIELDS, LAYERS
-from vidstyle.style.values import join_names, suggest, to_text
+from vidstyle.style.values import to_text
 
 _STEP = re.compile(rf"(?:({'|'.join(LAYERS)})\.)?(\w+)(?:#([0-9]{{1,3}}))?")
 
@@ -54,7 +55,7 @@ def find_value(table: dict[str, Any], path: str) -> StyleValue:
     found = _find_step(table, step)
     parameters = all_blocks()[found.block].parameters
     if name not in parameters:
-        raise ValueError(f"{step}: {to_text(name)} is not a parameter; {suggest(name, parameters)}")
+        raise ValueError(f"{step} has no parameter {to_text(name)}; {suggest(name, parameters)}")
     return StyleValue(found.table, parameters[name])
 
 

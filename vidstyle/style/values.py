@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,6 @@ MAX_TEXT = 200
 """The longest text of a value, in characters."""
 MAX_MISTAKES = 50
 """The most mistakes that one message names."""
-MAX_NAMES = 40
-"""The most names in a list in a message."""
 MAX_INTEGER = 2**53
 """The largest integer; floats hold all integers up to it."""
 
@@ -65,31 +62,6 @@ def asset_path(folder: Path | None, text: str) -> Path:
     if not inside:
         raise ValueError(f"{text!r} leads out of the style's folder {folder}")
     return path
-
-
-def suggest(word: str, names: Iterable[str]) -> str:
-    """A suggestion for an unknown name: the most similar one, or else all of them.
-
-    >>> suggest("levls", ["levels", "smooth"])
-    "did you mean 'levels'?"
-    >>> suggest("colour", ["levels", "smooth"])
-    'there are levels, smooth'
-    """
-    names = list(names)
-    similar = get_close_matches(word.lower()[:MAX_TEXT], names, n=1)
-    if similar:
-        return f"did you mean {similar[0]!r}?"
-    return f"there are {join_names(names)}" if names else "there are none"
-
-
-def join_names(names: Sequence[str], separator: str = ", ") -> str:
-    """The names as a list in a message, shortened where there are many.
-
-    >>> join_names(["a", "b"], " or ")
-    'a or b'
-    """
-    rest = len(names) - MAX_NAMES
-    return separator.join(names[:MAX_NAMES]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def to_text(value: object) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from vidstyle.errors import StyleError
+from vidstyle.errors import StyleError, suggest
 from vidstyle.style.model import Style, table_from_style
 from vidstyle.style.paths import find_value
-from vidstyle.style.values import MAX_MISTAKES, read_values, suggest, to_text
+from vidstyle.style.values import MAX_MISTAKES, read_values, to_text
 
 MAX_VARIANTS = 32
 VARIANT_PATTERN = "[a-z0-9-]{1,40}"
@@ -46,10 +46,9 @@ def table_of_variant(style: Style, variant: str) -> dict[str, Any]:
         StyleError: it has no such variant.
     """
     if variant not in style.variants:
-        hint = suggest(variant, style.variants)
-        raise StyleError(
-            f"{style.name}:{variant}", [f"{style.name} has no variant {to_text(variant)}; {hint}"]
-        )
+        name = f"{style.name}:{variant}"
+        reason = f"there is no variant '{name}'; {suggest(variant, style.variants)}"
+        raise StyleError(name, [reason])
     table = table_from_style(replace(style, variants={}))
     for path, value in style.variants[variant].items():
         find_value(table, path).set(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from abc import abstractmethod
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -22,6 +22,7 @@ from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError, log
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
 from vidstyle.media.read.sequence import natural_order
+from vidstyle.pipeline.progress import OnStep, unwatched
 
 WHOLE = 2 * 10**9
 """Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""
@@ -35,6 +36,7 @@ KEPT_BYTES = 2**28
 SUFFIXES = frozenset(".avif .bmp .gif .heic .jpeg .jpg .jxl .png .ppm .tif .tiff .webp".split())
 """Names of files in a folder that are read as pictures."""
 
+_STEP = "looking through the film"
 _SHOT_SIDE = 128
 """Pixels of the longer side of the copies in which cuts are looked for."""
 _GAP = 1 / 4
@@ -58,8 +60,8 @@ class Film(Closing):
         self._kept: dict[float, np.ndarray] = {}
 
     @abstractmethod
-    def survey(self) -> Survey:
-        """Analyse the whole film.
+    def survey(self, on_step: OnStep = unwatched) -> Survey:
+        """Analyse the whole film; tells its progress in seconds.
 
         Raises:
             InputError: it cannot be read, or no frame of it can be decoded.
@@ -108,15 +110,19 @@ class FilmFile(Film):
         super().close()
         self._sampler.close()
 
-    def survey(self) -> Survey:
+    def survey(self, on_step: OnStep = unwatched) -> Survey:
         seconds = float(self._sampler.seconds)
+
+        def on_time(time: float) -> None:
+            on_step(_STEP, time, seconds)
+
         gap = max(min(_GAP, seconds / _LEAST), seconds / MOST)
         if self._sampler.pixels > WHOLE:
-            found = self._survey_keys(max(gap, 0.5))
+            found = self._survey_keys(max(gap, 0.5), on_time)
             if len(found.candidates) >= SPARE * default_panels(len(found.scene_starts), seconds):
                 self._reach = _KEY_REACH
                 return found
-        return self._survey_whole(gap)
+        return self._survey_whole(gap, on_time)
 
     def around(self, candidate: Candidate) -> list[Candidate]:
         context = _CONTEXT if self._reach == _KEY_REACH else _EDGE
@@ -145,10 +151,11 @@ class FilmFile(Film):
     def _image_at(self, time: float) -> np.ndarray:
         return self._sampler.image_at(time)
 
-    def _survey_whole(self, gap: float) -> Survey:
+    def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         shots, candidates, time, last = ShotFinder(), list[Candidate](), 0.0, -gap
         for sample in self._sampler.frames():
             time = float(sample.time)
+            on_time(time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if time - last >= gap - 1e-3:
                 candidates.append(replace(self._features(sample), motion=motion))
@@ -157,10 +164,11 @@ class FilmFile(Film):
         mixed = [replace(each, in_transition=shots.is_transition(each.time)) for each in candidates]
         return Survey(self._in_scenes(mixed, begins), begins, time)
 
-    def _survey_keys(self, gap: float) -> Survey:
+    def _survey_keys(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         shots, candidates, time = KeyShots(), list[Candidate](), 0.0
         for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
+            on_time(time)
             candidates.append(self._features(sample))
             shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), candidates[-1].histogram)
         return Survey(self._in_scenes(candidates, shots.scene_starts), shots.scene_starts, time)
@@ -193,11 +201,12 @@ class PictureFolder(Film):
             key=lambda each: natural_order(each.name),
         )
         if not self._paths:
-            raise InputError(path, "a folder without pictures")
+            raise InputError(path, "holds no pictures")
 
-    def survey(self) -> Survey:
+    def survey(self, on_step: OnStep = unwatched) -> Survey:
         candidates = []
         for number in range(len(self._paths)):
+            on_step(_STEP, number, len(self._paths))
             try:
                 candidates.append(self._features(number))
             except InputError as error:
@@ -239,6 +248,6 @@ def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -
         UsageError: it is a pipe, which cannot be rewound.
     """
     if str(source) == "-":
-        raise UsageError("-", "a pipe can be read only once", "save the film to a file")
+        raise UsageError("standard input", "can be read only once", "save the film to a file")
     faces = faces or FaceFinder()
     return PictureFolder(Path(source), faces) if Path(source).is_dir() else FilmFile(source, faces)

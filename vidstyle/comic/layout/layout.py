@@ -96,7 +96,8 @@ def lay_out(
     if not moments:
         raise UsageError("comic", "there is no moment to show", "give a film with at least one picture")
     if pages is not None and not 1 <= pages <= len(moments):
-        raise UsageError("pages", f"{pages} for {len(moments)} panels", "each page holds at least one")
+        reason = f"{pages} are too many for {len(moments)} panels"
+        raise UsageError("--pages", reason, "each page holds at least one")
     area_scales = [1.0] * len(moments) if area_scales is None else area_scales
     if paper.is_strip:
         height, places, cost = lay_out_strip(moments, paper, seed, area_scales)

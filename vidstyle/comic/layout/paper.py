@@ -88,7 +88,7 @@ def paper(size: str = "a4", dpi: float = DPI, landscape: bool = False, border: f
     1920
     """
     if not 10 <= dpi <= 2400:
-        raise UsageError("dpi", f"{dpi:g} pixels per inch", "10 to 2400 can be printed")
+        raise UsageError("--dpi", f"{dpi:g} is outside 10 to 2400")
     width, height = _sides(size.strip().lower(), dpi, landscape)
     scale = min(1.0, min(width, height or width) / _pixels(_USUAL, dpi))
     margin, gutter, row_gutter = (round(_pixels(each, dpi) * scale) for each in (MARGIN, GUTTER, ROW_GUTTER))
@@ -107,12 +107,12 @@ def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:
         found = re.fullmatch(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)\s*(px|mm)?", size)
         if not found:
             names = ", ".join(MILLIMETRES)
-            raise UsageError(size, "no size of paper", f"give {names}, strip, 1200x1800 or 210x297mm")
+            raise UsageError(size, "is not a size of paper", f"give {names}, strip, 1200x1800 or 210x297mm")
         number = [float(side) for side in found.groups()[:2]]
         width, height = (round(_pixels(side, dpi) if found[3] == "mm" else side) for side in number)
     if min(width, height) < _LEAST or max(width, height) > _MOST:
         remedy = f"{_LEAST} to {_MOST} pixels a side are possible"
-        raise UsageError(size, f"a page of {width} x {height} pixels at {dpi:g} dpi", remedy)
+        raise UsageError(size, f"is a page of {width}x{height} pixels at {dpi:g} dpi", remedy)
     return width, height
 
 

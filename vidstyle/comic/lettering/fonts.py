@@ -37,7 +37,7 @@ def check_pillow() -> None:
     try:
         import PIL.ImageFont  # noqa: F401
     except ImportError as error:
-        raise UsageError("comic", "Pillow is not installed", "pip install vidstyle[comic]") from error
+        raise UsageError("comic", "needs Pillow", "pip install 'vidstyle[comic]'") from error
 
 
 def letter_size(paper: Paper) -> int:
@@ -130,7 +130,7 @@ def _opened(path: Path | None, size: int) -> ImageFont.FreeTypeFont:
     try:
         return ImageFont.truetype(str(path), size)
     except OSError:
-        reason = "no font that can be read" if path.is_file() else "no such file"
+        reason = "is not a font" if path.is_file() else "no such file"
         raise InputError(path, reason, "give a .ttf or .otf file") from None
 
 

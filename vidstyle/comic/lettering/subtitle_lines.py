@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vidstyle.comic.lettering.fonts import NOTES
-from vidstyle.errors import InputError
+from vidstyle.errors import InputError, log
 from vidstyle.media.read.subtitles import SubtitleEvent, parse_subtitles, read_subtitles
 
 # Possessive, and never beyond the next mark, so that their time is linear in the length of the text.
@@ -74,7 +74,7 @@ def _text_of(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # The legacy encoding of Windows for western languages.
+        log.warning("%s is not UTF-8 text: read as Windows-1252; save it as UTF-8 if letters are wrong", path)
         return content.decode("cp1252", "replace")
 
 

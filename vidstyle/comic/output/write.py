@@ -54,7 +54,7 @@ class Output:
         """
         if target.suffix.lower() not in _FORMATS:
             remedy = f"end its name in {', '.join(list(_FORMATS)[:-1])} or {list(_FORMATS)[-1]}"
-            raise UsageError(target, "is no kind of comic", remedy)
+            raise UsageError(target, "cannot be a comic page", remedy)
         self._encode = _FORMATS[target.suffix.lower()]
         self.is_strip = self._encode is html
         self._target, self._source, self._overwrite = target, source, overwrite

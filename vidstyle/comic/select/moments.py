@@ -13,6 +13,7 @@ from vidstyle.comic.analyze.similarity import DIFFERENT, similarity
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.select.choose import LOOKBACK, choose, importance
 from vidstyle.errors import InputError, UsageError
+from vidstyle.pipeline.progress import OnStep, unwatched
 
 MAX_PANELS = 300
 
@@ -36,24 +37,24 @@ class KeyFrameOptions:
     def check(self) -> None:
         """Raise UsageError if they contradict each other, whatever the film."""
         if self.panels is not None and not 1 <= self.panels <= MAX_PANELS:
-            raise UsageError(
-                "panels", f"{self.panels} are none to lay out", f"give 1 to {MAX_PANELS}, or auto"
-            )
+            raise UsageError("--panels", f"{self.panels} is outside 1 to {MAX_PANELS}")
         for first, last in self.skip:
             if not 0 <= first < last:
-                raise UsageError("skip", f"{first:g}-{last:g} s is not a part of a film")
+                raise UsageError("--skip", f"{first:g}-{last:g} s is not a part of a film")
         for time in self.at:
             if time < 0:
-                raise UsageError("at", f"{time:g} s lies before the film")
+                raise UsageError("--at", f"{time:g} s lies before the film")
             if self.skips(time):
-                raise UsageError("at", f"{time:g} s lies in a part that is to be skipped")
+                raise UsageError("--at", f"{time:g} s lies in a part that is to be skipped")
 
     def skips(self, time: float) -> bool:
         """Whether a time lies in a skipped part."""
         return any(first <= time < last for first, last in self.skip)
 
 
-def find_moments(film: Film, options: KeyFrameOptions | None = None) -> list[Moment]:
+def find_moments(
+    film: Film, options: KeyFrameOptions | None = None, on_step: OnStep = unwatched
+) -> list[Moment]:
     """The key frames of a film, in chronological order.
 
     There are fewer than requested if the film has not as many frames.
@@ -64,15 +65,15 @@ def find_moments(film: Film, options: KeyFrameOptions | None = None) -> list[Mom
     """
     options = options or KeyFrameOptions()
     options.check()
-    survey = film.survey()
+    survey = film.survey(on_step)
     forced = _forced(film, survey, options)
     left = [each for each in survey.candidates if not options.skips(each.time)]
     chosen = choose(replace(survey, candidates=left), forced, options.panels, options.min_panels)
     if not chosen:
         if left:
             raise InputError(film.name, "nothing is to be seen in it: all its pictures are blank")
-        raise UsageError("skip", "leaves nothing of the film")
-    better = _better(film, chosen, options)
+        raise UsageError("--skip", "leaves nothing of the film")
+    better = _better(film, chosen, options, on_step)
     weights = importance(better, survey)
     return [replace(each, importance=weight) for each, weight in zip(better, weights, strict=True)]
 
@@ -81,7 +82,7 @@ def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candid
     last = max(survey.seconds, survey.candidates[-1].time)
     for time in options.at:
         if time > last + 1:
-            raise UsageError("at", f"{time:g} s lies after the end", f"the film has {last:.1f} s")
+            raise UsageError("--at", f"{time:g} s lies after the end", f"the film has {last:.1f} s")
     found = {}
     for time in options.at:
         each = film.at(time)
@@ -90,10 +91,13 @@ def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candid
     return [found[time] for time in sorted(found)]
 
 
-def _better(film: Film, chosen: Sequence[Candidate], options: KeyFrameOptions) -> list[Candidate]:
+def _better(
+    film: Film, chosen: Sequence[Candidate], options: KeyFrameOptions, on_step: OnStep
+) -> list[Candidate]:
     """Each frame, or a better one close to it that is no more similar to the others."""
     better = list(chosen)
     for number, each in enumerate(chosen):
+        on_step("choosing key frames", number, len(chosen))
         if each.forced:
             continue
         others = better[max(0, number - LOOKBACK) : number] + better[number + 1 : number + 1 + LOOKBACK]

@@ -128,7 +128,9 @@ def find_camera(name: str) -> VideoDevice:
     own = video_device(path) if path.startswith("/dev/") else None
     if own is not None and own.can_capture:
         return own
-    raise DeviceError(name or "camera", _reason(path, own), _what_there_is())
+    if not name:
+        raise DeviceError("camera", "there is none here", "give a film, a URL, screen or test")
+    raise DeviceError(name, _reason(path, own), _what_there_is())
 
 
 def camera_list() -> list[tuple[str, VideoDevice]]:

@@ -18,7 +18,7 @@ from vidstyle.errors import DeviceError, InputError
 from vidstyle.media.capture.camera import Camera, Screen
 from vidstyle.media.capture.input import LiveInput, LiveSource
 from vidstyle.media.capture.monotonic import Clock
-from vidstyle.media.options import RAW, RawVideo
+from vidstyle.media.options import RawVideo
 from vidstyle.media.read.open import is_url, open_media, public_name
 
 POLL_SECONDS = 0.2
@@ -64,7 +64,7 @@ class SourceOptions:
     Attributes:
         size, rate: requested of a camera, a screen or the test picture; None: the default.
         loop: restart a file at its end.
-        format: "rawvideo" for raw video on "-", or a camera's input format.
+        format: of "-", as in `ReadOptions`, or a camera's input format.
         raw, raw_rate: size and format of raw video, and its frame rate; None: 30.
     """
 
@@ -182,8 +182,7 @@ class PipeSource:
     def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """See LiveSource; a named pipe waits for its writer."""
         options = self.options
-        format = {"y4m": "yuv4mpegpipe", "raw": RAW}.get(options.format or "", options.format)
-        raw = options.raw.demuxer_options(options.raw_rate or TEST_RATE) if format == RAW else {}
+        format, raw = options.raw.demuxer(options.format, options.raw_rate or TEST_RATE)
         pipe = Pipe(sys.stdin.fileno(), stopping) if self.name == "-" else NamedPipe(self.name, stopping)
         container = open_media(cast(BinaryIO, pipe), format=format, options=raw)
         return LiveInput(container, self.name, stopping, clock, paced=True, sound=True)

@@ -73,7 +73,7 @@ def open_media(
         if is_jpeg(head) and is_named_as_picture(Path(source)):
             format = format or "jpeg_pipe"
     if format is not None and format not in av.formats_available:
-        raise UsageError("format", f"{format} is not one that this build reads")
+        raise UsageError("--input-format", f"{format!r} cannot be read here", "use raw or y4m")
     options = {"max_pixels": str(max_pixels)} | (options or {})
     options["format_whitelist"] = f"{FORMATS},{NETWORK_FORMATS}" if allow_url else FORMATS
     target = _target(source, allow_url)
@@ -147,8 +147,8 @@ def _checked_head(path: Path) -> bytes:
         with path.open("rb") as file:
             start = file.read(HEADER_BYTES)
     except IsADirectoryError:
-        remedy = "give a file, or a pattern such as frames/%05d.png"
-        raise InputError(path, "is a directory", remedy) from None
+        remedy = f"name a file in it, or a pattern such as '{path / '*.png'}'"
+        raise InputError(path, "is a folder", remedy) from None
     except FileNotFoundError:
         raise InputError(path, "no such file") from None
     except PermissionError:
@@ -178,9 +178,7 @@ def _open(
             log.warning("%s cannot decode this codec: the CPU does it", hwaccel)
             return container
         except (av.FFmpegError, ValueError, RuntimeError, NotImplementedError, OSError) as error:
-            log.warning(
-                "%s is not to be had for decoding (%s): the CPU does it", hwaccel, error_reason(error)
-            )
+            log.warning("%s cannot decode here (%s): the CPU does it", hwaccel, error_reason(error))
             if hasattr(target, "seek"):
                 target.seek(0)
     return av.open(target, "r", format, options, timeout=timeout, **LENIENT)

@@ -13,7 +13,7 @@ import av
 from vidstyle.core.closing import Closing
 from vidstyle.errors import InputError
 from vidstyle.media.frame import DecodedFrame, Frame
-from vidstyle.media.options import RAW, ReadOptions, VideoInfo
+from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import ConstantRate
 from vidstyle.media.read.deinterlace import Deinterlacer
@@ -163,13 +163,14 @@ def open_source(source: str | os.PathLike[str], options: ReadOptions) -> VideoSo
         return SequenceSource.from_pattern(str(source), rate, options.max_pixels)
     if str(source) != "-" and is_animated_webp(Path(source)):
         return SequenceSource.from_webp(Path(source), options.max_pixels)
+    format, demuxer_options = options.raw.demuxer(options.format, options.rate or DEFAULT_RATE)
     container = open_media(
         source,
         allow_url=options.allow_url,
         max_pixels=options.max_pixels,
         hwaccel=options.hwaccel,
-        format=options.format,
-        options=options.raw.demuxer_options(options.rate or DEFAULT_RATE) if options.format == RAW else {},
+        format=format,
+        options=demuxer_options,
     )
     try:
         name = "standard input" if str(source) == "-" else str(source)

@@ -205,7 +205,7 @@ def check_folder(target: Path) -> None:
     """Raise OutputError if files cannot be made where the target is to be."""
     folder = target.parent
     if not folder.is_dir():
-        raise OutputError(target, "its folder does not exist", "make the folder first")
+        raise OutputError(target, "its folder does not exist", "add --parents to make it")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise OutputError(target, "cannot be written: its folder is not writable", "choose another folder")
 

@@ -49,6 +49,7 @@ class Writer(ABC):
         self.target = Path(target)
         self.name = "standard output" if str(target) == "-" else str(target)
         self._kind, self._options, self._source, self._fingerprint = kind, options, source, fingerprint
+        self._expected_frames = info.frames or 0
         self._source_path = source.name if source else None
         self._plan = plan_video(self.name, kind, info, options)
         self.encoding, self.wants_rgb = self._plan.encoding, self._plan.rgb

@@ -8,6 +8,7 @@ from pathlib import PurePath
 from typing import Any, Literal
 
 from vidstyle.errors import UsageError
+from vidstyle.media.options import PIPE_FORMATS
 
 Way = Literal["film", "gif", "picture"]
 """How a file is written: packet by packet; at the end, with a common palette; one file for each picture."""
@@ -128,8 +129,6 @@ KINDS: tuple[ContainerKind, ...] = (
 )
 # fmt: on
 STILL_WEBP = _kind("image2", ".webp", "libwebp", video="webp", pix_fmt="bgra", way="picture")
-PIPE_FORMATS = {"y4m": "yuv4mpegpipe", "raw": "rawvideo", "mkv": "matroska", "ts": "mpegts"}
-"""Short names for `--format`, besides the muxers' own."""
 
 
 def kind_of(target: str, format_name: str | None, still: bool) -> ContainerKind:

@@ -98,7 +98,7 @@ def lock_file(path: Path, target: Path) -> FileLock:
                 return lock
             lock.release()
     except FileNotFoundError:
-        raise OutputError(target, "its folder does not exist", "make the folder first") from None
+        raise OutputError(target, "its folder does not exist", "add --parents to make it") from None
     except OSError as error:
         raise output_error(target, error) from error
     raise AssertionError

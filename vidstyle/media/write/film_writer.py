@@ -91,7 +91,7 @@ class FilmWriter(Writer):
         self._video.resume(self._earlier.packets(start_codes=headers[:1] != b"\x01"), self._earlier.tick)
         self.kept = self._earlier.kept
         _log.info(
-            "%s: is continued after %.1f s; %d of %d frames are kept",
+            "%s is continued after %.1f s: %d of %d frames are kept",
             *(self._file.earlier, self._earlier.kept_seconds, self.kept, self._earlier.stored),
         )
 

@@ -29,7 +29,7 @@ class PictureWriter(Writer):
     """Writes each frame to a file of its own, atomically.
 
     Raises:
-        UsageError: at the second frame, if the name is no pattern.
+        UsageError: more than one frame is expected or comes, and the name is no pattern.
     """
 
     _left = 0
@@ -37,6 +37,8 @@ class PictureWriter(Writer):
 
     def _open(self) -> None:
         self._pattern = is_pattern(str(self.target))
+        if self._expected_frames > 1 and not self._pattern:
+            raise self._too_many()
         path = self._source_path
         if self._pattern and path and self._is_among(Path(path)):
             raise UsageError(
@@ -56,6 +58,11 @@ class PictureWriter(Writer):
             raise
         self.partial = self._file.path
 
+    def _too_many(self) -> UsageError:
+        pattern = f"{self.target.stem}_%05d{self.target.suffix}"
+        reason = f"can hold one picture only: add --frames 1, or name it {pattern}"
+        return UsageError(self.target, reason)
+
     def _is_among(self, source: Path) -> bool:
         """Whether pictures would be written over those of the source."""
         if not is_wild(source.name):
@@ -72,7 +79,7 @@ class PictureWriter(Writer):
             self._fingerprint.check(self._record, self.target)
             # The last one is written again: after a power cut its content may be missing.
             self.kept = self._left - 1
-            _log.info("%s: is continued; %d of %d pictures are kept", self.target, self.kept, self._left)
+            _log.info("%s is continued: %d of %d pictures are kept", self.target, self.kept, self._left)
         elif self._left and not self._options.overwrite:
             raise earlier_run(self.target, f"the first {self._left} pictures", self._record)
         else:
@@ -97,8 +104,7 @@ class PictureWriter(Writer):
             self.frames += 1
             return
         if self.frames and not self._pattern:
-            remedy = f"add --frames 1, or name it {self.target.stem}_%05d{self.target.suffix}"
-            raise UsageError(self.target, "can hold one picture only", remedy)
+            raise self._too_many()
         if self._file is None:
             self._file = self._next_file()
             self.partial = self._file.path

@@ -235,9 +235,8 @@ def check_url(url: str) -> str:
     scheme = url.partition(":")[0].lower()
     muxer = "hls" if url.endswith(".m3u8") else STREAM_FORMATS.get(scheme)
     if muxer is None:
-        raise UsageError(
-            public_name(url), "is no kind of stream that we write", "use " + ", ".join(STREAM_FORMATS)
-        )
+        remedy = f"use {', '.join(STREAM_FORMATS)}"
+        raise UsageError(public_name(url), "is not a kind of stream that vidstyle writes", remedy)
     return muxer
 
 

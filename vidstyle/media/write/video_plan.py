@@ -147,7 +147,8 @@ def _layout(pix_fmt: str) -> PlaneLayout:
     except ValueError:
         layout = None
     if layout is None:
-        raise UsageError("--pix-fmt", f"{pix_fmt!r} is no pixel format we write", "yuv420p plays everywhere")
+        reason = f"{pix_fmt!r} is not a pixel format that vidstyle writes"
+        raise UsageError("--pix-fmt", reason, "yuv420p plays everywhere")
     return layout
 
 

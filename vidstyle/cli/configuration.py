@@ -1,0 +1,115 @@
+"""The user's configuration file: defaults of options, one table for each command.
+
+[render]
+style = "ink"
+crf = 18
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from vidstyle.assets import configuration_folder
+from vidstyle.core.regular_file import read_regular_file
+from vidstyle.errors import UsageError, error_reason, suggest
+
+FILE = "config.toml"
+MAX_FILE = 64 * 1024
+"""The largest configuration file, in bytes."""
+
+
+def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds --config, and takes defaults of options from the user's file without it."""
+
+    def read(context: click.Context, _: click.Parameter, given: str | None) -> None:
+        path = configuration_folder() / FILE if given is None else Path(given)
+        if given != "none" and (given or path.is_file()) and not context.resilient_parsing:
+            context.default_map = read_configuration(path, context)
+
+    text = f"File with defaults of options.  [default: {FILE} in the user's configuration folder]"
+    return click.option("--config", metavar="FILE|none", type=click.Path(), callback=read,
+                        expose_value=False, help=text)(command)  # fmt: skip
+
+
+def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str, Any]]:
+    """The defaults in a configuration file: for each command, values by the names of its parameters.
+
+    Args:
+        path: the file.
+        context: of the group of commands.
+
+    Raises:
+        UsageError: the file cannot be read, or names what does not exist or cannot be.
+    """
+    text = _read_text(path)
+    group = context.command
+    assert isinstance(group, click.Group)
+    defaults: dict[str, dict[str, Any]] = {}
+    for name, table in _parse(path, text).items():
+        command = group.get_command(context, name)
+        if command is None:
+            hint = suggest(name, group.list_commands(context))
+            raise _mistake(path, text, name, "", f"there is no command '{name}'; {hint}")
+        if not isinstance(table, dict):
+            raise _mistake(path, text, "", name, f"{name} is a command; write [{name}] above its options")
+        options = _options(command)
+        below = click.Context(command, context, name)
+        for key, value in table.items():
+            if key not in options:
+                hint = suggest(key, options)
+                raise _mistake(path, text, name, key, f"{name} has no option '{key}'; {hint}")
+            option = options[key]
+            values = value if option.multiple and isinstance(value, list) else [value]
+            table[key] = values if option.multiple else value
+            try:
+                if not all(isinstance(each, str | int | float) for each in values):
+                    raise click.BadParameter("is not a text, a number or a truth value")
+                option.type_cast_value(below, table[key])
+            except click.BadParameter as error:
+                raise _mistake(path, text, name, key, f"{key}: {error.message.rstrip('.')}") from None
+        defaults[name] = {str(options[key].name): value for key, value in table.items()}
+    return defaults
+
+
+def _options(command: click.Command) -> dict[str, click.Option]:
+    """The options of a command by their long names."""
+    options = (each for each in command.params if isinstance(each, click.Option))
+    return {name[2:]: each for each in options for name in each.opts if name.startswith("--")}
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return read_regular_file(path, MAX_FILE).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise UsageError(path, "is not UTF-8 text") from None
+    except OSError as error:
+        raise UsageError(path, f"cannot be read: {error_reason(error)}") from None
+    except ValueError as error:
+        raise UsageError(path, str(error)) from None
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:
+        from vidstyle.style.locate import mended_word
+
+        mended = mended_word(text, str(error))
+        raise UsageError(path, mended[1] if mended else f"is not TOML: {error}") from None
+
+
+def _mistake(path: Path, text: str, table: str, key: str, reason: str) -> UsageError:
+    """The error with the number of the line of a key in a table, or of the table where the key is empty."""
+    current = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        found = re.match(r"\s*(\[)?\s*[\"']?([\w-]+)", line)
+        current = found[2] if found and found[1] else current
+        if found and current == table and (found[2] == key or not key):
+            return UsageError(path, f"line {number}: {reason}")
+    return UsageError(path, reason)
