@@ -55,9 +55,10 @@ class Reporting(logging.Handler):
         text = record.getMessage()
         if getattr(record, "only_on_terminal", False) and not sys.stderr.isatty():
             return
-        if getattr(record, "once", False) and text in self._once:
-            return
-        self._once.add(text)
+        if getattr(record, "once", False):
+            if text in self._once:
+                return
+            self._once.add(text)
         self._print(getattr(record, "event", "notice"), text, getattr(record, "facts", {}))
 
     def _print(self, event: str, text: str, facts: Mapping[str, object]) -> None:
