@@ -13,17 +13,16 @@ from av.stream import Discard
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
-from vidstyle.media.read.decode_report import DURATION_TOLERANCE, DecodeReport
+from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
 from vidstyle.media.read.headers import (
     HEADER_BYTES,
-    ends_early,
     exif_orientation,
     is_jpeg,
     is_named_as_picture,
     jpeg_ends_early,
-    states_duration,
 )
+from vidstyle.media.read.missing import GapFinder, HeaderCheck
 from vidstyle.media.read.source import (
     choose_stream,
     frame_rate,
@@ -41,12 +40,6 @@ UNSORTED = frozenset({"avi"})
 """Formats that store no display times, so that those of packed B-frames come out of order."""
 SORTING_WINDOW = 2
 MAX_SEEKS = 6
-FORMATS_WITHOUT_HOLES = frozenset({"matroska", "webm", "flv", "nut", "avi"})
-"""Formats in which little but packets lies between the first packet and the last."""
-MAX_BETWEEN_PACKETS = 1024
-"""Bytes that such a format puts between two packets at most."""
-NEAR_CORRUPT = 8
-"""Among so many packets is the gap for which one of them is marked: demuxers mark it early."""
 MAX_FAILURES = 8
 """After so many failures in a row a container is not read on."""
 
@@ -89,23 +82,19 @@ class FilmSource:
         self._is_one_picture = (
             file is not None and is_picture_format(container) and is_named_as_picture(file)
         ) and "apng" not in formats
-        self._announced = self._announced_frames()
-        self._seen_packets = self._hidden_packets = 0
-        self._seen_end = self._seen_start = self._longest = Fraction(0)
+        self._header = HeaderCheck(container, self.stream, formats, file)
         self._from_start = True
         self._key_gap: Fraction | None = None
         unread = [each for each in container.streams if each not in (self.stream, *self.copied_streams)]
         for stream in unread:
             stream.discard = Discard.all
         alpha = "alpha_mode" in self.stream.metadata  # lies beside the packets
-        self._shows_holes = bool(formats & FORMATS_WITHOUT_HOLES) and not unread and not alpha
-        self._position = self._position_end = 0
-        self._suspects = 0
+        self._gaps = GapFinder(formats, reads_all=not unread and not alpha)
 
     def seek(self, time: Fraction) -> None:
         """Continue from the last key frame that is shown at or before a time in seconds."""
         assert self.container is not None
-        was_read, self._seen_packets = self._seen_packets, 0
+        was_read, self._header.packets = self._header.packets, 0
         if was_read:
             self._decoder.reset()
             self._packet_clock.reset()
@@ -139,32 +128,20 @@ class FilmSource:
     def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """Frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
-            self._look_for_gap(packet)
+            self._gaps.look(packet)
+            # Broadcast streams count their packets; elsewhere the file has ended within this one.
+            self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST
             if self._packet_clock.restamp(packet):
-                self._suspects = 0
+                self._gaps.forget()
                 self._decoder.forget_gaps()
-            if packet.pts is not None and packet.time_base is not None:
-                end = (packet.pts + (packet.duration or 0)) * packet.time_base
-                self._seen_end = max(self._seen_end, end)
+            self._header.count(packet)
             if packet.stream_index != self.stream.index:
                 yield packet
-                continue
-            if packet.dts is not None and packet.time_base is not None:
-                start = packet.dts * packet.time_base
-                self._longest = (
-                    max(self._longest, start - self._seen_start) if self._seen_packets else Fraction(0)
-                )
-                self._seen_start = start
-            self._seen_packets += 1
-            self._hidden_packets += packet.is_discard
-            if not packet.size:
-                # A frame like the one before it; a decoder would take it for the end.
-                continue
-            yield from self._decoder.decode(packet, after_gap=self._suspects > 0)
-            self._suspects = max(0, self._suspects - 1)
+            elif packet.size:  # without content it is a frame like the one before it; a decoder would end
+                yield from self._decoder.decode(packet, after_gap=self._gaps.before_picture())
         yield from self._decoder.decode(None)
         if self._from_start:
-            self._compare_with_header()
+            self._header.compare(self.damage)
 
     def close(self) -> None:
         """Close the file."""
@@ -191,26 +168,12 @@ class FilmSource:
                 return
             except av.FFmpegError as error:
                 failures += 1
-                self._suspects = max(1, self._suspects)
+                self._gaps.suspect()
                 log.debug("%s: a place that cannot be read: %s", self.name, error)
                 if isinstance(error, TimeoutError | ConnectionError | av.ExitError):
                     log.warning("the connection was lost: %s", error.strerror)
                     return
         self.damage.cut_off = True
-
-    def _look_for_gap(self, packet: av.Packet) -> None:
-        """Notice a part that could not be read: a hole in the file, or what the demuxer has marked."""
-        if packet.is_corrupt:
-            self._suspects = NEAR_CORRUPT
-            # Broadcast streams count their packets; elsewhere the file has ended within this one.
-            self.damage.cut_off |= not self._formats & BROADCAST
-        if packet.pos is None:
-            return
-        if self._shows_holes and packet.pos > self._position_end + MAX_BETWEEN_PACKETS and self._position_end:
-            self._suspects = max(1, self._suspects)
-        # Several that lie in one block have its position.
-        start = self._position_end if packet.pos == self._position else packet.pos
-        self._position, self._position_end = packet.pos, max(self._position_end, start + packet.size)
 
     def _key_packets(self, gap: Fraction) -> Iterator[av.Packet]:
         last: Fraction | None = None
@@ -222,40 +185,6 @@ class FilmSource:
             if last is None or time is None or not 0 <= time - last < gap:
                 last = time
                 yield packet
-
-    def _announced_frames(self) -> int:
-        """How many packets of the film there are by the container's index; 0: it does not say."""
-        if "avi" in self._formats:
-            return len(self.stream.index_entries)
-        return self.stream.frames if "mp4" in self._formats else 0
-
-    def _compare_with_header(self) -> None:
-        """A file that was cut off ends without an error; only its header knows."""
-        damage = self.damage
-        if self._file is not None:
-            damage.cut_off |= ends_early(self._file, self._formats)
-        if self._seen_packets < self._announced:
-            # Every one that is not delivered is missing, that of a packet cut in two included.
-            damage.missing_frames = self._announced - self._hidden_packets - damage.decoded - damage.repeated
-            damage.lost = 0
-        elif announced := self._announced_seconds():
-            # Where frames are held for long, the last one may be.
-            if announced - self._seen_end > max(DURATION_TOLERANCE, announced / 100, self._longest):
-                damage.missing_seconds = announced - self._seen_end
-                damage.header_seconds = announced
-
-    def _announced_seconds(self) -> Fraction | None:
-        """How long the film is by its header, where that does not count its frames; None: it does not say."""
-        assert self.container is not None and self.stream.time_base is not None
-        whole = Fraction(self.container.duration or 0, av.time_base)
-        if "matroska" in self._formats:
-            return whole if self._file is None or states_duration(self._file) else None
-        # These count what whole files lack, too: how long the last frame is held, frames that were left out.
-        if "flv" in self._formats and self.damage.cut_off:
-            return whole
-        if "avi" in self._formats and self._file is not None and ends_early(self._file, self._formats):
-            return self.stream.frames * self.stream.time_base
-        return None
 
     def _next_key_time(self) -> Fraction | None:
         assert self.container is not None
