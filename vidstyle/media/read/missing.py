@@ -80,8 +80,6 @@ class HeaderCheck:
 
     def count(self, packet: av.Packet) -> None:
         """Take a packet of any stream."""
-        if packet.time_base is None:
-            return
         if packet.pts is not None:
             self._end = max(self._end, (packet.pts + (packet.duration or 0)) * packet.time_base)
         if packet.stream_index != self._stream.index:
