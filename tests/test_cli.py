@@ -51,11 +51,13 @@ def test_python_minus_m_is_the_program():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["rendre"], "rendre"),
+        (["rendre"], "there is no command 'rendre'; did you mean 'render'?"),
+        (["render", "a.mp4", "b.mp4", "--crf"], "--crf needs a value; see vidstyle"),
         (["render"], "INPUT"),
         (["render", "a.mp4", "-i", "b.mp4", "c.mp4"], "'c.mp4'"),
         (["render", "a.mp4", "b.mp4"], "--style is missing; choose one of abstraction, "),
-        (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "x"], "--crf"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "x"], "--crf: 'x' is not a number"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "64"], "--crf: 64 is outside 0 to 63"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "-1"], "--start"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "1:2:3:4"], "--start"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--size", "0x10"], "--size"),
@@ -81,6 +83,35 @@ def test_paths_are_arguments_or_options(capfd, tmp_path, words):
     arguments = words.format(source, target).split()
     assert run(capfd, "render", "-s", "plain", *arguments)[0] == 0
     assert target.is_file()
+
+
+def test_missing_folders_are_made_on_request_and_not_left_empty(capfd, tmp_path):
+    source, folder = media.make_picture(tmp_path / "in.png"), tmp_path / "a" / "b"
+    assert run(capfd, "render", "-s", "plain", source, folder / "out.png")[0] == 5
+    assert run(capfd, "render", "-s", "plain", "none.png", folder / "out.png", "--parents")[0] == 3
+    assert not (tmp_path / "a").exists()
+    assert run(capfd, "render", "-s", "plain", source, f"{folder}/", "--parents")[0] == 0
+    assert [path.name for path in folder.iterdir()] == ["in.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kinds"),
+    [
+        (["render", "film.mp4", "out.mp4", "-s", "plain"], ["notice", "progress", "summary"]),
+        (["styles", "plain", "--preview", "film.mp4", "-o", "out.png"], ["progress", "summary"]),
+        (["render", "none.mp4", "out.mp4", "-s", "ink"], ["error"]),
+        (["render", "--bogus"], ["error"]),
+        (["comic", "film.mp4", "out.gif"], ["error"]),
+    ],
+)
+def test_with_progress_json_standard_error_holds_json_alone(capfd, tmp_path, monkeypatch, arguments, kinds):
+    monkeypatch.chdir(tmp_path)
+    media.make_clip(Path("film.mp4"), frames=3, size=(65, 49), pix_fmt="yuv444p")
+    exit_code, _, err = run(capfd, *arguments, "--progress", "json")
+    events = [json.loads(line) for line in err.splitlines()]
+    assert [event["event"] for event in events] == kinds
+    assert all(event["text"] for event in events if event["event"] != "progress")
+    assert events[-1].get("exit_code", 0) == exit_code
 
 
 def test_an_unknown_style_is_one_line_and_exit_3(capfd):

@@ -119,7 +119,7 @@ def test_what_keys_in_the_terminal_change_is_told_too() -> None:
     [
         ("flow_dog.p", 999),
         ("nothing.p", 1),
-        ("ink", "red"),
+        ("ink", "rde"),
         ("ink", 5),
         ("steady", float("nan")),
         ("steady", "0.5"),

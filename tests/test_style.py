@@ -89,7 +89,11 @@ def test_coloured_paper_alone_is_not_plain() -> None:
         ({"format": 2, "shiny": 1}, "format 2 is unknown; this vidstyle reads format 1"),
         ({"format": True}, "format True is unknown; this vidstyle reads format 1"),
         ({"format": 1, "papper": "#ffffff"}, "'papper' is not a field of a style; did you mean 'paper'?"),
-        ({"format": 1, "ink": "red"}, "ink: 'red' is not a colour such as #1a2b3c (#rrggbb)"),
+        (
+            {"format": 1, "ink": "rde"},
+            "ink: 'rde' is not a colour; did you mean 'red'? (#rrggbb, #rgb or a CSS",
+        ),
+        ({"format": 1, "ink": "#12345"}, "ink: '#12345' is not a colour (#rrggbb, #rgb or a CSS name)"),
         ({"format": 1, "height": 0}, "height: 0 is outside 16 to 65536 px"),
         ({"format": 1, "name": 7}, "name: 7 is not a text of at most 100 characters"),
         ({"format": 1, "note": "\x1b[2J"}, "note: '\\x1b[2J' is not a text of at most 1000 characters"),
@@ -126,7 +130,7 @@ def test_a_mistake_is_named(table: dict[str, Any], mistake: str) -> None:
 
 def test_all_mistakes_are_named_at_once() -> None:
     table = step("lines", block="posterize", levels=99, levls=3) | {
-        "ink": "blue",
+        "ink": "bleu",
         "bace": [],
         "base": [{"block": "x"}],
     }

@@ -8,8 +8,10 @@ from typing import Annotated, Any
 
 import jsonschema
 import pytest
+from PIL import ImageColor
 
 from vidstyle.block import Block, Choice, Slider, block
+from vidstyle.block.color_names import COLOR_NAMES
 from vidstyle.blocks import all_blocks
 from vidstyle.blocks.posterize import posterize
 from vidstyle.errors import UsageError
@@ -64,6 +66,13 @@ def test_fields_are_set_too() -> None:
     assert override(TWICE, []) == TWICE
 
 
+def test_colours_have_the_names_and_short_forms_of_css() -> None:
+    assert override(Style("plain"), ["ink=Navy", "paper=#fe0"]) == Style(
+        "plain", ink="#000080", paper="#ffee00"
+    )
+    assert COLOR_NAMES == ImageColor.colormap
+
+
 @pytest.mark.parametrize(
     ("assignment", "mistake"),
     [
@@ -84,7 +93,7 @@ def test_fields_are_set_too() -> None:
         ("blend.mode=2", "mode: '2' is not one of normal"),
         ("blend.other=lost", "other: no step before it saves 'lost'"),
         ("inc=#ff0000", "'inc' is not a field of a style; did you mean 'ink'?"),
-        ("ink=red", "ink: 'red' is not a colour"),
+        ("ink=rde", "ink: 'rde' is not a colour"),
         ("name=x", "'name' is not a field"),
     ],
 )
@@ -96,8 +105,8 @@ def test_a_wrong_assignment_is_named(assignment: str, mistake: str) -> None:
 
 def test_all_wrong_assignments_are_named_at_once() -> None:
     with pytest.raises(UsageError) as caught:
-        override(TWICE, ["blend.opacity=2", "posterize.levels=5", "ink=red"])
-    for mistake in ("opacity: 2 is outside", "'posterize' may be", "ink: 'red'"):
+        override(TWICE, ["blend.opacity=2", "posterize.levels=5", "ink=rde"])
+    for mistake in ("opacity: 2 is outside", "'posterize' may be", "ink: 'rde'"):
         assert mistake in str(caught.value)
 
 
@@ -172,7 +181,7 @@ def test_the_schema_takes_every_style_there_is() -> None:
         {},
         {"format": 2},
         {"format": 1, "colour": "red"},
-        {"format": 1, "ink": "red"},
+        {"format": 1, "ink": "#12"},
         {"format": 1, "base": [{}]},
         {"format": 1, "base": [{"levels": 5}]},
         {"format": 1, "base": [{"block": "posterise"}]},

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
 
+from vidstyle.block.color_names import COLOR_NAMES
+from vidstyle.errors import suggest
+
 NAME_PATTERN = "[A-Za-z_][A-Za-z0-9_-]{0,63}"
 """Regular expression for the names of saved pictures."""
 
@@ -94,19 +97,27 @@ class Switch:
 
 @dataclass(frozen=True)
 class Color:
-    """A colour written "#rrggbb"; the block gets three floats 0..1."""
+    """A colour written "#rrggbb", "#rgb" or as CSS names it; the block gets three floats 0..1."""
 
     help: str
     explore: tuple[str, ...] = ()
-    range_text = "#rrggbb"
+    range_text = "#rrggbb, #rgb or a CSS name"
 
     def check(self, value: object, is_integer: bool) -> str:
-        if not (isinstance(value, str) and re.fullmatch("#[0-9a-fA-F]{6}", value)):
-            raise ValueError(f"{value!r} is not a colour such as #1a2b3c")
-        return value.lower()
+        """The colour as "#rrggbb"."""
+        text = value.strip().lower() if isinstance(value, str) else ""
+        code = COLOR_NAMES.get(text, text)
+        if re.fullmatch("#[0-9a-f]{3}", code):
+            code = "#" + "".join(2 * digit for digit in code[1:])
+        if not re.fullmatch("#[0-9a-f]{6}", code):
+            hint = suggest(text, COLOR_NAMES) if text.isalpha() else ""
+            near = f"; {hint}" if hint.startswith("did") else ""
+            raise ValueError(f"{value!r} is not a colour{near} ({self.range_text})")
+        return code
 
     def schema(self, is_integer: bool) -> dict[str, Any]:
-        return {"type": "string", "pattern": "^#[0-9a-fA-F]{6}$"}
+        pattern = "^#([0-9a-fA-F]{3}){1,2}$"
+        return {"type": "string", "anyOf": [{"pattern": pattern}, {"enum": list(COLOR_NAMES)}]}
 
 
 @dataclass(frozen=True)
