@@ -173,9 +173,8 @@ def _open(
         try:
             accelerator = HWAccel(hwaccel, allow_software_fallback=True)
             container = av.open(target, "r", format, options, timeout=timeout, hwaccel=accelerator, **LENIENT)
-            if any(stream.codec_context.is_hwaccel for stream in container.streams.video):
-                return container
-            log.warning("%s cannot decode this codec: the CPU does it", hwaccel)
+            if not any(stream.codec_context.is_hwaccel for stream in container.streams.video):
+                log.warning("%s cannot decode this codec: the CPU does it", hwaccel)
             return container
         except (av.FFmpegError, ValueError, RuntimeError, NotImplementedError, OSError) as error:
             log.warning("%s cannot decode here (%s): the CPU does it", hwaccel, error_reason(error))
