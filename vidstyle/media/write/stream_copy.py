@@ -158,16 +158,26 @@ class CopiedStreams:
         """The stream in the container, made in the first way that works; else a notice is logged."""
         first = self._first.get(template.index)
         late = not absent and codec_name(template) in self._kind.untimed and _begins_late(first)
-        ways = self._ways_of(template, late)
+        ways, reason = self._ways_of(template, late), self._reason(template, late)
         for how, way in list(ways.items())[: 1 if absent else None]:
             if self._works(way, first):
                 if how:
-                    level = logging.WARNING if template.type == "audio" else logging.INFO
-                    self._say(level, template, how, late=late)
+                    self._say(
+                        logging.WARNING if template.type == "audio" else logging.INFO, template, how, reason
+                    )
                 return way(self._container)
         if ways or self._audio != "none" or template.type != "audio":
-            self._say(logging.WARNING, template, "left out", absent=absent)
+            reason = "none of it comes before the end" if absent else reason
+            self._say(logging.WARNING, template, "left out", reason)
         return None
+
+    def _reason(self, template: Stream, late: bool) -> str:
+        """Why the stream is not copied, if it is not."""
+        files = f"{self._kind.endings[0]} files"
+        if late:
+            return f"it begins late, which {files} cannot hold"
+        needed = template.index in self.needed
+        return f"{files} need a good packet of it early" if needed else f"{files} do not hold it"
 
     def _best(self, index: int) -> StreamMaker:
         return next(iter(self._ways[index].values()))
@@ -218,17 +228,8 @@ class CopiedStreams:
         is_cover = bool(template.disposition & Disposition.attached_pic)
         return copy if (name in COVER_CODECS and kind.covers if is_cover else name in kind.data) else {}
 
-    def _say(
-        self, level: int, template: Stream, words: str, absent: bool = False, late: bool = False
-    ) -> None:
-        name, kind = codec_name(template) or getattr(template, "name", "") or "unknown", self._kind
-        reason = f"{kind.endings[0]} files do not hold it"
-        if absent:
-            reason = "none of it comes before the end"
-        elif late:
-            reason = f"it begins late, which {kind.endings[0]} files cannot hold"
-        elif template.index in self.needed:
-            reason = f"{kind.endings[0]} files need a good packet of it early"
+    def _say(self, level: int, template: Stream, words: str, reason: str) -> None:
+        name = codec_name(template) or getattr(template, "name", "") or "unknown"
         place = f"{self._target}: stream {template.index} ({template.type} {name})"
         _log.log(level, "%s is %s, since %s", place, words, reason)
 
