@@ -53,6 +53,8 @@ MAX_MEMORY = 2**30
 """Bytes of RAM that a case may take on top of what its worker had before."""
 MAX_ADDRESSES = 2**33
 """Bytes of addresses that it may take, so that a find does not take down the machine."""
+TARGETS = ("out_%05d.png", "out.mkv", "out.mp4", "out.avi", "out.mov", "out.ts")
+"""What films and pictures become: sound and subtitles are copied, encoded anew or left out."""
 
 
 def attempt(path: Path, folder: Path) -> None:
@@ -67,8 +69,8 @@ def attempt(path: Path, folder: Path) -> None:
 
 def _try_media(path: Path, folder: Path, choice: int) -> None:
     """A film or picture in one of the styles; of some films, a comic."""
-    target = folder / ("out.mkv" if choice % 2 else "out_%05d.png")
-    render(path, target, _style_for(choice))
+    target = TARGETS[(choice >> 8) % len(TARGETS)]
+    render(path, folder / target, _style_for(choice))
     if choice % 8 == 0:
         make_comic(path, folder / "page.png", ComicOptions(size="320x240"))
 
