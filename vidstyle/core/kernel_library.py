@@ -188,10 +188,10 @@ def _delivered(code: Future[bytes]) -> bytes:
     return code.result()
 
 
-@functools.cache
 def announce() -> None:
-    """Once, and only on a terminal, where somebody waits."""
-    log.info("preparing kernels for this processor, once", extra={"only_on_terminal": True})
+    """Only on a terminal, where somebody waits."""
+    what = {"only_on_terminal": True, "once": True}
+    log.info("preparing kernels for this processor, once", extra=what)
 
 
 class _Compilers:
