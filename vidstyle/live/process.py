@@ -71,7 +71,7 @@ class FrameProcessor:
             return
         self._renderer.scale = self._scale.scale
         rate, degraded, reached = f"{float(self._rate):.4g} fps", self.degraded, self._scale.lower_rate
-        fewer = f" and about {reached:.0f} fps" if reached else ""
+        fewer = f" and about {reached:.3g} fps" if reached else ""
         slow = f"too slow for {rate} at full size: {degraded}{fewer} (--budget off keeps the size)"
         self._notify(
             f"{self.style} is {slow}" if degraded else f"{self.style} holds {rate} at full size again"
