@@ -59,7 +59,7 @@ def test_the_page_shows_every_style_the_source_first(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     source, target = make_picture(tmp_path / "in.png"), tmp_path / "out.html"
-    assert main(["styles", "--preview", str(source), "-o", str(target)]) == 0
+    assert main(["styles", "--preview", str(source), "-o", str(target), "--progress", "none"]) == 0
     out, err = capfd.readouterr()
     assert (out, err) == ("", f"vidstyle: {target}: in.png in {len(style_names()) - 1} styles\n")
     page = Elements(target.read_text(encoding="utf-8"))
