@@ -148,7 +148,7 @@ class AdaptiveScale:
 
     Attributes:
         scale: the share of the width and of the height to work at, of SCALES.
-        lower_rate: frames per second that are expected at that size if the rate cannot be held, else 0.
+        lower_rate: frames per second that were measured at that size, if the rate cannot be held; else 0.
     """
 
     def __init__(self, seconds: float, lines: int) -> None:
@@ -181,12 +181,15 @@ class AdaptiveScale:
             # A rise that did not last is attempted again later and later.
             failed = self._since_rise < 2 * MEASURE_SECONDS
             self._raise_after = min(2 * self._raise_after, MAX_RAISE_SECONDS) if failed else RAISE_SECONDS
-            return self._set_level(self._fitting_level(typical), typical)
+            return self._set_level(self._fitting_level(typical))
         if self._level and self._since_change >= self._raise_after:
             if self._fits(typical, self._level - 1, HEADROOM):
                 self._since_rise = 0.0
-                return self._set_level(self._level - 1, typical)
-        return self._level > 0 and not self.lower_rate and self._set_rate(typical)
+                return self._set_level(self._level - 1)
+        if self._level and not self.lower_rate and OVERLOAD * typical > self._seconds:
+            self.lower_rate = 1 / typical
+            return True
+        return False
 
     def reset(self) -> None:
         """Discard the measurements: another style runs now."""
@@ -203,20 +206,10 @@ class AdaptiveScale:
     def _fits(self, typical: float, level: int, share: float) -> bool:
         """Whether a frame should take less than a share of the time that it may take at a size."""
         slots = 1 if self._scales[level] > LEAST_SCALE else 1 / LEAST_RATE
-        return self._expected(typical, level) < share * slots * self._seconds
+        return typical * (self._scales[level] / self.scale) ** 2 < share * slots * self._seconds
 
-    def _expected(self, typical: float, level: int) -> float:
-        """The time that a frame should take at another size."""
-        return typical * (self._scales[level] / self.scale) ** 2
-
-    def _set_level(self, level: int, typical: float) -> bool:
-        self._set_rate(self._expected(typical, level))
-        self._level = level
+    def _set_level(self, level: int) -> bool:
+        self._level, self.lower_rate = level, 0.0
         self._times.clear()
         self._since_change = 0.0
         return True
-
-    def _set_rate(self, typical: float) -> bool:
-        """Decide whether the rate can be held; returns whether it cannot."""
-        self.lower_rate = 1 / typical if OVERLOAD * typical > self._seconds else 0.0
-        return self.lower_rate > 0
