@@ -14,8 +14,10 @@ import pytest
 from media import make_clip, make_picture, read_all, rgb_from_frame, rms_error
 from PIL import Image
 
+from vidstyle.core.convert import to_rgb
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import choose_pix_fmt, encoder_options, find_encoder
+from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.encoder import encoder_frame
@@ -341,3 +343,22 @@ def test_a_native_frame_is_encoded_as_it_is(tmp_path):
     assert encoder_frame(frames[2], plan) is frames[2].native
     bare = encoder_frame(dataclasses.replace(frames[2], native=None), plan)
     assert np.array_equal(bare.to_ndarray(), frames[2].native.to_ndarray())
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "is_kept"),
+    [("a.mp4", None, True), ("a.webm", None, True), ("a.y4m", None, True), ("a.mkv", "ffv1", True),
+     ("a.avi", None, False), ("a.ogv", None, False), ("a.wmv", None, False), ("a.nut", None, False),
+     ("a.webm", "libvpx", False), ("a.mov", "prores_ks", False)],
+)  # fmt: skip
+def test_full_range_is_kept_where_a_player_is_told_of_it(tmp_path, caplog, name, codec, is_kept):
+    clip = make_clip(tmp_path / "in.mp4", frames=2, size=(64, 48), full_range=True, matrix="bt601")
+    render(clip, tmp_path / name, "plain", write=WriteOptions(codec=codec))
+    assert ("full range becomes limited" in caplog.text) is not is_kept
+    with open_reader(clip) as source, open_reader(tmp_path / name) as result:
+        assert source.info.encoding.full_range and result.info.encoding.full_range is is_kept
+        first, second = (
+            to_rgb(next(item.picture for item in each if isinstance(item, Frame))).astype(int)
+            for each in (source, result)
+        )
+    assert np.abs(first - second).mean() < 4

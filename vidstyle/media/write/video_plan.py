@@ -26,6 +26,12 @@ from vidstyle.media.write.containers import ContainerKind
 
 UNTAGGED = ("png", "apng", "tiff", "bmp", "webp")
 """Picture codecs that viewers assume to be sRGB; with the colour tags of a film they would look different."""
+RANGED_CODECS = ("h264", "hevc", "av1", "vp9", "vvc")
+"""Codecs whose streams say whether they are of full range."""
+RANGED_CONTAINERS = ("mp4", "mov", "matroska", "webm", "yuv4mpegpipe")
+"""Containers that say it, of all codecs but the following."""
+LIMITED_CODECS = ("vp8", "prores", "dnxhd", "mpeg1video", "mpeg2video", "theora", "flv1", "wmv1", "wmv2")
+"""Codecs that players take for limited range, whatever the container says."""
 RGB_MATRIX = 0
 """The H.273 code of the identity matrix."""
 MAX_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
@@ -120,7 +126,7 @@ def _plan(
     pix_fmt = pix_fmt or choose_pix_fmt(encoder, source.depth, source.step, info.is_rgb, info.alpha)
     # The J of the old full-range formats is said by the tags.
     layout = _layout(pix_fmt.replace("yuvj", "yuv"))
-    encoding = _encoding(info, layout, codec)
+    encoding = _encoding(info, layout, codec, kind)
     if pix_fmt.startswith("yuvj"):
         encoding = replace(encoding, full_range=True)
     rate = info.rate or DEFAULT_RATE
@@ -161,8 +167,8 @@ def _padded(length: int, step: int) -> int:
     return -(-length // step) * step
 
 
-def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str) -> Encoding:
-    """The source's matrix, range and siting, as far as they apply to the new layout."""
+def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str, kind: ContainerKind) -> Encoding:
+    """The source's matrix, range and siting, as far as they apply to the new layout and can be told."""
     if layout.kind != "luma":
         return Encoding("bt709", True, layout.depth, (1, 1))
     if codec == "mjpeg":  # JFIF knows no other
@@ -173,7 +179,9 @@ def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str) -> Encoding:
     siting = info.encoding.siting
     if layout.step != info.encoding.step or siting not in SITINGS.values():
         siting = SITINGS["left"] if layout.step[1] == 2 else SITINGS["topleft"]
-    return replace(info.encoding, depth=layout.depth, step=layout.step, siting=siting)
+    has_range = codec in RANGED_CODECS or kind.muxer in RANGED_CONTAINERS and codec not in LIMITED_CODECS
+    full_range = info.encoding.full_range and has_range
+    return replace(info.encoding, depth=layout.depth, step=layout.step, siting=siting, full_range=full_range)
 
 
 def _tags(info: VideoInfo, encoding: Encoding, layout: PlaneLayout, kind: ContainerKind) -> ColorTags:
@@ -240,5 +248,7 @@ def _announce(target: str, info: VideoInfo, plan: VideoPlan) -> None:
             *(target, info.width, info.height, *plan.size, plan.pix_fmt),
             " and ".join(["column"] * bool(wide) + ["row"] * bool(high)),
         )
+    if info.encoding.full_range and not plan.encoding.full_range and not info.is_rgb:
+        _log.warning("%s: full range becomes limited, since %s here cannot say it", target, plan.codec)
     if info.alpha and not plan.layout.alpha:
         _log.warning("%s: transparency is lost, since %s has none", target, plan.pix_fmt)
