@@ -7,8 +7,8 @@ import shlex
 import pytest
 
 from vidstyle.blocks import all_blocks
-from vidstyle.live.page.panel import panel
 from vidstyle.style import Style, load_style, override, style_names
+from vidstyle.style.panel import panel
 
 
 def read(text: str) -> Style:

@@ -221,15 +221,20 @@ def style_options(**declared: Any) -> Decorator:
     """Adds the options that choose a style and change its values; `declared`: of --style."""
     declared |= {"type": STYLE, "help": "Name of a style or a file."}
     style = click.option("-s", "--style", "style_name", **declared)
+    return lambda command: style(change_options(command))
+
+
+def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds the options that change the values of a style."""
     changes = click.option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True,
                            help="Override a style parameter; may be repeated.")  # fmt: skip
     text = "Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]"
     steady = click.option("--steady", type=number(0, 1), help=text)
-    return lambda command: style(changes(steady(command)))
+    return changes(steady(command))
 
 
 def style_from_options(options: Mapping[str, Any]) -> Style:
-    """The style that the values of `style_options` describe."""
+    """The style that the values of `style_options`, or of an argument and `change_options`, describe."""
     from vidstyle.style import load_style, override, set_values, style_names
 
     if options["style_name"] is None:

@@ -10,7 +10,7 @@ from vidstyle.assets import asset_folder, configuration_folder
 from vidstyle.errors import StyleError, suggest
 from vidstyle.style.change import apply_variant, expand, override, set_values
 from vidstyle.style.check import style_from_table
-from vidstyle.style.files import read_style_file, save_style
+from vidstyle.style.files import read_style_file, save_style, style_text
 from vidstyle.style.model import LAYERS, SOURCE, Step, Style, table_from_style
 from vidstyle.style.schema import describe, style_schema
 
@@ -27,8 +27,10 @@ __all__ = [
     "save_style",
     "set_values",
     "style_from_table",
+    "style_file",
     "style_names",
     "style_schema",
+    "style_text",
     "table_from_style",
     "user_styles",
 ]
@@ -65,6 +67,12 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
 def style_names() -> list[str]:
     """The names of all styles: `plain`, the shipped ones, and those in the user's folder."""
     return sorted({PLAIN, *_files()})
+
+
+def style_file(style: str) -> Path | None:
+    """The file that `load_style` reads for a text; None if it reads none."""
+    base = _split(style)[0]
+    return base if isinstance(base, Path) else _files().get(base)
 
 
 def user_styles() -> Path:

@@ -50,6 +50,16 @@ def read_style_file(path: Path) -> Style:
     return style
 
 
+def style_text(style: Style, like: Path | None = None) -> str:
+    """The style as a style file; with the comments and the order of another one, where that is given.
+
+    Raises:
+        StyleError: the other file cannot be read.
+    """
+    table = table_from_style(style)
+    return tomlkit.dumps(table) if like is None else _edited_text(_read_text(like), table, like)
+
+
 def save_style(style: Style, path: str | Path) -> None:
     """Write a style to a file. An existing style file is edited: its comments and order are preserved.
 

@@ -188,4 +188,4 @@ def numbers_of(value: Any) -> list[float]:
 def _short(number: float) -> float | int:
     """The number as float32 tells it from its neighbours, in few digits."""
     short = float(f"{number:.9g}")
-    return int(short) if short.is_integer() else short
+    return int(short) if short.is_integer() and abs(short) < 2**31 else short

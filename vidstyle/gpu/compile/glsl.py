@@ -125,6 +125,25 @@ _CHANNELS = re.compile(r"\bchannels\b")
 _PLACE = re.compile(r"\b0(?::(?P<colon>\d+)|\((?P<bracket>\d+)\))")
 
 
+@cache
+def _has_channels(file: str) -> bool:
+    return _CHANNELS.search(read_source(file)) is not None
+
+
+@cache
+def _with_channels(file: str, channels: int) -> str:
+    return _CHANNELS.sub(TYPES.get(channels, ""), read_source(file))
+
+
+@cache
+def _with_words(file: str, words: tuple[tuple[str, str], ...]) -> str:
+    """The text of a file with some of its words replaced."""
+    source = read_source(file)
+    for word, other in words:
+        source = re.sub(rf"\b{word}(?=_|\b)", other, source)
+    return source
+
+
 class Assembly:
     """The source of a shader under construction, and the files that it comes from.
 
@@ -140,7 +159,7 @@ class Assembly:
         self.is_compute = form == "compute"
         self.lines = list(_HEADERS[form])
         # Not told to the compiler by `#line`: some forget the file in some of their messages.
-        self._places: dict[int, str] = {}
+        self._places: list[tuple[int, str, int]] = []
         self._included: set[tuple[str, int]] = set()
 
     @property
@@ -164,33 +183,43 @@ class Assembly:
             file: its path below shaders/.
             channels: what the word `channels` in it stands for; a file that uses it may come once for each.
         """
-        source = read_source(file)
-        if _CHANNELS.search(source) is None:
+        if not _has_channels(file):
             channels = 0
         if (file, channels) not in self._included:
             self._included.add((file, channels))
-            self._add_file(file, _CHANNELS.sub(TYPES.get(channels, ""), source), channels)
+            self._add_file(file, _with_channels(file, channels), channels)
 
     def add_template(self, file: str, words: dict[str, str]) -> None:
         """Append a file with some of its words replaced."""
-        source = read_source(file)
-        for word, other in words.items():
-            source = re.sub(rf"\b{word}(?=_|\b)", other, source)
-        self._add_file(file, source, 1)
+        self._add_file(file, _with_words(file, tuple(words.items())), 1)
 
     def name_places(self, message: str) -> str:
         """A compiler's message with the files and lines of the shader sources."""
 
         def named(match: re.Match[str]) -> str:
             line = int(match["colon"] or match["bracket"])
-            return self._places.get(line, f"generated:{line}")
+            before, file, first = next((each for each in self._places[::-1] if each[0] < line), (0, "", 0))
+            return f"shaders/{file}:{first + line - 1 - before}" if file else f"generated:{line}"
 
         return "\n".join(_PLACE.sub(named, line, count=1) for line in message.splitlines())
 
     def _add_file(self, file: str, source: str, channels: int) -> None:
-        for line, text in enumerate(source.splitlines(), 1):
-            if match := _INCLUDE.match(text):
-                self.include(match["file"], channels or 1)
-            else:
-                self.lines.append(text)
-                self._places[len(self.lines)] = f"shaders/{file}:{line}"
+        for first, lines, included in _parts(source):
+            self._places.append((len(self.lines), file, first))
+            self.lines += lines
+            self._places.append((len(self.lines), "", 0))
+            if included:
+                self.include(included, channels or 1)
+
+
+@cache
+def _parts(source: str) -> list[tuple[int, list[str], str]]:
+    """Runs of lines: the number of the first, the lines, and the file that is included after them, or ""."""
+    parts: list[tuple[int, list[str], str]] = [(1, [], "")]
+    for number, line in enumerate(source.splitlines(), 1):
+        if match := _INCLUDE.match(line):
+            parts[-1] = (*parts[-1][:2], match["file"])
+            parts.append((number + 1, [], ""))
+        else:
+            parts[-1][1].append(line)
+    return parts

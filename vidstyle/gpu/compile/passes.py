@@ -80,7 +80,14 @@ class Pass:
 
     def needs(self, other: Pass) -> bool:
         """Whether it depends on the other one, directly or indirectly."""
-        return other in in_order(self.before, lambda each: each.before)
+        seen, waiting = set(self.before), list(self.before)
+        while waiting:
+            each = waiting.pop()
+            if each is other:
+                return True
+            waiting += each.before - seen
+            seen |= each.before
+        return False
 
 
 def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:

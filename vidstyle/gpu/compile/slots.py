@@ -142,7 +142,7 @@ def ending(plan: Plan, number: int) -> list[ShaderNode]:
     """The stored values that no later pass reads."""
     later = {image for each in plan.passes[number + 1 :] for image in each.images}
     now = plan.passes[number]
-    alive = {node for each in plan.passes[: number + 1] for node in each.stored}
+    alive = dict.fromkeys(node for each in plan.passes[: number + 1] for node in each.stored)
     return [node for node in alive if node not in later and (node in now.images or node in now.stored)]
 
 

@@ -18,10 +18,10 @@ from vidstyle.gallery.style_samples import encoded
 from vidstyle.gallery.thumbnail import thumbnail
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
-from vidstyle.live.page.panel import panel
 from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
 from vidstyle.style import Style
+from vidstyle.style.panel import panel
 from vidstyle.web import WebServer
 
 MAX_VIEWERS = 4

@@ -1,0 +1,167 @@
+"""`vidstyle export`: pages that run from a file, and style files."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from browser import Browser
+from browser import browser as browser
+from gpu import of_the_day
+from media import photograph
+
+import vidstyle
+from vidstyle.cli import main
+from vidstyle.export.adjust import with_tints
+from vidstyle.export.page import page_data
+from vidstyle.gpu.compile.es import es_plan
+from vidstyle.style import Style, load_style, override, set_values, style_names
+
+STYLE = {
+    "format": 1,
+    "name": "test",
+    "note": "Soft and flat. Tune `gaussian.sigma` and `posterize.levels` <b>.",
+    "height": 720,
+    "steady": 0.5,
+    "background": [{"block": "gaussian", "sigma": 3}, {"block": "posterize", "levels": 4}],
+}
+
+
+def moved(each: dict[str, Any], control: dict[str, Any], position: float) -> list[float]:
+    """The values of a plan of a page with one control moved, as the page computes them."""
+    (table,) = each["tables"][control["path"]]
+    numbers = list(each["plan"]["values"])
+    for change in table["set"]:
+        numbers[change["index"]] = float(np.interp(position, table["at"], change["numbers"]))
+    return numbers
+
+
+@pytest.mark.parametrize("name", of_the_day(style_names(), 1))
+def test_the_tables_of_a_page_hold_what_plans_of_other_values_hold(name: str) -> None:
+    style = with_tints(load_style(name))
+    data = page_data(style)
+    assert data["controls"]
+    for each in data["plans"]:
+        width, height = each["plan"]["size"]
+        for control in data["controls"]:
+            if control["kind"] == "slider":
+                at = each["tables"][control["path"]][0]["at"]
+                for position in (at[0], at[len(at) // 2], at[-1]):
+                    value = round(position) if control["whole"] else position
+                    plan = es_plan(set_values(style, {control["path"]: value}), width, height)
+                    assert np.allclose(plan["values"], moved(each, control, value), rtol=1e-5, atol=1e-7)
+            if control["kind"] == "color":
+                numbers = np.array(each["plan"]["values"], float)
+                codes = bytes.fromhex(control["value"][1:])
+                for table, code, wanted in zip(
+                    each["tables"][control["path"]], codes, (90, 20, 200), strict=True
+                ):
+                    for change in table["set"]:
+                        low, high = change["numbers"]
+                        slope = (high - low) / (table["at"][1] - table["at"][0])
+                        numbers[change["index"]] += slope * (wanted - code)
+                plan = es_plan(set_values(style, {control["path"]: "#5a14c8"}), width, height)
+                assert np.allclose(plan["values"], numbers, rtol=1e-5, atol=1e-6)
+
+
+def test_what_changes_the_passes_is_no_control_of_a_page() -> None:
+    changes = page_data(load_style({"format": 1, "note": "Tune `etf.passes`.", "base": [{"block": "etf"}]}))
+    assert [control["path"] for control in changes["controls"]] == ["ink", "paper"]
+    assert changes["fixed"] == ["etf.passes"]
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Path:
+    """The page of a style."""
+    vidstyle.save_style(load_style(STYLE), tmp_path / "test.toml")
+    assert main(["export", str(tmp_path / "test.toml"), str(tmp_path / "test.html")]) == 0
+    return tmp_path / "test.html"
+
+
+def until(browser: Browser, fact: str) -> None:
+    browser.run(f"while (!({fact})) await new Promise((done) => setTimeout(done, 10));")
+
+
+def shown(browser: Browser) -> np.ndarray:
+    """The picture on the page, H x W x 3 uint8, two frames from now."""
+    text = browser.run(
+        """for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame);
+        return document.getElementById("picture").toDataURL("image/png").split(",")[1];"""
+    )
+    content = np.frombuffer(base64.b64decode(text), np.uint8)
+    return cv2.imdecode(content, cv2.IMREAD_COLOR)[..., ::-1]
+
+
+def off(made: np.ndarray, source: np.ndarray, style: Style) -> float:
+    """The share of samples that are more than one code off, beside the gray that the page moves a little."""
+    right = vidstyle.stylize(source, style, "cpu").astype(int)
+    return float((np.abs(made - right) > 2).mean())
+
+
+def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
+    page: Path, browser: Browser, tmp_path: Path
+) -> None:
+    source = cv2.resize(photograph("coffee"), (480, 360), interpolation=cv2.INTER_AREA)
+    assert cv2.imwrite(str(tmp_path / "source.png"), source[..., ::-1])
+    browser.open(f"{page.as_uri()}?side=360")
+    browser.run(
+        """while (!document.getElementById("facts").textContent) await new Promise((r) => setTimeout(r, 10))"""
+    )
+    root = browser.call("DOM.getDocument")["root"]["nodeId"]
+    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "source.png")], nodeId=chooser)
+    until(browser, """document.getElementById("picture").width === 480""")
+    style = load_style(STYLE)
+    assert off(shown(browser), source, style) <= 0.001
+    browser.run(
+        """const slider = document.querySelector("input[max='32']");
+        slider.value = 7;
+        slider.dispatchEvent(new Event("input"));"""
+    )
+    assert off(shown(browser), source, override(style, ["posterize.levels=7"])) <= 0.001
+    assert off(shown(browser), source, style) > 0.1
+    asked = [
+        event["params"]["request"]["url"]
+        for event in browser.events
+        if event["method"] == "Network.requestWillBeSent"
+    ]
+    assert {url.partition(":")[0] for url in asked} <= {"file", "blob", "data"}
+    assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
+
+
+def test_a_page_shows_a_camera_alone_upon_nothing(page: Path, browser: Browser) -> None:
+    """As OBS shows it: `?camera&bare`. Chromium's own camera is a drawing that moves."""
+    browser.open(f"{page.as_uri()}?camera&bare&side=360")
+    until(browser, """document.getElementById("picture").width > 100""")
+    width, background, panel = browser.run(
+        """const picture = document.getElementById("picture");
+        const style = (id) => getComputedStyle(document.getElementById(id) ?? document.body);
+        return [picture.width, style("").backgroundColor, style("panel").display];"""
+    )
+    assert (width, background, panel) == (640, "rgba(0, 0, 0, 0)", "none")
+
+
+def test_a_style_file_holds_what_the_options_change_and_the_comments(tmp_path: Path) -> None:
+    target = tmp_path / "mine.toml"
+    assert main(["export", "ink:dark-blue", str(target), "--set", "flow_dog.p=22", "--steady", "0.2"]) == 0
+    mine, ink = load_style(target), load_style("ink:dark-blue")
+    assert (mine.name, mine.ink, mine.steady) == ("mine", ink.ink, 0.2)
+    assert mine.steps == override(ink, ["flow_dog.p=22"]).steps
+    assert "# Low contrast would give blank paper." in target.read_text()
+
+
+def test_an_export_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    taken = tmp_path / "taken.html"
+    taken.write_text("mine")
+    for arguments, code, reason in (
+        (["ink", str(tmp_path / "ink.png")], 2, "is no kind of export"),
+        (["ink", str(taken)], 2, "exists already"),
+        (["inc", str(tmp_path / "ink.html")], 3, "did you mean 'ink'?"),
+    ):
+        assert main(["export", *arguments]) == code
+        assert reason in capsys.readouterr().err
+    assert taken.read_text() == "mine" and list(tmp_path.iterdir()) == [taken]

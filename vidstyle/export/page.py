@@ -1,0 +1,113 @@
+"""One self-contained HTML file that restyles a camera, a film or a photograph in a browser."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from html import escape
+from importlib.resources import files
+from string import Template
+from typing import Any
+
+import vidstyle
+from vidstyle.export import RUNNER
+from vidstyle.export.adjust import is_same, main_controls, tables_of, with_tints
+from vidstyle.gpu.compile.es import es_plan
+from vidstyle.style import Style, set_values
+from vidstyle.style.panel import panel
+
+SIDES = (720, 360, 1080)
+"""Lengths of the shorter side at which a page works; first the usual one."""
+
+
+def page_of(style: Style) -> str:
+    """The page of a style.
+
+    Raises:
+        StyleError: the style cannot be used.
+    """
+    runner = re.sub(r"^export (?=class|function|const)", "", RUNNER.read_text(encoding="utf-8"), flags=re.M)
+    script = f"{runner}\n{_text('page.js')}"
+    css = _text("page.css")
+    data = json.dumps(page_data(style), separators=(",", ":")).replace("</", "<\\/")
+    return Template(_text("page.html")).substitute(
+        name=escape(style.name),
+        note=re.sub("`([^`]*)`", r"<code>\1</code>", escape(style.note)),
+        css=css,
+        css_sum=_sum(css),
+        script=script,
+        script_sum=_sum(script),
+        data=data,
+        version=vidstyle.__version__,
+    )
+
+
+def page_data(style: Style) -> dict[str, Any]:
+    """The plans of a style for each of `SIDES`, its controls, and how the plans' values follow them.
+
+    Texts of shaders and textures are held once for all plans.
+    """
+    style = with_tints(style)
+    controls = main_controls(style)
+    plans: list[dict[str, Any]] = []
+    for side in SIDES:
+        plan = es_plan(style, _width(side), side)
+        alike = next((other for other in plans if is_same(plan, other["plan"])), None)
+        plans.append({"side": side, "plan": plan, "tables": _tables(style, plan, controls, alike)})
+    shown = [control for control in controls if all(control["path"] in each["tables"] for each in plans)]
+    texts = list(dict.fromkeys(text for each in plans for text in each["plan"]["shaders"]))
+    textures = {name: made for each in plans for name, made in each["plan"].pop("textures").items()}
+    for each in plans:
+        each["plan"]["shaders"] = [texts.index(text) for text in each["plan"]["shaders"]]
+    return {
+        "version": vidstyle.__version__,
+        "name": style.name,
+        "plans": plans,
+        "shaders": texts,
+        "textures": textures,
+        "controls": shown,
+        "fixed": [control["path"] for control in controls if control not in shown],
+        "variants": _variants(style, shown),
+    }
+
+
+def _tables(
+    style: Style, plan: dict[str, Any], controls: list[dict[str, Any]], alike: dict[str, Any] | None
+) -> dict[str, Any]:
+    """The tables by the path of the control; but for lengths, those of a plan for another size serve."""
+    width, height = plan["size"]
+    tables = {}
+    for control in controls:
+        if alike is not None and control.get("unit") != "px":
+            found = alike["tables"].get(control["path"])
+        else:
+            found = tables_of(style, plan, control, lambda changed: es_plan(changed, width, height))
+        if found:
+            tables[control["path"]] = found
+    return tables
+
+
+def _variants(style: Style, controls: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """For each variant that changes nothing but these controls, all their values."""
+    found = {}
+    for name in style.variants:
+        varied = panel(set_values(style, style.variants[name]), style)["entries"]
+        changed = {entry["path"]: entry["value"] for entry in varied if entry["value"] != entry["start"]}
+        if changed.keys() <= {control["path"] for control in controls}:
+            found[name] = {control["path"]: control["value"] for control in controls} | changed
+    return found
+
+
+def _width(side: int) -> int:
+    return -(-side * 16 // 9)
+
+
+def _text(name: str) -> str:
+    return (files(__package__) / name).read_text(encoding="utf-8")
+
+
+def _sum(text: str) -> str:
+    """A source of scripts or styles in a content security policy: the text itself and no other."""
+    return "'sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() + "'"
