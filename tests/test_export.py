@@ -108,9 +108,7 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     source = cv2.resize(photograph("coffee"), (480, 360), interpolation=cv2.INTER_AREA)
     assert cv2.imwrite(str(tmp_path / "source.png"), source[..., ::-1])
     browser.open(f"{page.as_uri()}?side=360")
-    browser.run(
-        """while (!document.getElementById("facts").textContent) await new Promise((r) => setTimeout(r, 10))"""
-    )
+    until(browser, """document.getElementById("facts").textContent""")
     root = browser.call("DOM.getDocument")["root"]["nodeId"]
     chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
     browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "source.png")], nodeId=chooser)

@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.options import change_options, style_from_options
+from vidstyle.cli.options import STYLE, change_options, style_from_options
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import printable
 
 
 @click.command(short_help="Write a style for a browser, or as a style file.")
-@click.argument("style_name", metavar="STYLE")
+@click.argument("style_name", type=STYLE, metavar="STYLE")
 @click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
 @change_options
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite OUT if it exists.")
