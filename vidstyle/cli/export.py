@@ -25,9 +25,9 @@ def export(target: Path, overwrite: bool, **options: Any) -> None:
     OUT.html  a page that restyles a camera, a film or a photograph in a browser
     OUT.toml  a style file with all that --set, --steady and a variant change
     """
-    from vidstyle.export.write import write_style
+    from vidstyle.export.export_style import export_style
     from vidstyle.style import style_file
 
     style = style_from_options(options)
-    size = write_style(style, target, style_file(options["style_name"]), overwrite)
+    size = export_style(style, target, style_file(options["style_name"]), overwrite)
     say(printable(f"{target}: {style.name}, {size / 1000:.0f} kB"))

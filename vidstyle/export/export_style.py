@@ -10,7 +10,7 @@ from vidstyle.media.write.atomic import atomic_file
 from vidstyle.style import Style, style_from_table, style_text, table_from_style
 
 
-def write_style(style: Style, target: Path, like: Path | None = None, overwrite: bool = False) -> int:
+def export_style(style: Style, target: Path, like: Path | None = None, overwrite: bool = False) -> int:
     """Write a style to a file: a page (.html) or a style file (.toml).
 
     Args:
