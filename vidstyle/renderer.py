@@ -203,7 +203,7 @@ def _array_run(renderer: Backend, array: np.ndarray, time: float | None) -> np.n
     if not isinstance(array, np.ndarray):
         raise not_a_picture(array, "an array")
     if array.ndim != 3:
-        raise UsageError("picture", f"an array of shape {array.shape}", "give H x W x 3 or H x W x 4")
+        raise UsageError("picture", f"is an array of shape {array.shape}", "give H x W x 3 or H x W x 4")
     picture = Picture.from_array(array)
     target = Encoding(full_range=True, depth=picture.encoding.depth, step=(1, 1))
     color = renderer.run(picture, time, target, rgb=True).color

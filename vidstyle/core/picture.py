@@ -211,12 +211,12 @@ class Picture:
         """
         if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
             raise UsageError(
-                "picture", f"an array of shape {array.shape}", "give H x W, H x W x 3 or H x W x 4"
+                "picture", f"is an array of shape {array.shape}", "give H x W, H x W x 3 or H x W x 4"
             )
         depths = {"u1": 8, "u2": 16, "f4": 0, "f8": 0, "f2": 0}
         kind = array.dtype.kind + str(array.dtype.itemsize)
         if kind not in depths:
-            raise UsageError("picture", f"an array of {array.dtype}", "give uint8, uint16 or floats")
+            raise UsageError("picture", f"is an array of {array.dtype}", "give uint8, uint16 or floats")
         if array.dtype.kind == "f":
             array = _checked(array)
         encoding = Encoding("bt709", full_range=True, depth=depths[kind], step=(1, 1))
