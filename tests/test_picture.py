@@ -104,5 +104,5 @@ def test_from_array(dtype: type[np.generic], depth: int, shape: tuple[int, ...])
     [np.zeros(3), np.zeros((2, 2, 2)), np.zeros((0, 4)), np.zeros((1, 1, 1, 3)), np.zeros((2, 2), np.int32)],
 )
 def test_from_array_refuses_what_is_no_picture(array: np.ndarray) -> None:
-    with pytest.raises(ValueError, match="picture: an array of"):
+    with pytest.raises(ValueError, match="picture is an array of"):
         Picture.from_array(array)

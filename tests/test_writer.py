@@ -290,7 +290,7 @@ def test_one_picture_holds_one_frame(tmp_path):
     clip = make_clip(tmp_path / "clip.mp4", frames=3)
     one = tmp_path / "one.png"
     with pytest.raises(
-        UsageError, match=r"can hold one picture only; add --frames 1, or name it one_%05d\.png"
+        UsageError, match=r"can hold one picture only: add --frames 1, or name it one_%05d\.png"
     ):
         render(clip, one, "plain")
     assert list(tmp_path.iterdir()) == [clip]
