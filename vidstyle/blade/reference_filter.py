@@ -71,7 +71,7 @@ def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
 
 
 def reference_by_command(command: str) -> ReferenceFilter:
-    """A program that reads a picture and writes one: "convert {in} -paint 4 {out}"; not run in a shell.
+    """A program that reads a picture and writes one: "ffmpeg -i {in} -vf nlmeans {out}"; not run in a shell.
 
     Raises:
         UsageError: {in} or {out} is missing.
