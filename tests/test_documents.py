@@ -99,7 +99,9 @@ def test_tables_of_the_bench_replace_those_in_the_document() -> None:
     assert changed == f"{page[:begin]}<!-- bench -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
 
 
-@pytest.mark.parametrize("tool", sorted((ROOT / "tools").glob("*.py")), ids=lambda tool: tool.stem)
+@pytest.mark.parametrize(
+    "tool", sorted({*ROOT.glob("tools/*.py"), *ROOT.glob("tools/drivers/*.py")}), ids=lambda tool: tool.stem
+)
 def test_a_tool_can_be_imported(tool: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tool.parent))
     assert runpy.run_path(str(tool), run_name="imported")["__doc__"]

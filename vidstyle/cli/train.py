@@ -26,7 +26,9 @@ LEARNABLE = 0.4
 @click.option("--images", metavar="DIR", type=click.Path(path_type=Path), help="Folder of training pictures.")
 @click.option("--reference", metavar="NAME", help="Approximate a built-in reference filter, such as tv_flow.")
 @click.option("--set", "settings", metavar="NAME=NUMBER", multiple=True, help="Setting of the reference.")
-@click.option("--command", metavar="COMMAND", help="Approximate a program: 'ffmpeg -i {in} -vf nlmeans {out}'.")
+@click.option(
+    "--command", metavar="COMMAND", help="Approximate a program: 'ffmpeg -i {in} -vf nlmeans {out}'."
+)
 @click.option("--function", metavar="MODULE:NAME",
               help="Approximate a Python function from RGB, uint8, to RGB.")  # fmt: skip
 @click.option("--pairs", metavar="DIR", type=click.Path(path_type=Path),

@@ -1,11 +1,11 @@
-"""Tries `vidstyle live` on real Video4Linux drivers: `python tools/camera_check.py`, as root.
+"""Tries `vidstyle live` on real Video4Linux drivers: `python tools/drivers/camera_check.py`, as root.
 
 It needs the kernel's test camera (`modprobe vivid n_devs=1 node_types=0x1`), a virtual one
 (`modprobe v4l2loopback video_nr=9`) and a card that hears what it plays
 (`modprobe snd-aloop pcm_substreams=2`). Where this machine has none, --runner names a command that runs its
 last argument on one that has, with the same files, such as a script that boots a virtual machine:
 
-    python tools/camera_check.py --runner 'bash boot.sh'
+    python tools/drivers/camera_check.py --runner 'bash boot.sh'
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 from live_program import CHROMA, DARK, Flashing, columns, finished, sized, started, wait_for_picture
 from microphone_check import Microphones
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 DRIVER = Path("/sys/bus/platform/drivers/vivid")
 PASSED = "all that was tried went well"
 BACK_SECONDS = 3.0
@@ -55,7 +55,7 @@ def run_elsewhere(arguments: argparse.Namespace) -> bool:
     """Whether it failed there; the runner need not pass exit codes on."""
     names = ("only", "camera", "virtual")
     options = shlex.join(f"--{name}={getattr(arguments, name)}" for name in names)
-    here = f"cd {ROOT} && {shlex.quote(sys.executable)} tools/camera_check.py {options}"
+    here = f"cd {ROOT} && {shlex.quote(sys.executable)} tools/drivers/camera_check.py {options}"
     run = subprocess.run([*shlex.split(arguments.runner), here], stdout=subprocess.PIPE, text=True)
     print(run.stdout)
     return PASSED not in run.stdout
