@@ -12,6 +12,7 @@ import pytest
 
 from vidstyle import cli
 from vidstyle.blocks import all_blocks
+from vidstyle.gpu.device.devices import list_devices
 from vidstyle.style import style_names
 
 HEAVY = ("av", "cv2", "numpy", "numba", "moderngl", "rich", "tomlkit")
@@ -175,6 +176,12 @@ def test_every_block_is_listed_with_all_that_can_be_set(capfd):
         for parameter in block.parameters.values():
             assert f"  {parameter.name} = " in out and parameter.control.range_text in out
         assert set(described[name]["parameters"]) == set(block.parameters)
+
+
+def test_devices_are_listed(capfd):
+    exit_code, out, err = run(capfd, "render", "--list-devices")
+    wanted = [str(device) + " (software)" * device.software for device in list_devices()]
+    assert (exit_code, err, out.splitlines()) == (0, "", ["cpu", *wanted])
 
 
 def test_the_doctor_names_what_bug_reports_need(capfd):

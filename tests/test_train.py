@@ -90,7 +90,7 @@ def test_a_slow_program_becomes_a_block(
         (["--function", "json:loads"], 3, "failed on astronaut.png (TypeError: "),
         (["--pairs", "nowhere"], 3, "nowhere"),
         (["--reference", "tv_flow", "--bins", "15x3x3"], 2, "orientations are even"),
-        (["--reference", "tv_flow", "--size", "8"], 2, "odd number"),
+        (["--reference", "tv_flow", "--size", "8"], 2, "8 is not odd; choose 7 or 9"),
         (["--reference", "tv_flow", "--images", "nowhere"], 3, "holds no pictures"),
     ],
 )

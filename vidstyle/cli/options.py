@@ -212,9 +212,21 @@ def made_folders(targets: Iterable[str]) -> Iterator[None]:
 
 
 def device_option(text: str = "Device that runs the style.") -> Decorator:
-    """Adds --device; `text`: its help."""
+    """Adds --device and --list-devices; `text`: help of the first."""
+
+    def show(context: click.Context, _: click.Parameter, is_wanted: bool) -> None:
+        if is_wanted:
+            from vidstyle.gpu.device.devices import list_devices
+
+            devices = [f"{each} (software)" if each.software else f"{each}" for each in list_devices()]
+            click.echo("\n".join(["cpu", *devices]))
+            context.exit()
+
     names = "auto|cpu|gpu|gpu:N"
-    return click.option("--device", metavar=names, default="auto", help=text)
+    device = click.option("-d", "--device", metavar=names, default="auto", help=text)
+    listing = click.option("--list-devices", is_flag=True, is_eager=True, expose_value=False, callback=show,
+                           help="List the devices that can run a style.")  # fmt: skip
+    return lambda command: device(listing(command))
 
 
 def style_options(**declared: Any) -> Decorator:

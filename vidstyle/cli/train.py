@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli.display import display, progress_option
-from vidstyle.cli.options import parents_option
+from vidstyle.cli.options import number, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import StepProgress
@@ -35,12 +35,12 @@ LEARNABLE = 0.4
               help="Approximate the pictures of the same names in DIR.")  # fmt: skip
 @click.option("--bins", metavar="OxSxC", default="16x5x3",
               help="Bins of orientation, strength and coherence.")  # fmt: skip
-@click.option("--size", type=int, default=7, help="Filter size in pixels, odd.")
-@click.option("--rho", type=float, default=1.5,
+@click.option("--size", type=number(3, 15, whole=True), default=7, help="Filter size in pixels, odd.")
+@click.option("--rho", type=number(0.3, 8), default=1.5,
               help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
-@click.option("--hold-out", type=int, default=2,
+@click.option("--hold-out", type=number(0, whole=True), default=2,
               help="Number of pictures, the last ones, that only measure fidelity.")  # fmt: skip
-@click.option("--long-side", type=int, default=1000,
+@click.option("--long-side", type=number(16, whole=True), default=1000,
               help="Reduce pictures to this length of their longer side.")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite BANK.npz if it exists.")
 @parents_option("bank")
@@ -123,15 +123,13 @@ def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConf
     try:
         orientations, strengths, coherences = (int(part) for part in options["bins"].split("x"))
     except ValueError:
-        raise UsageError(options["bins"], "is not three numbers", "write 16x5x3") from None
+        raise UsageError("--bins", f"{options['bins']} is not OxSxC", "write 16x5x3") from None
     size, rho = options["size"], options["rho"]
     if orientations < 2 or orientations % 2 or min(strengths, coherences) < 1:
-        hint = "orientations are even, the rest above 0"
-        raise UsageError(options["bins"], "has bins that cannot be", hint)
-    if size % 2 == 0 or not 3 <= size <= 15:
-        raise UsageError(str(size), "is no size of a filter", "choose an odd number from 3 to 15")
-    if not 0.3 <= rho <= 8:
-        raise UsageError(f"{rho:g}", "is no window", "choose a rho from 0.3 to 8")
+        reason = f"{options['bins']} cannot be: orientations are even, the rest above 0"
+        raise UsageError("--bins", reason)
+    if size % 2 == 0:
+        raise UsageError("--size", f"{size} is not odd", f"choose {size - 1} or {size + 1}")
     return TrainingConfig(Bins(orientations, strengths, coherences), rho, size, reference.sums)
 
 
