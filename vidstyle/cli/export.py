@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.options import STYLE, change_options, style_from_options
+from vidstyle.cli.options import STYLE, change_options, parents_option, style_from_options
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import printable
 
@@ -17,6 +17,7 @@ from vidstyle.errors import printable
 @click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
 @change_options
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite OUT if it exists.")
+@parents_option("target")
 @reporting_options
 def export(target: Path, overwrite: bool, **options: Any) -> None:
     r"""Write a style so that it runs elsewhere, without vidstyle.
