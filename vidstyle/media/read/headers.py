@@ -89,7 +89,7 @@ def top_boxes(path: Path) -> Iterator[tuple[bytes, int, int]]:
             elif size == 0:
                 size = end - offset
             yield kind, offset, size
-            if size < 8:
+            if not 8 <= size <= end - offset:
                 return
             offset += size
 
