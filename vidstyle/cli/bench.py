@@ -22,7 +22,7 @@ FORMS = ("compute", "fragment")
 
 def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
     """Reject sizes with only one side given: there is no picture to take the other from."""
-    for size in [value] if isinstance(value, tuple) and isinstance(value[0], int) else value:
+    for size in [value] if isinstance(value, tuple) and isinstance(value[0], int) else value or ():
         if min(size) < 1:
             raise click.BadParameter("give both sides, such as 1280x720", param=parameter)
     return value

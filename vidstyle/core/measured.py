@@ -64,10 +64,14 @@ def small_luma(picture: Picture) -> np.ndarray:
 
 
 class ExponentialSmoother:
-    """First-order smoothing: p += (1 - e^(-dt/tau)) (measure - p)."""
+    """First-order smoothing: p += (1 - e^(-dt/tau)) (measure - p).
+
+    Attributes:
+        numbers: the smoothed numbers after the last measurement; None before the first.
+    """
 
     def __init__(self) -> None:
-        self._numbers: np.ndarray | None = None
+        self.numbers: np.ndarray | None = None
         self._time: float | None = None
 
     def restart(self) -> None:
@@ -89,8 +93,8 @@ class ExponentialSmoother:
     def follow(self, measure: np.ndarray, time: float | None, time_constant: float) -> np.ndarray:
         """The smoothed numbers after this measurement; the arguments are those of `blend_weight`."""
         weight = self.blend_weight(time, time_constant)
-        if self._numbers is None or weight == 1:
-            self._numbers = measure
+        if self.numbers is None or weight == 1:
+            self.numbers = measure
         else:
-            self._numbers = self._numbers + weight * (measure - self._numbers)
-        return self._numbers
+            self.numbers = self.numbers + weight * (measure - self.numbers)
+        return self.numbers

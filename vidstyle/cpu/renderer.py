@@ -62,6 +62,11 @@ class CpuRenderer(Closing):
         with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
             return self._stabilized(picture, time, target, rgb)
 
+    def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
+        """The percentiles that each measured step takes of a picture that stands alone."""
+        self.run(picture, None, picture.encoding, rgb=picture.color is not None)
+        return {step: each.numbers for step, each in self._smoothers.items() if each.numbers is not None}
+
     def _rehearse(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> None:
         """Restyle this picture and one like it, in another thread if need be, and remember nothing."""
         with CpuRenderer(self.style, pool=CallingThread()) as renderer:

@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 
 from vidstyle.errors import VidstyleError
+from vidstyle.gpu.compile.es import COMPONENTS
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
 POSITIONS = 9
 """Positions of a slider that are tried where the numbers do not follow it linearly."""
 INTEGERS = ("bool", "int", "ivec2")
-COMPONENTS = {"bool": 1, "int": 1, "float": 1, "ivec2": 2, "vec2": 2, "vec3": 3, "vec4": 4, "mat3": 9}
-"""Numbers in each type of uniform."""
-
 MakePlan = Callable[[Style], dict[str, Any]]
 ValuesAt = Callable[[object], list[float] | None]
 """The values of the plan with another value of a control; None if its passes are others."""

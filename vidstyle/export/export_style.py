@@ -5,40 +5,83 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import InputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.style import Style, style_from_table, style_text, table_from_style
 
+ENDINGS = (".html", ".hook", ".toml")
+ASPECT = 16 / 9
+"""Of the pictures that a hook is made for, unless a film or a size says otherwise."""
 
-def export_style(style: Style, target: Path, like: Path | None = None, overwrite: bool = False) -> int:
-    """Write a style to a file: a page (.html) or a style file (.toml).
+
+def export_style(
+    style: Style,
+    target: Path,
+    like: Path | None = None,
+    overwrite: bool = False,
+    film: Path | None = None,
+    size: tuple[int, int] | None = None,
+) -> int:
+    """Write a style to a file: a page (.html), a hook for mpv and FFmpeg (.hook), or a style file (.toml).
 
     Args:
         like: the style's own file, whose comments a style file keeps.
         overwrite: whether the target may exist.
+        film: for a hook: of which the measured steps take their percentiles, and the size.
+        size: width and height of the pictures that a hook is made for.
 
     Returns:
         Its size in bytes.
 
     Raises:
-        UsageError: the target has another ending, exists, or is the style's own file.
+        UsageError: the target has another ending, exists, or is the style's own file; or it is no hook and
+            there is a film or a size.
+        InputError: the film cannot be read.
         StyleError: the style cannot be used.
         OutputError: the target cannot be written.
     """
     ending = target.suffix.lower()
-    if ending not in (".html", ".toml"):
-        raise UsageError(target, "is no kind of export", "end its name in .html or .toml")
+    if ending not in ENDINGS:
+        raise UsageError(target, "is no kind of export", f"end its name in {', '.join(ENDINGS)}")
+    if ending != ".hook" and (film or size):
+        raise UsageError("--from and --size", "belong to OUT.hook", "leave them out")
+    if ending != ".html" or not style.name:
+        style = replace(style, name=target.stem)
     with atomic_file(target, like, overwrite) as write:
-        content = _text(style, target, like).encode("utf-8")
+        content = _text(style, target, like, film, size).encode("utf-8")
         write(content)
     return len(content)
 
 
-def _text(style: Style, target: Path, like: Path | None) -> str:
+def _text(
+    style: Style, target: Path, like: Path | None, film: Path | None, size: tuple[int, int] | None
+) -> str:
     if target.suffix.lower() == ".toml":
-        named = replace(style, name=target.stem)
-        style_from_table(table_from_style(named), named.name, folder=target.absolute().parent)
-        return style_text(named, like)
-    from vidstyle.export.page import page_of
+        style_from_table(table_from_style(style), style.name, folder=target.absolute().parent)
+        return style_text(style, like)
+    if target.suffix.lower() == ".html":
+        from vidstyle.export.page import page_of
 
-    return page_of(style)
+        return page_of(style)
+    return _hook(style, film, size)
+
+
+def _hook(style: Style, film: Path | None, size: tuple[int, int] | None) -> str:
+    from vidstyle.export.frozen import frames_of, frozen_percentiles, usual_picture
+    from vidstyle.export.hook import growing, hook_of
+    from vidstyle.gpu.compile.es import es_plan
+
+    frames = list(frames_of(film)) if film else []
+    if film and not frames:
+        raise InputError(film, "has no frames", "name another film")
+    if size is None and frames:
+        height, width = frames[0].shape[:2]
+    else:
+        height = round(style.height or 720)
+        width, height = size or (round(height * ASPECT), height)
+    plan = es_plan(style, width, height, depth=0)
+    powers = growing(plan, lambda other: es_plan(other, width, height, depth=0), style)
+    frozen = {}
+    if plan["measures"]:
+        frozen = frozen_percentiles(style, frames or [usual_picture(width // 4, height // 4)])
+    return hook_of(style, plan, powers, frozen, film.name if film else "a picture of all tones")

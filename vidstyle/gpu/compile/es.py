@@ -42,19 +42,24 @@ from vidstyle.style import Style
 from vidstyle.style.nodes import Measure, Shape
 
 FORMAT = 1
+COMPONENTS = {"bool": 1, "int": 1, "float": 1, "ivec2": 2, "vec2": 2, "vec3": 3, "vec4": 4, "mat3": 9}
+"""Numbers in each type of uniform."""
 
 _SIZE = re.compile(r"(page|old_size|new_size)_\d+")
 """Uniforms that are the size of a picture, which the runner knows."""
 _UNTILED = 2**31
 
 
-def es_plan(style: Style, width: int, height: int) -> dict[str, Any]:
+def es_plan(style: Style, width: int, height: int, depth: int = 8) -> dict[str, Any]:
     """The plan of a style for pictures of this size, as plain data.
+
+    Args:
+        depth: bits of a sample of the picture and the result; 0 for floats.
 
     Raises:
         StyleError: an asset of the style cannot be read, or the style takes more than a style may.
     """
-    plan = plan_for_rgb(style, width, height, 8)
+    plan = plan_for_rgb(style, width, height, depth)
     left = ["steady"] if style.steady else []
     return {"format": FORMAT} | _Description(plan).data | {"server": left}
 
@@ -84,6 +89,12 @@ class _Description:
         self._texts = list(dict.fromkeys(shader.assembly.text for shader in self._shaders.values()))
         self._images: list[_Image] = []
         self._slots = Slots(TexturePool(self._new_image), plan, jobs_of(plan, _UNTILED), self._shaders)
+        self._results: list[Any] = [
+            self._slots.texture(each, number)
+            for each, shader in self._shaders.items()
+            for number, target in enumerate(shader.targets)
+            if target.is_plane
+        ]
         self._textures: dict[str, dict[str, Any]] = {}
         self._sizes = dict(plan.sizes) | self._sizes_of_choices()
         self._pages: dict[Shape, int] = {plan.source.shape: 0}
@@ -162,7 +173,7 @@ class _Description:
     def _image(self, image: _Image) -> dict[str, Any]:
         samples = {texture: measure.of.shape for measure, texture in self._sampled().items()}
         shape = samples.get(image, (image.height, image.width))
-        kind = "samples" if image in samples else "result" if image.format.dtype == "f1" else "working"
+        kind = "samples" if image in samples else "result" if image in self._results else "working"
         return {"page": self._page(shape), "kind": kind, "components": image.format.components}
 
     def _sampled(self) -> dict[ShaderMeasure, Any]:

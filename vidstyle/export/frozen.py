@@ -1,0 +1,66 @@
+"""What measured steps take of a film, frozen to the mean of a few of its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import closing
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from vidstyle.core.convert import to_rgb
+from vidstyle.core.picture import Picture
+from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.media.frame import Frame
+from vidstyle.media.read.reader import ReadOptions, open_reader, open_source
+from vidstyle.style import Style
+
+FRAMES = 8
+"""Frames of a film that are measured."""
+
+
+def frozen_percentiles(style: Style, pictures: Iterable[np.ndarray]) -> dict[str, tuple[float, ...]]:
+    """The means of what the measured steps of a style take, by the steps' names in plans.
+
+    Args:
+        pictures: H x W x 3 uint8.
+    """
+    with CpuRenderer(replace(style, steady=0.0)) as renderer:
+        taken = [renderer.measured(Picture.from_array(each)) for each in pictures]
+    means = {step: np.mean([each[step] for each in taken], axis=0) for step in taken[0]}
+    return {f"{layer} {number}": tuple(map(float, mean)) for (layer, number), mean in means.items()}
+
+
+def frames_of(film: Path) -> Iterator[np.ndarray]:
+    """Frames from all of a film, H x W x 3 uint8: the middles of `FRAMES` parts of equal length.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    with closing(open_source(film, ReadOptions())) as opened:
+        parts = FRAMES if opened.duration and opened.frames != 1 else 1
+        length = opened.duration or Fraction(0)
+    for part in range(parts):
+        start = length * (2 * part + 1) / (2 * parts) if parts > 1 else None
+        with open_reader(film, ReadOptions(start=start)) as reader:
+            yield from (to_rgb(item.picture) for item in _first(reader))
+
+
+def _first(items: Iterable[object]) -> Iterator[Frame]:
+    """The first frame, if there is one: a duration may be longer than what there is to see."""
+    yield from [
+        item for _, item in zip(range(1), (each for each in items if isinstance(each, Frame)), strict=False)
+    ]
+
+
+def usual_picture(width: int, height: int) -> np.ndarray:
+    """What takes the place of a film: all tones from near black to near white, in muted colours.
+
+    Returns:
+        H x W x 3 uint8.
+    """
+    tones = np.linspace(0.05, 0.9, width)[None, :, None]
+    turns = 2 * np.pi * (np.linspace(0, 1, height)[:, None, None] + np.array([0, 1, 2]) / 3)
+    return (255 * np.clip(tones + 0.08 * np.cos(turns), 0, 1)).astype(np.uint8)
