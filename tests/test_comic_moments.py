@@ -94,7 +94,7 @@ def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(six_shots
         ({"at": (1,), "skip": ((0, 2),)}, "at: 1 s lies in a part that is to be skipped"),
         ({"at": (-1,)}, "at: -1 s lies before the film"),
         ({"skip": ((2, 1),)}, "skip: 2-1 s is not a part of a film"),
-        ({"skip": ((0, 100),)}, "skip: leaves nothing of the film"),
+        ({"skip": ((0, 100),)}, "--skip leaves nothing of the film"),
         ({"panels": 0}, "--panels: 0 is outside 1 to 300"),
     ],
 )

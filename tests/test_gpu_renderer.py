@@ -155,7 +155,7 @@ def test_a_lost_gpu_is_opened_once_more_and_then_the_cpu_goes_on(
     for source, each in zip(sources, pending, strict=False):
         assert differ(each.result(), by_cpu(source)) <= 1
     assert [record.message for record in caplog.records] == [
-        "the GPU is lost (the GPU: reports GL_INVALID_ENUM; use --device cpu): opened again"
+        "the GPU is lost (the GPU reports GL_INVALID_ENUM; use --device cpu): opened again"
     ]
     assert differ(renderer.run(sources[2], 0.2), by_cpu(sources[2])) <= 1
     fail_once(renderer)

@@ -157,7 +157,7 @@ def test_one_that_holds_its_reader_for_long_is_not_waited_for(monkeypatch: pytes
     """Inside the driver, where nobody looks at how long it takes."""
     monkeypatch.setattr(live_input, "FIRST_SECONDS", 100.0)
     with (
-        pytest.raises(DeviceError, match=f"driver: gave no picture in {FIRST_FRAME_SECONDS:g} s"),
+        pytest.raises(DeviceError, match=f"driver gave no picture in {FIRST_FRAME_SECONDS:g} s"),
         session(Driver((0.0, 100.0))) as running,
     ):
         running.wait()
