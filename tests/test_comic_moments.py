@@ -90,10 +90,10 @@ def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(six_shots
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"at": (9,)}, "at: 9 s lies after the end; the film has 7.2 s"),
-        ({"at": (1,), "skip": ((0, 2),)}, "at: 1 s lies in a part that is to be skipped"),
-        ({"at": (-1,)}, "at: -1 s lies before the film"),
-        ({"skip": ((2, 1),)}, "skip: 2-1 s is not a part of a film"),
+        ({"at": (9,)}, "--at: 9 s lies after the end; the film has 7.2 s"),
+        ({"at": (1,), "skip": ((0, 2),)}, "--at: 1 s lies in a part that is to be skipped"),
+        ({"at": (-1,)}, "--at: -1 s lies before the film"),
+        ({"skip": ((2, 1),)}, "--skip: 2-1 s is not a part of a film"),
         ({"skip": ((0, 100),)}, "--skip leaves nothing of the film"),
         ({"panels": 0}, "--panels: 0 is outside 1 to 300"),
     ],
