@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.display import list_entry
 from vidstyle.cli.options import BLOCK
 from vidstyle.cli.reporting import reporting_options
 from vidstyle.errors import UsageError, suggest
@@ -32,7 +33,7 @@ def blocks(name: str | None, as_json: bool) -> None:
         click.echo(json.dumps([_as_dict(block) for block in all_blocks().values()], indent=2))
     else:
         for block in all_blocks().values():
-            click.echo(f"{block.name:16} {block.kind:8} {block.help}")
+            click.echo(list_entry(f"{block.name:16} {block.kind:8}", block.help))
 
 
 def _details(block: Block) -> str:

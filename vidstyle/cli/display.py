@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from shutil import get_terminal_size
 from typing import Any
 
 import click
@@ -33,6 +35,14 @@ def progress_option(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--progress", type=click.Choice(KINDS), default="auto", callback=choose,
                         help="How to report progress on stderr; json also makes JSON of all messages."
                         )(command)  # fmt: skip
+
+
+def list_entry(head: str, text: str) -> str:
+    """A name and what it is, wrapped under itself on a terminal and on one line elsewhere."""
+    if not sys.stdout.isatty():
+        return f"{head} {text}".rstrip()
+    indent, width = " " * (len(head) + 1), get_terminal_size().columns
+    return textwrap.fill(text, width, initial_indent=f"{head} ", subsequent_indent=indent) or head
 
 
 @contextmanager

@@ -14,7 +14,7 @@ import click
 from vidstyle.cli import browser
 from vidstyle.cli.bench import FORMS as OPENGL_FORMS
 from vidstyle.cli.bench import both_sides
-from vidstyle.cli.display import display, progress_option
+from vidstyle.cli.display import display, list_entry, progress_option
 from vidstyle.cli.options import SECONDS, SIZE, STYLE, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.terminal_pictures import protocol_of, sheet_lines
@@ -91,7 +91,7 @@ def _print_list() -> None:
         variants = ", ".join(f"{name}:{variant}" for variant in style.variants)
         variants = f" Variants: {variants}." if variants else ""
         first, end, _ = style.note.partition(". ")
-        click.echo(f"{name:16} {first}{end.rstrip()}{variants}".rstrip())
+        click.echo(list_entry(f"{name:16}", f"{first}{end.rstrip()}{variants}"))
 
 
 def _print_thumbnails(styles: Mapping[str, Style]) -> None:

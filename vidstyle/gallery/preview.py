@@ -97,7 +97,7 @@ def _figure(sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
     return _FIGURE.substitute(
         name=escape(sample.style.name),
-        note=_to_html(sample.style.note or "The picture itself."),
+        note=_to_html(sample.style.note),
         picture=f"data:image/jpeg;base64,{b64encode(encoded(sample.picture, '.jpg')).decode('ascii')}",
         width=width,
         height=height,
