@@ -16,7 +16,7 @@ from vidstyle.gpu.compile.es import COMPONENTS
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
-POSITIONS = 9
+POSITIONS = 7
 """Positions of a slider that are tried where the numbers do not follow it linearly."""
 INTEGERS = ("bool", "int", "ivec2")
 MakePlan = Callable[[Style], dict[str, Any]]
@@ -93,9 +93,10 @@ def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: Values
     if now in (low, high):
         now = (low + high) // 2 if control["whole"] else (low + high) / 2
     at = [low, now, high]
-    tried = [values_at(number) if number != control["value"] else base["values"] for number in at]
-    if all(tried) and _is_linear(at, tried):
-        return _described([low, high], [tried[0], tried[2]], base)
+    found = _found_of([number for number in at if number != control["value"]], values_at)
+    found[control["value"]] = base["values"]
+    if all(number in found for number in at) and _is_linear(at, [found[number] for number in at]):
+        return _described([low, high], [found[low], found[high]], base)
     whole = round if control["whole"] else float
     evenly = {whole(float(number)) for number in np.linspace(low, high, POSITIONS)}
     return _of_positions(sorted(evenly | {control["value"]}), control["value"], base, values_at)

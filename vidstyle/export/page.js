@@ -354,7 +354,9 @@ function record() {
   recorder.addEventListener("stop", () => {
     recorder = null;
     get("record").setAttribute("aria-pressed", "false");
-    download(new Blob(parts, { type }), type.includes("mp4") ? "mp4" : "webm");
+    const clip = new Blob(parts, { type });
+    if (clip.size) download(clip, type.includes("mp4") ? "mp4" : "webm");
+    else say("Nothing was recorded.");
   });
   recorder.start(1000);
   get("record").setAttribute("aria-pressed", "true");
