@@ -35,11 +35,11 @@ clean:  ## remove all that was made here
 
 .venv/program.stamp: pyproject.toml | .venv/bin/python
 	$(PIP) --editable '.[comic,web]'
-	touch $@
+	@touch $@
 
 .venv/dev.stamp: pyproject.toml | .venv/bin/python
 	$(PIP) --editable '.[comic,web,dev]'
-	touch $@ .venv/program.stamp
+	@touch $@ .venv/program.stamp
 
 .venv/bin/python:
 	$(if $(PYTHON),,$(error vidstyle needs Python 3.11 or newer; name one with make PYTHON=/path/to/python))
