@@ -5,6 +5,7 @@ So a page without Python needs none of our formulas: each control is moved here,
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -86,9 +87,8 @@ def _of_primary(codes: bytes, part: int, base: dict[str, Any], values_at: Values
 
 
 def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: ValuesAt) -> dict[str, Any] | None:
-    options = [False, True] if control["kind"] == "switch" else control.get("options", [])
-    if options:
-        return _of_positions(options, control["value"], base, values_at)
+    if control["kind"] != "slider":
+        return _of_positions(_options(control), control["value"], base, values_at)
     low, high, now = control["low"], control["high"], control["value"]
     if now in (low, high):
         now = (low + high) // 2 if control["whole"] else (low + high) / 2
@@ -100,6 +100,10 @@ def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: Values
     whole = round if control["whole"] else float
     evenly = {whole(float(number)) for number in np.linspace(low, high, POSITIONS)}
     return _of_positions(sorted(evenly | {control["value"]}), control["value"], base, values_at)
+
+
+def _options(control: dict[str, Any]) -> list[Any]:
+    return [False, True] if control["kind"] == "switch" else control["options"]
 
 
 def _of_positions(
@@ -161,6 +165,39 @@ def _integers(base: dict[str, Any]) -> Iterator[int]:
             length = COMPONENTS[kind] * max(count, 1)
             yield from range(index, index + length) if kind in INTEGERS else ()
             index += length
+
+
+def holds(tables: list[dict[str, Any]], control: dict[str, Any], plan: dict[str, Any]) -> bool:
+    """Whether tables of one plan serve another that is alike.
+
+    They do if they give what it has at the present value of their control, and change no size at which passes
+    run: how far that may go depends on the size of the picture.
+    """
+    value = control["value"]
+    if control["kind"] == "color":
+        positions: list[Any] = list(bytes.fromhex(value[1:]))
+    else:
+        positions = [value] if control["kind"] == "slider" else [_options(control).index(value)]
+    return all(
+        change["index"] >= len(plan["pages"]) - 1
+        and np.isclose(
+            _interpolated(table["at"], change["numbers"], position), plan["values"][change["index"]]
+        )
+        for table, position in zip(tables, positions[: len(tables)], strict=True)
+        for change in table["set"]
+    )
+
+
+def _interpolated(at: list[float], numbers: list[float], position: float) -> float:
+    order = np.argsort(at)
+    return float(np.interp(position, np.array(at)[order], np.array(numbers)[order]))
+
+
+def is_alike(plan: dict[str, Any], base: dict[str, Any]) -> bool:
+    """Whether two plans differ in values and in the contents of textures alone."""
+    passes = [re.sub(r"'texture': '\w+'", "", repr(each["passes"])) for each in (plan, base)]
+    keys = ("pages", "images", "measures", "shaders")
+    return passes[0] == passes[1] and all(plan[key] == base[key] for key in keys)
 
 
 def is_same(plan: dict[str, Any], base: dict[str, Any]) -> bool:

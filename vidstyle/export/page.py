@@ -13,7 +13,7 @@ from typing import Any
 
 import vidstyle
 from vidstyle.export import RUNNER
-from vidstyle.export.adjust import is_same, main_controls, tables_of, with_tints
+from vidstyle.export.adjust import holds, is_alike, main_controls, tables_of, with_tints
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
@@ -54,7 +54,7 @@ def page_data(style: Style) -> dict[str, Any]:
     plans: list[dict[str, Any]] = []
     for side in SIDES:
         plan = es_plan(style, _width(side), side)
-        alike = next((other for other in plans if is_same(plan, other["plan"])), None)
+        alike = next((other for other in plans if is_alike(plan, other["plan"])), None)
         plans.append({"side": side, "plan": plan, "tables": _tables(style, plan, controls, alike)})
     shown = [control for control in controls if all(control["path"] in each["tables"] for each in plans)]
     texts = list(dict.fromkeys(text for each in plans for text in each["plan"]["shaders"]))
@@ -76,13 +76,13 @@ def page_data(style: Style) -> dict[str, Any]:
 def _tables(
     style: Style, plan: dict[str, Any], controls: list[dict[str, Any]], alike: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """The tables by the path of the control; but for lengths, those of a plan for another size serve."""
+    """The tables by the path of the control; those of a plan alike for another size serve where they fit."""
     width, height = plan["size"]
     tables = {}
     for control in controls:
-        if alike is not None and control.get("unit") != "px":
-            found = alike["tables"].get(control["path"])
-        else:
+        serves = alike is not None and control.get("unit") != "px"
+        found = alike["tables"].get(control["path"], []) if alike and serves else []
+        if not serves or not holds(found, control, plan):
             found = tables_of(style, plan, control, lambda changed: es_plan(changed, width, height))
         if found:
             tables[control["path"]] = found
