@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from vidstyle.gpu.compile.es import COMPONENTS
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
-POSITIONS = 7
+POSITIONS = 5
 """Positions of a slider that are tried where the numbers do not follow it linearly."""
 INTEGERS = ("bool", "int", "ivec2")
 MakePlan = Callable[[Style], dict[str, Any]]
@@ -61,6 +62,7 @@ def tables_of(
         make: a plan of the same size.
     """
 
+    @cache
     def values_at(value: object) -> list[float] | None:
         try:
             plan = make(set_values(style, {control["path"]: value}))

@@ -186,8 +186,9 @@ class _Partition:
         beside = set().union(*(self._needs[other] for other in node.inputs.values()))
         for each in self._passes:
             reads = any(other.is_heavy and other.around is node.around for other in each.nodes)
-            late = each in finished or any(n.needs(each) for n in finished | beside - {each})
-            if reads and each.shape == node.shape and not late and not _both_prepare(each, node):
+            if not reads or each.shape != node.shape or _both_prepare(each, node):
+                continue
+            if each not in finished and not any(other.needs(each) for other in finished | beside - {each}):
                 return each
         return None
 
