@@ -114,9 +114,12 @@ export class Smoother {
   follow(numbers, time, constant) {
     const before = this.time;
     this.time = time;
-    const fresh = before === null || time === null || constant === 0 || time < before || this.numbers === null;
-    const weight = fresh ? 1 : 1 - Math.exp(-(time - before) / constant);
-    this.numbers = numbers.map((number, each) => (fresh ? number : this.numbers[each] + weight * (number - this.numbers[each])));
+    const old = this.numbers;
+    this.numbers = numbers;
+    if (before !== null && time !== null && constant !== 0 && time >= before && old !== null) {
+      const weight = 1 - Math.exp(-(time - before) / constant);
+      this.numbers = numbers.map((number, each) => old[each] + weight * (number - old[each]));
+    }
     return this.numbers;
   }
 }
