@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,6 +11,10 @@ from pathlib import Path
 if "PYTEST_XDIST_WORKER" in os.environ:
     # Each of several processes keeps to one core, as do the programs that it starts.
     os.environ |= {"LP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+# Not as a program that was started in the background or by nohup has them, and gives them to its own.
+for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(_number) is signal.SIG_IGN:
+        signal.signal(_number, _handler)
 os.environ["XDG_CONFIG_HOME"] = os.devnull  # without the user's own styles
 SEED = os.environ.setdefault("VIDSTYLE_TEST_SEED", f"{datetime.now(UTC):%Y%m%d}")
 """What random tests draw their cases from: the date, unless the variable says otherwise."""

@@ -52,8 +52,8 @@ def test_sizes_that_have_no_name(size: str, sides: tuple[int, int]) -> None:
     ("arguments", "subject", "reason"),
     [
         ({"size": "a44"}, "a44", "is not a size of paper"),
-        ({"size": "10x10"}, "10x10", "a page of 10 x 10 pixels"),
-        ({"size": "40000x100"}, "40000x100", "a page of 40000 x 100 pixels"),
+        ({"size": "10x10"}, "10x10", "is a page of 10x10 pixels"),
+        ({"size": "40000x100"}, "40000x100", "is a page of 40000x100 pixels"),
         ({"dpi": 0}, "--dpi", "0 is outside 10 to 2400"),
     ],
 )

@@ -126,19 +126,18 @@ _PLACE = re.compile(r"\b0(?::(?P<colon>\d+)|\((?P<bracket>\d+)\))")
 
 
 @cache
-def _has_channels(file: str) -> bool:
-    return _CHANNELS.search(read_source(file)) is not None
+def _has_channels(source: str) -> bool:
+    return _CHANNELS.search(source) is not None
 
 
 @cache
-def _with_channels(file: str, channels: int) -> str:
-    return _CHANNELS.sub(TYPES.get(channels, ""), read_source(file))
+def _with_channels(source: str, channels: int) -> str:
+    return _CHANNELS.sub(TYPES.get(channels, ""), source)
 
 
 @cache
-def _with_words(file: str, words: tuple[tuple[str, str], ...]) -> str:
-    """The text of a file with some of its words replaced."""
-    source = read_source(file)
+def _with_words(source: str, words: tuple[tuple[str, str], ...]) -> str:
+    """A text with some of its words replaced."""
     for word, other in words:
         source = re.sub(rf"\b{word}(?=_|\b)", other, source)
     return source
@@ -183,15 +182,15 @@ class Assembly:
             file: its path below shaders/.
             channels: what the word `channels` in it stands for; a file that uses it may come once for each.
         """
-        if not _has_channels(file):
+        if not _has_channels(read_source(file)):
             channels = 0
         if (file, channels) not in self._included:
             self._included.add((file, channels))
-            self._add_file(file, _with_channels(file, channels), channels)
+            self._add_file(file, _with_channels(read_source(file), channels), channels)
 
     def add_template(self, file: str, words: dict[str, str]) -> None:
         """Append a file with some of its words replaced."""
-        self._add_file(file, _with_words(file, tuple(words.items())), 1)
+        self._add_file(file, _with_words(read_source(file), tuple(words.items())), 1)
 
     def name_places(self, message: str) -> str:
         """A compiler's message with the files and lines of the shader sources."""
