@@ -103,7 +103,7 @@ def test_lengths_grow_with_the_picture(tmp_path: Path) -> None:
 
 
 @needs_ffmpeg
-@pytest.mark.parametrize("ending", ["mp4", "mkv", "avi"])
+@pytest.mark.parametrize("ending", of_the_day(["mp4", "mkv", "avi"], 1))
 def test_a_film_keeps_its_frames(ending: str, tmp_path: Path) -> None:
     film, hook = tmp_path / f"in.{ending}", tmp_path / "test.hook"
     make = ["ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=96x64:rate=25", "-frames:v", "13"]
