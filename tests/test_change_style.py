@@ -73,11 +73,11 @@ def test_a_slider_opens_and_compiles_nothing(renderer: Backend, monkeypatch: pyt
     monkeypatch.setattr(
         gpu_session, "open_context", lambda index: (made.append("context"), open_one(index))[1]
     )
-    threads = threading.active_count()
+    threads = set(threading.enumerate())
     for chosen in MOVES:
         renderer.change_style(chosen)
         assert disagreements(run(chosen, (picture, 0.0)), renderer.run(picture)) == []
-    assert made == [] and threading.active_count() == threads
+    assert made == [] and set(threading.enumerate()) <= threads  # those of earlier tests may end meanwhile
 
 
 def test_the_counters_count(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,6 @@ import ctypes
 import functools
 import hashlib
 import importlib
-import logging
 import os
 import pickle
 import subprocess
@@ -25,13 +24,13 @@ import numpy as np
 
 from vidstyle.core.bands import CORES
 from vidstyle.core.kernels import SCALARS, ArgumentType, Compiled, dry_run, user_cache
+from vidstyle.errors import log
 
 Kernel = tuple[Compiled, tuple[ArgumentType, ...]]
-"""A function and the kinds of its arguments."""
+"""A function and the types of its arguments."""
 CompileRequest = tuple[str, str, str, tuple[ArgumentType, ...]]
-"""What a compiling process is told: name of the object, module and name of the function, kinds."""
+"""What a compiling process is told: name of the object, module and name of the function, types."""
 
-log = logging.getLogger("vidstyle")
 
 _lock = threading.Lock()
 _rehearsals: list[Callable[[], object]] = []

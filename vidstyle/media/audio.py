@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from av.audio.frame import AudioFrame
 from av.audio.resampler import AudioResampler
 from av.audio.stream import AudioStream
 
-log = logging.getLogger("vidstyle")
+from vidstyle.errors import log
 
 RATE = 48000
 """Samples per second of live audio, which is stereo."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import logging
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.core.convert import convert
+from vidstyle.errors import log
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, VideoInfo, open_reader
 from vidstyle.media.write.writer import WriteOptions, Writer, file_in_folder, is_finished, open_writer
@@ -26,7 +26,6 @@ from vidstyle.style import load_style
 Restyle = Callable[[Frame], Callable[[], Frame]]
 """Begins with a frame and returns what waits for the result."""
 
-_log = logging.getLogger("vidstyle")
 
 DAMAGED_EXIT_CODE = 4
 """Done, but the input was damaged (docs/rules.md, Exit codes)."""
@@ -74,7 +73,7 @@ def render(
     if resume:
         check_resumable(source, target, write)
         if is_finished(target):
-            _log.info("%s is finished: nothing is left to do", target)
+            log.info("%s is finished: nothing is left to do", target)
             return Summary(str(source), str(target), 0, 0.0, 0.0)
     renderer = open_renderer(style, device, announce=False)
     reader = open_reader(source, read)

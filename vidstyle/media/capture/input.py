@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import Any, Protocol, TypeVar
 
 import av
 
-from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason
+from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason, log
 from vidstyle.media.audio import AudioChunk, SourceAudio, audio_stream
 from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.read.source import choose_stream, frame_rate
@@ -54,8 +53,6 @@ class CaptureSource(Protocol[T_co]):
             InputError: any other source cannot be read.
         """
 
-
-log = logging.getLogger("vidstyle")
 
 WaitForFrame = Callable[[threading.Event, float], bool]
 """Wait for data, for at most so many seconds and until the event is set; returns whether there is any."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import logging
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,9 +10,8 @@ from fractions import Fraction
 
 import av
 
+from vidstyle.errors import log
 from vidstyle.media.frame import DecodedFrame, Frame
-
-log = logging.getLogger("vidstyle")
 
 MIN_TICKS_PER_SECOND = 1000
 """Ticks a second below which a time base is divided, so that a nudge by one tick is not seen."""

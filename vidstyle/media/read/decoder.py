@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -10,11 +9,10 @@ from typing import Any
 import av
 from av.codec.context import Flags
 
+from vidstyle.errors import log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
-
-log = logging.getLogger("vidstyle")
 
 ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 """FFmpeg's own decoders of these leave the alpha channel out."""

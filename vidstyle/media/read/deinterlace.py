@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -11,9 +10,8 @@ from fractions import Fraction
 import av
 import av.filter
 
+from vidstyle.errors import log
 from vidstyle.media.frame import DecodedFrame
-
-log = logging.getLogger("vidstyle")
 
 
 class Deinterlacer:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import av
 from av.stream import Discard
 
+from vidstyle.errors import log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
@@ -32,8 +32,6 @@ from vidstyle.media.read.source import (
     is_picture_format,
     may_be_still,
 )
-
-log = logging.getLogger("vidstyle")
 
 DEFAULT_RATE = Fraction(25)
 UNSORTED = frozenset({"avi"})

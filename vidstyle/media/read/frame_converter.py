@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import logging
 from fractions import Fraction
 
 import av
 
 from vidstyle.core.picture import Picture
+from vidstyle.errors import log
 from vidstyle.media.color_tags import ColorTags, default_tags
 from vidstyle.media.frame import picture_from_frame, to_supported_format
 from vidstyle.media.hdr import SDR_TAGS, ToneMap
 from vidstyle.media.orientation import Orientation, orientation_of
 from vidstyle.media.resize import letterboxed, output_size, resized
-
-log = logging.getLogger("vidstyle")
 
 PALETTE_CODECS = frozenset({"gif", "bmp"})
 """These always decode with an alpha channel, whether anything is transparent or not."""

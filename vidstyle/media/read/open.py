@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 import sys
@@ -12,10 +11,8 @@ from typing import Any, BinaryIO
 import av
 from av.codec.hwaccel import HWAccel
 
-from vidstyle.errors import InputError, UsageError, error_reason
+from vidstyle.errors import InputError, UsageError, error_reason, log
 from vidstyle.media.read.headers import HEADER_BYTES, has_no_index, is_jpeg, is_named_as_picture, picture_size
-
-log = logging.getLogger("vidstyle")
 
 FILM_FORMATS = (
     "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,flv,live_flv,mpegts,mpeg,mpegvideo,m4v,h261,h263,h264,hevc,vvc,"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +14,7 @@ import numpy as np
 
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.core.picture import Picture
-from vidstyle.errors import InputError
+from vidstyle.errors import InputError, log
 from vidstyle.media.frame import DecodedFrame, frame_from_picture
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import FrameClock, fine_time_base
@@ -24,8 +23,6 @@ from vidstyle.media.read.decoder import Decoder
 from vidstyle.media.read.headers import picture_size
 from vidstyle.media.read.open import check_size, open_media
 from vidstyle.media.read.source import choose_stream, may_be_still
-
-log = logging.getLogger("vidstyle")
 
 PATTERN = re.compile(r"%(0\d+)?d")
 MAX_ANIMATION = 4

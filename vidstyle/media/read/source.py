@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Protocol
@@ -10,7 +9,7 @@ from typing import Protocol
 import av
 from av.stream import Disposition
 
-from vidstyle.errors import InputError
+from vidstyle.errors import InputError, log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.decode_report import DecodeReport
@@ -41,8 +40,6 @@ class VideoSource(Protocol):
     def close(self) -> None:
         """Close the files."""
 
-
-log = logging.getLogger("vidstyle")
 
 MAX_PLAUSIBLE_RATE = 480
 """Maximum plausible frame rate: streams with a time base of milliseconds may claim a thousand."""

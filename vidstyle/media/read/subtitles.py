@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 from contextlib import closing
@@ -14,6 +13,7 @@ from av.stream import Disposition
 from av.subtitles.stream import SubtitleStream
 from av.subtitles.subtitle import AssSubtitle
 
+from vidstyle.errors import log
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.read.open import open_media
 from vidstyle.media.write.stream_copy import codec_name
@@ -25,8 +25,6 @@ effect, text."""
 
 _VOICE = re.compile(r"<v(?:\.[^ <>]*+)?\s++([^<>]+)>")
 """A cue's voice span (WebVTT, section 3.4)."""
-
-_log = logging.getLogger("vidstyle")
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,7 @@ def _track(container: av.container.InputContainer, name: str) -> SubtitleStream 
     tracks = list(container.streams.subtitles)
     readable = [track for track in tracks if codec_name(track) in TEXT_CODECS]
     if tracks and not readable:
-        _log.warning("%s: its subtitles are pictures, which are not read; give a file of them", name)
+        log.warning("%s: its subtitles are pictures, which are not read; give a file of them", name)
     usual = [track for track in readable if track.disposition & Disposition.default]
     return next(iter([*usual, *readable]), None)
 
@@ -108,7 +106,7 @@ def _events(container: av.container.InputContainer, track: SubtitleStream) -> li
             if packet.size and packet.pts is not None:
                 found += _events_of(packet, track)
     except av.FFmpegError as error:
-        _log.warning("subtitles: the rest cannot be read (%s)", error.strerror)
+        log.warning("subtitles: the rest cannot be read (%s)", error.strerror)
     return found
 
 

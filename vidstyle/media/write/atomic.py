@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import logging
 import os
 import shutil
 import stat
@@ -12,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vidstyle.errors import OutputError, UsageError, output_error
+from vidstyle.errors import OutputError, UsageError, log, output_error
 from vidstyle.media.write.file_lock import FileLock, lock_file
 
 MIN_FREE = 200 * 2**20
@@ -20,8 +19,6 @@ MIN_FREE = 200 * 2**20
 POLL_SECONDS = 1.0
 MAX_NAME = 255
 """Bytes in a file name (NAME_MAX)."""
-
-_log = logging.getLogger("vidstyle")
 
 
 class PartialFile:
@@ -78,7 +75,7 @@ class PartialFile:
 
     def start_anew(self) -> None:
         """Put an empty file in place of what an earlier run has left."""
-        _log.warning("%s: left over from an earlier run; it is replaced", self.path)
+        log.warning("%s: left over from an earlier run; it is replaced", self.path)
         self.path.unlink()
         self._beside.unlink(missing_ok=True)
         self.release()

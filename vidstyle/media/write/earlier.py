@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,12 +10,12 @@ from pathlib import Path
 
 import av
 
+from vidstyle.errors import log
+
 READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
 """The demuxers of the formats that are written here and can be read back."""
 LENGTH_PREFIXED = ("h264", "hevc")
 """Codecs whose units have their lengths before them in files, and start codes as they come from encoders."""
-
-_log = logging.getLogger("vidstyle")
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def _stamps(path: Path) -> tuple[Fraction, list[PacketTimes]]:
                 tick = packet.time_base
                 stamps.append(PacketTimes(packet.pts, packet.dts, packet.is_keyframe, packet.duration or 0))
     except (av.FFmpegError, OSError, IndexError) as error:
-        _log.debug("%s: %s", path, error)
+        log.debug("%s: %s", path, error)
     return tick, stamps
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,8 +19,6 @@ from vidstyle.media.write.video_plan import VideoPlan
 MIN_TO_REORDER = 3
 """Minimum number of frames for reordering. With fewer, libx265 returns arbitrary decoding timestamps, as it
 never sets the delay that it subtracts from them."""
-
-_log = logging.getLogger("vidstyle")
 
 
 class VideoEncoder:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import logging
 import os
 import stat
 import sys
@@ -11,15 +10,13 @@ import time
 import weakref
 from pathlib import Path
 
-from vidstyle.errors import OutputError, UsageError, output_error
+from vidstyle.errors import OutputError, UsageError, log, output_error
 
 if sys.platform != "win32":  # Windows itself lets nobody remove or rename a file that is being written
     import fcntl
 
 ATTEMPTS, ATTEMPT_SECONDS = 50, 0.02
 """How often, and how many seconds apart, a locked file is tried whose owner is about to let it go."""
-
-_log = logging.getLogger("vidstyle")
 
 
 class FileLock:
@@ -54,7 +51,7 @@ class FileLock:
             self.release()
             raise
         except OSError as error:
-            _log.debug("%s: cannot be locked (%s)", path, error)
+            log.debug("%s: cannot be locked (%s)", path, error)
 
     def is_at(self, path: Path) -> bool:
         """Whether the path still leads to this very file."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import logging
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -12,7 +11,7 @@ from pathlib import Path
 
 import av
 
-from vidstyle.errors import OutputError, UsageError, error_reason
+from vidstyle.errors import OutputError, UsageError, error_reason, log
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.write.atomic import PartialFile, is_regular_file
@@ -34,8 +33,6 @@ INDEXED = ("mp4", "mov")
 """Containers whose index is moved to the front (faststart)."""
 LOOK_FRAMES = 50
 """Frames after which it is checked again whether a continued film is as long as the earlier one."""
-
-_log = logging.getLogger("vidstyle")
 
 
 class FilmWriter(Writer):
@@ -90,7 +87,7 @@ class FilmWriter(Writer):
         fingerprint.check(self._record, self._file.earlier)
         self._video.resume(self._earlier.packets(start_codes=headers[:1] != b"\x01"), self._earlier.tick)
         self.kept = self._earlier.kept
-        _log.info(
+        log.info(
             "%s is continued after %.1f s: %d of %d frames are kept",
             *(self._file.earlier, self._earlier.kept_seconds, self.kept, self._earlier.stored),
         )
@@ -215,7 +212,7 @@ class FilmWriter(Writer):
                 self._begin(over=True)
                 self._drain(FLUSH_SECONDS, self._video.end)
             except (av.FFmpegError, OSError) as error:
-                _log.debug("%s: %s", self.name, error)
+                log.debug("%s: %s", self.name, error)
             self._close_quietly()
         least = self._earlier.stored if self._earlier else 1
         if self._file is None or not self._file.exists or frames_in(self._file.path) < least:
@@ -246,7 +243,7 @@ class FilmWriter(Writer):
             if error.errno in OUTPUT_ERRORS or not self._file:
                 raise
             self._interleaver.refused += 1
-            _log.warning("%s: its end was refused by the muxer: %s", self.name, error_reason(error))
+            log.warning("%s: its end was refused by the muxer: %s", self.name, error_reason(error))
         if self._interleaver.refused and self._file and frames_in(self._file.path) < self.frames:
             raise OutputError(self.name, "pictures were refused by the muxer")
 
@@ -255,7 +252,7 @@ class FilmWriter(Writer):
         try:
             self._close()
         except (av.FFmpegError, OSError) as error:
-            _log.debug("%s: %s", self.name, error)
+            log.debug("%s: %s", self.name, error)
 
     def _put_in_place(self, file: PartialFile) -> None:
         """Give the finished file its name, with its index first where there is room for a copy."""
@@ -263,7 +260,7 @@ class FilmWriter(Writer):
             try:
                 file.rewrite(partial(move_index_first, surplus=self._video.surplus))
             except OSError as error:
-                _log.info("%s: its index stays at its end (%s)", self.name, error)
+                log.info("%s: its index stays at its end (%s)", self.name, error)
         file.finish()
         self._record.unlink(missing_ok=True)
 
@@ -302,7 +299,7 @@ class FilmWriter(Writer):
         }
         for text, count in notices.items():
             if count:
-                _log.warning("%s: %d %s", self.name, count, text)
+                log.warning("%s: %d %s", self.name, count, text)
         if self._kind.strict_rate and (gaps := self._interleaver.gaps):
             reason = f"{self._kind.endings[0]} files hold no times of sound"
-            _log.warning("%s: %.1f s of gaps in the sound are closed, since %s", self.name, gaps, reason)
+            log.warning("%s: %.1f s of gaps in the sound are closed, since %s", self.name, gaps, reason)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import logging
 import re
 from pathlib import Path
 
 import av
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, log
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.sequence import is_pattern as is_sequence
 from vidstyle.media.read.sequence import is_wild, numbered_files
@@ -18,8 +17,6 @@ from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.encoder import encoder_frame
 from vidstyle.media.write.file_lock import FileLock, lock_file
 from vidstyle.media.write.fingerprint import earlier_run, record_path
-
-_log = logging.getLogger("vidstyle")
 
 NUMBER = re.compile(r"%(0?\d*)d")
 """Where the number goes in a pattern."""
@@ -79,7 +76,7 @@ class PictureWriter(Writer):
             self._fingerprint.check(self._record, self.target)
             # The last one is written again: after a power cut its content may be missing.
             self.kept = self._left - 1
-            _log.info("%s is continued: %d of %d pictures are kept", self.target, self.kept, self._left)
+            log.info("%s is continued: %d of %d pictures are kept", self.target, self.kept, self._left)
         elif self._left and not self._options.overwrite:
             raise earlier_run(self.target, f"the first {self._left} pictures", self._record)
         else:

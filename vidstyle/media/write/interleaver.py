@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import heapq
 import itertools
-import logging
 from collections import deque
 from collections.abc import Callable
 from fractions import Fraction
 
 import av
+
+from vidstyle.errors import log
 
 OUTPUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE, errno.EIO, errno.EROFS)
 """System errors that are caused by the output, not by a packet."""
@@ -18,8 +19,6 @@ MAX_QUEUED_BYTES = 32 * 2**20
 """Maximum bytes of copied packets that wait for video packets."""
 MAX_GAP = Fraction(1, 50)
 """Seconds between two packets of sound that are none; times are rounded."""
-
-_log = logging.getLogger("vidstyle")
 
 
 class Interleaver:
@@ -157,7 +156,7 @@ class Interleaver:
             self.dropped += 1
             if self._on_refusal is not None and stream is not None:
                 self._on_refusal(stream, seconds)
-            _log.debug("a packet of stream %d was refused: %s", stream, error)
+            log.debug("a packet of stream %d was refused: %s", stream, error)
 
     def _clocked(self, packet: av.Packet) -> bool:
         """Put the packet's decoding time after the last of its stream; False if that would move it far."""

@@ -13,7 +13,7 @@ from av.bitstream import BitStreamFilterContext
 from av.stream import AttachmentStream, Disposition, Stream
 from av.subtitles.stream import SubtitleStream
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, log
 from vidstyle.media.audio import Loss
 from vidstyle.media.write.containers import ContainerKind
 from vidstyle.media.write.transcode import TEXT_CODECS, AudioTranscoder, CopiedStream, SubtitleTranscoder
@@ -30,8 +30,6 @@ BIBLIOGRAPHIC_CODES = dict(zip(_CODES[::2], _CODES[1::2], strict=True))
 COVER_CODECS = ("mjpeg", "png", "bmp")
 MAX_EARLY = 0.05
 """Seconds by which sound may be early where it can only begin at 0; more is noticed (ITU-R BT.1359)."""
-
-_log = logging.getLogger("vidstyle")
 
 
 class PlainCopy(CopiedStream):
@@ -194,7 +192,7 @@ class CopiedStreams:
                 trial.start_encoding()
                 trial.mux(copied.sample(packet) if packet is not None else [])
         except (av.FFmpegError, OSError, ValueError) as error:
-            _log.debug("%s: %s", self._target, error)
+            log.debug("%s: %s", self._target, error)
             return False
         return True
 
@@ -231,7 +229,7 @@ class CopiedStreams:
     def _say(self, level: int, template: Stream, words: str, reason: str) -> None:
         name = codec_name(template) or getattr(template, "name", "") or "unknown"
         place = f"{self._target}: stream {template.index} ({template.type} {name})"
-        _log.log(level, "%s is %s, since %s", place, words, reason)
+        log.log(level, "%s is %s, since %s", place, words, reason)
 
 
 def _begins_late(first: av.Packet | None) -> bool:
@@ -262,7 +260,7 @@ def copy_chapters(
     if chapters and kind.chapters:
         container.set_chapters(chapters)
     elif chapters:
-        _log.warning("%d chapters are left out, since %s files hold none", len(chapters), kind.endings[0])
+        log.warning("%d chapters are left out, since %s files hold none", len(chapters), kind.endings[0])
 
 
 def portable_tags(tags: dict[str, str]) -> dict[str, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -10,7 +9,7 @@ from fractions import Fraction
 import av
 
 from vidstyle.core.picture import SITINGS, Encoding
-from vidstyle.errors import UsageError, error_reason
+from vidstyle.errors import UsageError, error_reason, log
 from vidstyle.media.codecs import (
     choose_pix_fmt,
     encoder_options,
@@ -43,8 +42,6 @@ VERYFAST_LOOKAHEAD, SLOW_LOOKAHEAD = 10, 40
 """Lookahead of x264 in frames: of the default preset "veryfast" and of "medium"; slower ones have more."""
 X264_REORDERED = 3
 """Frames that x264 delays for reordering B-frames."""
-
-_log = logging.getLogger("vidstyle")
 
 
 @dataclass(frozen=True)
@@ -107,7 +104,7 @@ def plan_video(target: str, kind: ContainerKind, info: VideoInfo, options: Write
     except UsageError as error:
         if stand_in is None:
             raise
-        _log.warning("%s cannot be used here (%s); %s encodes instead", encoder, error.reason, stand_in)
+        log.warning("%s cannot be used here (%s); %s encodes instead", encoder, error.reason, stand_in)
         # Speed names differ between hardware and software encoders.
         plan = _plan(kind, info, replace(options, preset=None), stand_in, pix_fmt)
         _try(target, plan)
@@ -243,12 +240,12 @@ def _try(target: str, plan: VideoPlan) -> None:
 def _announce(target: str, info: VideoInfo, plan: VideoPlan) -> None:
     if plan.size != (info.width, info.height):
         wide, high = plan.size[0] - info.width, plan.size[1] - info.height
-        _log.warning(
+        log.warning(
             "%s: %dx%d is padded to %dx%d, since %s has half the colours (repeating the last %s)",
             *(target, info.width, info.height, *plan.size, plan.pix_fmt),
             " and ".join(["column"] * bool(wide) + ["row"] * bool(high)),
         )
     if info.encoding.full_range and not plan.encoding.full_range and not info.is_rgb:
-        _log.warning("%s: full range becomes limited, since %s here cannot say it", target, plan.codec)
+        log.warning("%s: full range becomes limited, since %s here cannot say it", target, plan.codec)
     if info.alpha and not plan.layout.alpha:
-        _log.warning("%s: transparency is lost, since %s has none", target, plan.pix_fmt)
+        log.warning("%s: transparency is lost, since %s has none", target, plan.pix_fmt)
