@@ -28,7 +28,10 @@ ORDER = """
     web
     diagram gallery comic
     live
-    demo doctor bench
+    demo
+    preview
+    design
+    doctor bench
     cli
     tools
 """.split()
@@ -39,7 +42,7 @@ STRANGERS = {"media", "cpu", "gpu"}
 
 HOMES = {
     "PIL": "comic",
-    "aiohttp": "web live",
+    "aiohttp": "web live design",
     "av": "media",
     "click": "cli",
     "moderngl": "gpu",

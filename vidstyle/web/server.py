@@ -9,7 +9,7 @@ import secrets
 import socket
 import threading
 import weakref
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -62,7 +62,7 @@ class WebServer:
         self,
         name: str,
         handlers: Mapping[str, Handler],
-        static: Path,
+        static: Sequence[Path],
         index: str,
         port: int = 0,
         address: str | None = None,
@@ -72,8 +72,8 @@ class WebServer:
         Args:
             name: of the thread.
             handlers: by path.
-            static: folder whose files are served by their names.
-            index: the file in it that is served as "/".
+            static: files, and folders whose files, are served by their names.
+            index: the one of them that is served as "/".
             port: 0 chooses a free one.
             address: IPv4 address of this machine in its network, where it listens; `ANY_ADDRESS` for all;
                 None: where only this machine can reach it.
@@ -87,9 +87,8 @@ class WebServer:
         self._loop = asyncio.new_event_loop()
         app = web.Application(middlewares=[self._guard])
         app.on_response_prepare.append(self._add_headers)
-        files = {
-            "/" if file.name == index else f"/{file.name}": partial(_send, file) for file in static.iterdir()
-        }
+        found = [file for path in static for file in (path.iterdir() if path.is_dir() else [path])]
+        files = {"/" if file.name == index else f"/{file.name}": partial(_send, file) for file in found}
         for path, handler in (files | dict(handlers)).items():
             app.router.add_get(path, handler, allow_head=False)
         self._runner = web.AppRunner(

@@ -83,7 +83,7 @@ class PageTarget:
             "/socket": self._serve_socket,
         }
         try:
-            self._server = WebServer("vidstyle page", handlers, STATIC, "page.html", port, address)
+            self._server = WebServer("vidstyle page", handlers, [STATIC], "page.html", port, address)
         except OSError as error:
             if error.errno == errno.EADDRNOTAVAIL:
                 remedy = "give one with --host, or 0.0.0.0 for all"

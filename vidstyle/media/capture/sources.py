@@ -97,7 +97,7 @@ def live_source(text: str, options: SourceOptions) -> LiveSource:
         return PipeSource(text, options)
     if is_url(text):
         return Network(text)
-    if _is_file(text):
+    if is_file_name(text):
         return File(text, options.loop)
     return Camera("" if text == "camera" else text, size, rate, options.format)
 
@@ -195,7 +195,7 @@ def _is_pipe(text: str) -> bool:
         return False
 
 
-def _is_file(text: str) -> bool:
+def is_file_name(text: str) -> bool:
     """Whether the argument names a file, existing or not: it has an extension or a folder."""
     if text.startswith("/dev/"):
         return False

@@ -34,12 +34,20 @@ def is_jpeg(head: bytes) -> bool:
     return head[:3] == b"\xff\xd8\xff"
 
 
+OTHER_PICTURES = (".webp", ".tif", ".tiff", ".bmp", ".ppm", ".qoi", ".dpx", ".exr", ".heic", ".avif", ".jxl")
+
+
 def is_named_as_picture(path: Path) -> bool:
     """Whether the name promises one picture, so that what follows the first one in the file is not shown.
 
     Cameras append previews, gain maps and films to photographs (CIPA DC-007, ISO 21496-1).
     """
     return path.suffix.lower() in (".jpg", ".jpeg", ".jpe", ".jfif", ".mpo", ".png")
+
+
+def has_picture_ending(path: Path) -> bool:
+    """Whether the name is that of a picture of any kind, also of one that may hold a film."""
+    return is_named_as_picture(path) or path.suffix.lower() in OTHER_PICTURES
 
 
 def jpeg_ends_early(content: bytes) -> bool:

@@ -35,6 +35,8 @@ class FilmSampler(Closing):
     Attributes:
         seconds: duration by the headers, 0 if unknown.
         pixels: of all frames together, by the headers; 0 if unknown.
+        rate: frames a second, or None if unknown.
+        count: number of frames by the headers; None if unknown.
     """
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
@@ -45,6 +47,7 @@ class FilmSampler(Closing):
         """
         self._source = opened = open_source(source, ReadOptions())
         self.seconds, self.pixels = opened.duration or Fraction(0), 0
+        self.rate, self.count = opened.rate, opened.frames
         if isinstance(opened, FilmSource):
             self.pixels = (opened.frames or 0) * opened.stream.width * opened.stream.height
         for stream in self._source.copied_streams:
