@@ -27,6 +27,7 @@ ORDER = """
     export
     web
     diagram gallery comic
+    explore
     live
     demo
     preview

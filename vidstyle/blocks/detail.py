@@ -12,7 +12,7 @@ from vidstyle.block import Slider, block
 @block("learned", on="luma")
 def detail(
     delta: Annotated[
-        float, Slider(-100, 60, "-100 for the smooth base, above 0 to enhance", "percent", (-100, 40))
+        float, Slider(-100, 60, "-100 for the smooth base, above 0 to enhance", "percent", (-100, 60))
     ] = -60,
 ) -> BankRun:
     """Remove fine detail, or enhance it.

@@ -14,8 +14,8 @@ LEARNED = {0.5: "flow_dog_fine", 1.0: "flow_dog"}
 
 @block("learned", on="luma")
 def flow_dog(
-    sigma: Annotated[float, Slider(0.5, 24, "width of the lines", "px", explore=(1, 3))] = 1.4,
-    p: Annotated[float, Slider(0, 60, "strength of the sharpening", explore=(5, 30))] = 20,
+    sigma: Annotated[float, Slider(0.5, 24, "width of the lines", "px", explore=(0.5, 8))] = 1.4,
+    p: Annotated[float, Slider(0, 60, "strength of the sharpening", explore=(1, 40))] = 20,
 ) -> BankRun:
     """Sharpen across the edges and smooth along them.
 

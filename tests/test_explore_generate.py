@@ -1,0 +1,140 @@
+"""Random styles: valid, repeatable, by the paper's rules; variations keep what is locked."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from vidstyle.explore.colors import MIN_CONTRAST, contrast
+from vidstyle.explore.generate import Rules, alter, cross, mutate, random_style
+from vidstyle.explore.phrases import BASE, grammar, shipped_styles
+from vidstyle.explore.random_steps import is_valid
+from vidstyle.explore.rules import COUNT, FILTERS, GRAY_SHARE
+from vidstyle.style import Style, style_text, table_from_style
+
+PAPER_ENDS = {
+    ("flow_dog", "sigma"): (0.5, 8),
+    ("flow_dog", "p"): (1, 40),
+    ("soft_threshold", "phi"): (0.013, 0.059),
+    ("soft_threshold", "epsilon"): (50, 110),
+    ("detail", "delta"): (-100, 60),
+    ("luma_posterize", "levels"): (5, 12),
+    ("saturation", "factor"): (1.5, 2.2),
+    ("scale", "factor"): (100 / 720, 300 / 720),
+}
+"""As section 6.2 prints them; the size by the height of 720 lines for which a random style gives lengths."""
+
+
+def blocks_of(style: Style) -> list[str]:
+    return [step.block for step in style.steps]
+
+
+CRITICAL = {1: 10.83, 4: 18.47, 5: 20.52, 6: 22.46, 7: 24.32}
+"""What chi-square exceeds by chance once in a thousand, by degrees of freedom."""
+
+
+def check_valid(rules: Rules, seeds: range) -> None:
+    for seed in seeds:
+        style = random_style(seed, rules)
+        assert is_valid(style), seed
+        assert BASE not in style_text(style)
+
+
+@pytest.mark.parametrize("rules", ["open", "paper"])
+def test_random_styles_are_valid(rules: Rules) -> None:
+    check_valid(rules, range(30))
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("rules", ["open", "paper"])
+def test_two_thousand_random_styles_are_valid(rules: Rules) -> None:
+    check_valid(rules, range(2000))
+
+
+def test_same_seed_same_bytes() -> None:
+    assert style_text(random_style(7)) == style_text(random_style("7"))
+    assert style_text(random_style(7)) != style_text(random_style(8))
+
+
+def chi_square(counts: list[int], shares: list[float]) -> float:
+    total = sum(counts)
+    return sum((n - total * share) ** 2 / (total * share) for n, share in zip(counts, shares, strict=True))
+
+
+def test_paper_rules_keep_to_what_the_paper_says() -> None:
+    styles = [random_style(seed, "paper") for seed in range(600)]
+    repeats = {rule.block for rule in FILTERS if rule.repeats}
+    assert repeats == {"flow_dog", "tvf"}
+    for style in styles:
+        assert COUNT[0] <= len(style.background) <= COUNT[1] and not style.base and not style.lines
+        twice = {block for block, n in Counter(blocks_of(style)).items() if n > 1}
+        assert twice <= repeats
+    lengths = Counter(len(style.steps) for style in styles)
+    assert chi_square([lengths[n] for n in range(4, 10)], [1 / 6] * 6) < CRITICAL[5]
+    gray = sum("to_gray" in blocks_of(style) for style in styles)
+    assert GRAY_SHARE == 0.2 and chi_square([gray, 600 - gray], [0.2, 0.8]) < CRITICAL[1]
+    firsts = Counter(style.steps[0].block for style in styles if "to_gray" not in blocks_of(style))
+    assert chi_square([firsts[rule.block] for rule in FILTERS], [1 / 7] * 7) < CRITICAL[6]
+
+
+def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
+    styles = [random_style(seed, "paper") for seed in range(600)]
+    for (block, name), (low, high) in PAPER_ENDS.items():
+        values = [step.values[name] for style in styles for step in style.steps if step.block == block]
+        assert low <= min(values) and max(values) <= high
+        bins = 8 if name == "levels" else 5
+        width = (high - low + (name == "levels")) / bins
+        counts = Counter(min(int((value - low) / width), bins - 1) for value in values)
+        assert chi_square([counts[n] for n in range(bins)], [1 / bins] * bins) < CRITICAL[bins - 1], name
+
+
+def test_ink_is_readable_on_paper() -> None:
+    styles = [random_style(seed) for seed in range(60)]
+    assert all(contrast(style.ink, style.paper) >= MIN_CONTRAST - 0.01 for style in styles)
+
+
+def test_grammar_is_that_of_the_shipped_styles() -> None:
+    counted = grammar()
+    assert sum(counted.layers.values()) == len(shipped_styles())
+    used = {block for style in shipped_styles() for block in blocks_of(style)}
+    found = {step.block for phrases in counted.phrases.values() for each in phrases for step in each.steps}
+    assert used - found <= {"gaussian"}
+
+
+@pytest.mark.parametrize("style", shipped_styles()[::4] + [random_style(5)], ids=lambda style: style.name)
+def test_variations_are_valid_and_keep_what_is_locked(style: Style) -> None:
+    other = random_style(11)
+    for seed in range(4):
+        for change in (
+            lambda locks: mutate(style, seed, 0.8, locks),
+            lambda locks: alter(style, seed, locks),
+            lambda locks: cross(style, other, seed, locks),
+        ):
+            free = change(())
+            assert is_valid(free) and free != style and free == change(())
+            assert change(("lines",)).lines == style.lines
+            kept = change(("background", "colors"))
+            assert (kept.base, kept.background) == (style.base, style.background)
+            assert (kept.ink, kept.paper) == (style.ink, style.paper)
+            assert blocks_of(change(("steps",))) == blocks_of(style)
+
+
+def test_distance_says_how_far() -> None:
+    style = shipped_styles()[4]
+    assert table_from_style(mutate(style, 1, 0.0))["background"] == table_from_style(style)["background"]
+
+    def moved(distance: float) -> float:
+        changed = [mutate(style, seed, distance).steps for seed in range(6)]
+        pairs = [pair for steps in changed for pair in zip(steps, style.steps, strict=True)]
+        numbers = [(new.values.get(name, old), old) for new, step in pairs for name, old in
+                   step.values.items() if isinstance(old, float)]  # fmt: skip
+        return sum(abs(new - old) / (old or 1) for new, old in numbers)
+
+    assert 0 < moved(0.1) < moved(0.8)
+
+
+def test_note_says_rules_seed_and_parents() -> None:
+    style = cross(random_style("7-3"), shipped_styles()[0], 5)
+    for part in ("open rules, seed 7-3", "of abstraction, seed 5"):
+        assert part in style.note

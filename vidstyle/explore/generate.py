@@ -1,0 +1,251 @@
+"""Random styles, by the paper's rules or by open ones, and variations of any style.
+
+Everything here is pure: the same arguments give the same style. What a style was made by is the last part of
+its note, from "Random:" on: the rules and the seed, and what was then changed with which seed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from hashlib import sha256
+from random import Random
+from typing import Literal
+
+from vidstyle.blocks import all_blocks
+from vidstyle.explore.colors import palette, readable, shifted, to_oklch
+from vidstyle.explore.random_steps import drawn, is_valid, joined, near, step_drawn, step_near
+from vidstyle.explore.phrases import EDGE, Phrase, closed_layer, grammar
+from vidstyle.explore.rules import COUNT, FILTERS, GRAY, GRAY_SHARE, HEIGHT, STEADY, FilterRule
+from vidstyle.style import LAYERS, Step, Style
+
+Rules = Literal["open", "paper"]
+LOCKS = ("lines", "background", "colors", "steps")
+"""What a variation may leave as it is: a layer and the base; ink, paper and tints; which steps there are."""
+
+TRIES = 24
+"""How often a change that would not be valid is drawn anew; then only values change."""
+MAX_PHRASES = 7
+"""The most phrases of a layer."""
+LINEAGE = "Random: "
+MAX_LINEAGE = 900
+
+
+def random_style(seed: int | str, rules: Rules = "open") -> Style:
+    """A random style.
+
+    Args:
+        seed: any number or short text.
+        rules: "paper" for the paper's, section 6.2; "open" for phrases of the shipped styles in new order,
+            and palettes.
+
+    >>> random_style(7) == random_style(7), random_style(7) == random_style(8)
+    (True, False)
+    """
+    random = Random(f"{rules} {seed}")
+    name = f"{rules}-{seed}"
+    style = Style(name, f"{LINEAGE}{rules} rules, seed {seed}.", HEIGHT, steady=STEADY)
+    return _paper_style(random, style) if rules == "paper" else _open_style(random, style)
+
+
+def mutate(style: Style, seed: int | str, distance: float = 0.4, locks: Iterable[str] = ()) -> Style:
+    """The style with other values.
+
+    Args:
+        distance: how far, from 0 (the style itself) to 1.
+        locks: of `LOCKS`.
+    """
+    random, locks = Random(f"mutate {seed}"), frozenset(locks)
+    spread = 0.7 * distance
+    layers = {
+        layer: tuple(
+            step if _is_kept(step, locks) else step_near(random, _told(step), spread) for step in steps
+        )
+        if layer in _open_layers(locks)
+        else steps
+        for layer, steps in style.layers.items()
+    }
+    changed = replace(style, variants={}, **layers)  # type: ignore[arg-type]
+    if "colors" not in locks:
+        changed = _recolored(random, changed, distance)
+    return _made(changed, f"other values, distance {distance:g}, seed {seed}")
+
+
+def alter(style: Style, seed: int | str, locks: Iterable[str] = ()) -> Style:
+    """The style with one step changed, added or removed; where no step may be, with other values."""
+    random, locks = Random(f"alter {seed}"), frozenset(locks)
+    layers = [layer for layer in _open_layers(locks) if style.layers[layer] or layer != "base"]
+    for _ in range(TRIES if layers and "steps" not in locks else 0):
+        layer = random.choice(layers)
+        steps = _altered(random, layer, style.layers[layer])
+        changed = replace(style, variants={}, **{layer: steps})  # type: ignore[arg-type]
+        if steps != style.layers[layer] and is_valid(changed):
+            return _made(changed, f"one step changed, seed {seed}")
+    return mutate(style, seed, locks=locks)
+
+
+def cross(style: Style, other: Style, seed: int | str, locks: Iterable[str] = ()) -> Style:
+    """The style with a whole layer of another one, and the colour that belongs to it."""
+    random, locks = Random(f"cross {seed}"), frozenset(locks)
+    choices = [layer for layer in ("lines", "background") if layer in _open_layers(locks)]
+    choices = [layer for layer in choices if other.layers[layer] != style.layers[layer]]
+    for _ in range(TRIES if choices and "steps" not in locks else 0):
+        layer = random.choice(choices)
+        changed = _with_layer(random, style, other, layer, locks)
+        if "colors" not in locks:
+            ink = other.ink if layer == "lines" else style.ink
+            paper = other.paper if layer == "background" or random.random() < 0.5 else style.paper
+            ink, paper = readable(ink, paper) if changed.lines else (ink, paper)
+            changed = replace(changed, ink=ink, paper=paper)
+        if is_valid(changed):
+            return _made(changed, f"{layer} of {other.name}, seed {seed}")
+    return mutate(style, seed, locks=locks)
+
+
+def _paper_style(random: Random, style: Style) -> Style:
+    count = random.randint(*COUNT)
+    is_gray = random.random() < GRAY_SHARE
+    rules: list[FilterRule] = []
+    while len(rules) < count - is_gray:
+        rules.append(random.choice([rule for rule in FILTERS if rule.repeats or rule not in rules]))
+    if is_gray:
+        rules.insert(random.randint(0, len(rules)), GRAY)
+    steps = []
+    for rule in rules:
+        parameters = all_blocks()[rule.block].parameters
+        names = (*rule.parameters, *rule.ends)
+        values = {name: drawn(random, parameters[name], rule.ends.get(name)) for name in names}
+        steps.append(Step(rule.block, values))
+    return replace(style, background=tuple(steps))
+
+
+def _open_style(random: Random, style: Style) -> Style:
+    counted = grammar()
+    while True:
+        present = random.choices(list(counted.layers), list(counted.layers.values()))[0]
+        phrases = {layer: _phrases(random, layer) for layer in present}
+        layers: dict[str, list[Step]] = {
+            layer: [step for phrase in each for step in _varied(random, phrase)]
+            for layer, each in phrases.items()
+        }
+        pale = any(phrase.pale_ink for phrase in phrases.get("lines", ()))
+        colors = palette(random, pale)
+        layers = {layer: _tinted(random, steps, colors.tint) for layer, steps in layers.items()}
+        made = joined(replace(style, ink=colors.ink, paper=colors.paper), layers)
+        if is_valid(made):
+            return made
+
+
+def _phrases(random: Random, layer: str) -> list[Phrase]:
+    """Phrases for a layer, each drawn by how often it follows the one before in the shipped styles."""
+    counted = grammar()
+    out: list[Phrase] = []
+    while len(out) < MAX_PHRASES:
+        before = out[-1].signature if out else EDGE
+        follows = counted.follows[layer, before]
+        signature = random.choices(list(follows), list(follows.values()))[0]
+        if signature == EDGE:
+            break
+        same = [phrase for phrase in counted.phrases[layer] if phrase.signature == signature]
+        out.append(random.choice(same))
+    return out
+
+
+def _varied(random: Random, phrase: Phrase) -> tuple[Step, ...]:
+    """The steps of a phrase with other values; a single one may take values from all that look well."""
+    if len(phrase.steps) == 1 and random.random() < 0.4:
+        step = phrase.steps[0]
+        declared = [name for name, each in all_blocks()[step.block].parameters.items()
+                    if getattr(each.control, "explore", None)]  # fmt: skip
+        if declared and not set(step.values) - set(declared):
+            return (replace(step_drawn(random, step.block), save=step.save, source=step.source),)
+    return tuple(step_near(random, step, 0.25) for step in phrase.steps)
+
+
+def _tinted(random: Random, steps: Sequence[Step], hue: float) -> list[Step]:
+    """The steps with the tints of the palette."""
+    parameter = all_blocks()["colorize"].parameters["hue"]
+    out = []
+    for step in steps:
+        if step.block == "colorize":
+            tint = near(random, parameter, round(hue), 0.1)
+            step = replace(step, values={**step.values, "hue": tint})
+        out.append(step)
+    return out
+
+
+def _open_layers(locks: Iterable[str]) -> list[str]:
+    """The layers that may change. The base feeds both others, and is locked with either."""
+    return [layer for layer in LAYERS if layer not in locks
+            and not (layer == "base" and {"lines", "background"} & set(locks))]  # fmt: skip
+
+
+def _is_kept(step: Step, locks: Iterable[str]) -> bool:
+    return not step.block or ("colors" in locks and step.block in ("colorize", "hue", "saturation"))
+
+
+def _told(step: Step) -> Step:
+    """The step with those values written out that random styles may draw."""
+    parameters = all_blocks()[step.block].parameters
+    shown = {
+        name: each.default for name, each in parameters.items() if getattr(each.control, "explore", None)
+    }
+    return replace(step, values=shown | step.values)
+
+
+def _recolored(random: Random, style: Style, distance: float) -> Style:
+    """The style with ink and paper turned together and a little by themselves; far off, a new palette."""
+    if random.random() < 0.5 * (distance - 0.3):
+        colors = palette(random, pale_ink=_is_pale(style))
+        return replace(style, ink=colors.ink, paper=colors.paper)
+    turn = random.gauss(0, 90 * distance)
+    ink, paper = (
+        shifted(color, random.gauss(0, 0.04 * distance), random.gauss(0, 0.05 * distance), turn)
+        for color in (style.ink, style.paper)
+    )
+    if style.lines and style.ink != style.paper:
+        ink, paper = readable(ink, paper) if not _is_pale(style) else (ink, paper)
+    return replace(style, ink=ink, paper=paper)
+
+
+def _is_pale(style: Style) -> bool:
+    return to_oklch(style.ink)[0] > 0.8
+
+
+def _altered(random: Random, layer: str, steps: tuple[Step, ...]) -> tuple[Step, ...]:
+    """The steps with one more, one less or another one in place of one."""
+    change = random.choice(("add", "remove", "replace", "replace"))
+    place = random.randint(0, len(steps)) if change == "add" or not steps else random.randrange(len(steps))
+    single = [phrase.steps[0] for phrase in grammar().phrases[layer] if len(phrase.steps) == 1]
+    new = step_near(random, random.choice(single), 0.3)
+    if random.random() < 0.3:
+        new = step_drawn(random, random.choice(sorted(all_blocks())))
+    if change == "add" or not steps:
+        return steps[:place] + (new,) + steps[place:]
+    old = steps[place]
+    if change == "remove" or new.block == old.block:
+        return steps[:place] + steps[place + 1 :] if not (old.save or old.source) else steps
+    return steps[:place] + (replace(new, save=old.save, source=old.source),) + steps[place + 1 :]
+
+
+def _with_layer(random: Random, style: Style, other: Style, layer: str, locks: frozenset[str]) -> Style:
+    """The style with a layer of another; a background may bring the base layer that it was made for."""
+    names = [layer]
+    if layer == "background" and "base" in _open_layers(locks) and random.random() < 0.5:
+        names = ["base", layer]
+    layers = {name: closed_layer(other, name) for name in names}
+    changed = joined(style, layers)
+    if "lines" not in (*names, *locks) and not is_valid(changed):
+        # The lines have used pictures of the layers that are gone.
+        changed = joined(style, layers | {"lines": closed_layer(style, "lines")})
+    return replace(changed, variants={})
+
+
+def _made(style: Style, how: str) -> Style:
+    """The style, named after what it was made of, with the way it was made in its note."""
+    before = style.note[style.note.find(LINEAGE) :] if LINEAGE in style.note else f"{LINEAGE}{style.name}."
+    note = f"{before} Then {how}."
+    if len(note) > MAX_LINEAGE:
+        note = f"{LINEAGE}... {note[-MAX_LINEAGE:]}"
+    root = style.name.partition("~")[0].replace(":", "-")
+    return replace(style, name=f"{root}~{sha256(note.encode()).hexdigest()[:8]}", note=note)

@@ -1,0 +1,135 @@
+"""What the shipped styles are made of: phrases, and how often which one follows which.
+
+A phrase is a run of steps of one layer that belongs together, because its steps use one another's saved
+pictures: "blur a small copy, divide by it" is one, a posterization by itself another. A layer made of phrases
+is valid in any order.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+from vidstyle.assets import asset_folder
+from vidstyle.block import SavedRef
+from vidstyle.blocks import all_blocks
+from vidstyle.explore.colors import to_oklch
+from vidstyle.style import LAYERS, SOURCE, Step, Style, load_style
+
+BASE = "@base"
+"""In a phrase, stands for the result of the base layer."""
+EDGE = ()
+"""What stands before the first phrase of a layer and after the last."""
+
+BlockNames = tuple[str, ...]
+"""The blocks of a phrase: phrases of one signature follow others alike."""
+
+
+@dataclass(frozen=True)
+class Phrase:
+    """Steps that belong together.
+
+    Attributes:
+        steps: their saved pictures are their own; `BASE` and "source" are those of others.
+        origin: the style that it comes from.
+        pale_ink: whether that style's ink is lighter than its paper, or white: the layer covers, and its
+            gaps show the paper.
+    """
+
+    steps: tuple[Step, ...]
+    origin: str = ""
+    pale_ink: bool = False
+
+    @property
+    def signature(self) -> BlockNames:
+        return tuple(step.block for step in self.steps)
+
+
+@dataclass(frozen=True)
+class Grammar:
+    """What was counted in styles.
+
+    Attributes:
+        layers: how often which layers occur together.
+        phrases: the phrases of each layer.
+        follows: for each layer and signature, how often which one follows; `EDGE` begins and ends a layer.
+    """
+
+    layers: Counter[tuple[str, ...]]
+    phrases: dict[str, list[Phrase]]
+    follows: dict[tuple[str, BlockNames], Counter[BlockNames]]
+
+
+def shipped_styles() -> list[Style]:
+    """The styles that come with the program, by name."""
+    return [load_style(path) for path in sorted(asset_folder("styles").glob("*.toml"))]
+
+
+@cache
+def grammar() -> Grammar:
+    """That of the shipped styles."""
+    counted = Grammar(Counter(), defaultdict(list), defaultdict(Counter))
+    for style in shipped_styles():
+        layers = phrases_of(style)
+        counted.layers[tuple(layer for layer in LAYERS if layers[layer])] += 1
+        for layer, phrases in layers.items():
+            counted.phrases[layer] += phrases
+            signatures = [EDGE, *(phrase.signature for phrase in phrases), EDGE]
+            for before, after in zip(signatures, signatures[1:], strict=False):
+                counted.follows[layer, before][after] += 1
+    return counted
+
+
+def phrases_of(style: Style) -> dict[str, list[Phrase]]:
+    """The phrases of each layer of a style. A base layer that no other starts from has none."""
+    pale = to_oklch(style.ink)[0] > 0.8
+    layers = {}
+    for layer in LAYERS:
+        unused = layer == "base" and any(step.source for step in style.background[:1])
+        closed = () if unused else tuple(closed_layer(style, layer))
+        layers[layer] = [Phrase(run, style.name, pale and layer == "lines") for run in _runs(closed)]
+    return layers
+
+
+def closed_layer(style: Style, layer: str) -> Iterator[Step]:
+    """The steps of a layer; what they take from other layers is the result of the base layer instead."""
+    steps = style.layers[layer]
+    own = {step.save for step in steps}
+    for step in steps:
+        values = dict(step.values)
+        for name, control in saved_refs(step).items():
+            picture = values.get(name, "")
+            if picture and picture != SOURCE and picture not in own:
+                values[name] = BASE
+                if control.on == "chroma":
+                    del values[name]
+        outside = step.source and step.source != SOURCE and step.source not in own
+        yield replace(step, values=values, source=BASE if outside else step.source)
+
+
+def saved_refs(step: Step) -> dict[str, SavedRef]:
+    """The parameters of a step that name saved pictures."""
+    return all_blocks()[step.block].saved_refs if step.block else {}
+
+
+def names_used(step: Step) -> set[str]:
+    """The saved pictures that a step says it uses."""
+    names = {str(step.values.get(name, "")) for name in saved_refs(step)}
+    return (names | {step.source}) - {"", SOURCE, BASE}
+
+
+def _runs(steps: Sequence[Step]) -> Iterator[tuple[Step, ...]]:
+    """The shortest runs of steps such that none uses what another saves."""
+    first = 0
+    for end in range(1, len(steps) + 1):
+        saved = {step.save for step in steps[first:end]}
+        used = {name for step in steps[end:] for name in names_used(step)}
+        starts_anew = end < len(steps) and steps[end].source
+        if not saved & used and not starts_anew:
+            kept = {name for step in steps[first:end] for name in names_used(step)}
+            yield tuple(
+                replace(step, save=step.save if step.save in kept else "") for step in steps[first:end]
+            )
+            first = end

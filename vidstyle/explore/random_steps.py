@@ -1,0 +1,198 @@
+"""Random values for the parameters of blocks, and steps joined into styles that are valid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from random import Random
+from typing import Any
+
+from vidstyle.block import Parameter, Slider
+from vidstyle.blocks import all_blocks
+from vidstyle.errors import StyleError
+from vidstyle.explore.phrases import BASE, saved_refs
+from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
+
+DIGITS = 3
+"""Significant digits of a random value: more could not be seen, and a file is read by people."""
+LEAST_SCALE = 0.2
+"""The smallest working size in a random style: below it nothing is recognized."""
+BLUR_SCALE = 0.125
+"""The working size of wide blurs."""
+
+
+def drawn(random: Random, parameter: Parameter, ends: tuple[float, float] | None = None) -> Any:
+    """A value from where random styles look well, evenly; the default where nothing is declared.
+
+    Args:
+        ends: other ends of a slider than those that it declares.
+    """
+    control = parameter.control
+    if isinstance(control, Slider):
+        ends = ends or control.explore
+        if ends is None:
+            return parameter.default
+        whole = parameter.is_integer
+        return random.randint(*map(int, ends)) if whole else fitted(parameter, random.uniform(*ends))
+    options = getattr(control, "explore", ())
+    return random.choice(options) if options else parameter.default
+
+
+def near(random: Random, parameter: Parameter, value: Any, spread: float) -> Any:
+    """A value near another one.
+
+    Args:
+        spread: how far, by the value itself, as a standard deviation; a circle counts as 180 degrees.
+    """
+    if not isinstance(parameter.control, Slider):
+        options = getattr(parameter.control, "explore", ())
+        return random.choice(options) if options and random.random() < spread / 2 else value
+    if parameter.control.unit == "degrees":
+        return fitted(parameter, _turned(parameter.control, value + random.gauss(0, 90 * spread)))
+    changed = fitted(parameter, value * math.exp(random.gauss(0, spread)))
+    if changed == value and parameter.is_integer and random.random() < spread:
+        changed = fitted(parameter, value + random.choice((-1, 1)))
+    return changed
+
+
+def fitted(parameter: Parameter, value: float) -> float:
+    """The value rounded, and moved into the range of the slider."""
+    control = parameter.control
+    assert isinstance(control, Slider)
+    if parameter.is_integer:
+        value = round(value)
+    elif value:
+        value = round(value, DIGITS - 1 - math.floor(math.log10(abs(value))))
+    return parameter.check(min(max(value, control.low), control.high))  # type: ignore[no-any-return]
+
+
+def _turned(control: Slider, angle: float) -> float:
+    """An angle outside the range of its slider comes in again at the other end."""
+    span = control.high - control.low
+    return (angle - control.low) % span + control.low
+
+
+def step_near(random: Random, step: Step, spread: float) -> Step:
+    """A step with values near those that it has."""
+    return _with(step, lambda parameter, value: near(random, parameter, value, spread), step.values)
+
+
+def step_drawn(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
+    """A block with every value drawn."""
+    parameters = all_blocks()[block].parameters
+    return _with(Step(block), lambda parameter, _: drawn(random, parameter, (ends or {}).get(parameter.name)),
+                 parameters)  # fmt: skip
+
+
+def _with(step: Step, change: Any, names: Iterable[str]) -> Step:
+    """The step with some values changed; those that it does not name stay unnamed at their defaults."""
+    if not step.block:
+        return step
+    parameters = all_blocks()[step.block].parameters
+    values = dict(step.values)
+    for name in names:
+        parameter = parameters[name]
+        values[name] = change(parameter, values.get(name, parameter.default))
+    kept = {
+        name: value
+        for name, value in values.items()
+        if name in step.values or value != parameters[name].default
+    }
+    return replace(step, values=kept)
+
+
+def joined(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
+    """A style with some layers replaced.
+
+    Args:
+        style: the rest.
+        layers: their steps. `BASE` in them stands for the result of the base layer; their saved pictures get
+            names that no other layer uses, their working sizes are kept within `LEAST_SCALE` and 1.
+    """
+    built = {layer: list(steps) for layer, steps in style.layers.items() if layer not in layers}
+    taken = {step.save for steps in built.values() for step in steps}
+    for layer in LAYERS:
+        if layer in layers:
+            base = built.get("base", []) if layer != "base" else []
+            built[layer] = _on_base(numbered(_fitting(layers[layer], base), taken), base, taken)
+    return replace(style, **{layer: tuple(steps) for layer, steps in built.items()})  # type: ignore[arg-type]
+
+
+def _on_base(steps: list[Step], base: Sequence[Step], taken: set[str]) -> list[Step]:
+    """The steps of a layer with a name for the result of the base layer, which is where they begin."""
+    if not any(BASE in (step.source, *_pictures(step)) for step in steps):
+        return steps
+    if base and base[-1].save:
+        return [_renamed(step, {BASE: base[-1].save}) for step in steps]
+    first = numbered([Step("", save="base")], taken)
+    return first + [_renamed(step, {BASE: first[0].save}) for step in steps]
+
+
+def numbered(steps: Iterable[Step], taken: set[str]) -> list[Step]:
+    """The steps, their saved pictures under names that are not taken yet; adds these names."""
+    names: dict[str, str] = {}
+    out = []
+    for step in steps:
+        step = _renamed(step, names)
+        if step.save:
+            name, number = step.save, 2
+            while name in taken:
+                name, number = f"{step.save}_{number}", number + 1
+            names[step.save] = name
+            taken.add(name)
+            step = replace(step, save=name)
+        out.append(step)
+    return out
+
+
+def is_valid(style: Style) -> bool:
+    """Whether the style's file could be read."""
+    try:
+        style_from_table(table_from_style(style), style.name, folder=style.folder)
+    except StyleError:
+        return False
+    return bool(style.steps)
+
+
+def _pictures(step: Step) -> list[object]:
+    return [step.values.get(name) for name in saved_refs(step)]
+
+
+def _renamed(step: Step, names: Mapping[str, str]) -> Step:
+    values = dict(step.values)
+    for name in saved_refs(step):
+        if values.get(name) in names:
+            values[name] = names[values[name]]
+    return replace(step, values=values, source=names.get(step.source, step.source))
+
+
+def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
+    """The steps with working sizes that are neither too small nor larger than the picture."""
+    parameter = all_blocks()["scale"].parameters["factor"]
+    sizes = {BASE: _final_size(base)}
+    now, out = sizes[BASE], []
+    for step in steps:
+        now = sizes.get(step.source, 1.0) if step.source else now
+        if step.block == "scale":
+            wanted = now * step.values.get("factor", parameter.default)
+            # For wide blurs, which a later step lays over a larger picture.
+            least = LEAST_SCALE if wanted > BLUR_SCALE else BLUR_SCALE
+            factor = fitted(parameter, min(max(wanted, least), 1.0) / now)
+            now *= factor
+            step = replace(step, values=step.values | {"factor": factor})
+        sizes[step.save] = now
+        if step.block != "scale" or factor != 1 or step.save or step.source:
+            out.append(step)
+    return out
+
+
+def _final_size(steps: Sequence[Step]) -> float:
+    """The working size after these steps, by that of the picture."""
+    parameter = all_blocks()["scale"].parameters["factor"]
+    sizes, now = {SOURCE: 1.0}, 1.0
+    for step in steps:
+        now = sizes.get(step.source, now)
+        now *= step.values.get("factor", parameter.default) if step.block == "scale" else 1.0
+        sizes[step.save] = now
+    return now
