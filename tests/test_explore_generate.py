@@ -105,19 +105,19 @@ def test_grammar_is_that_of_the_shipped_styles() -> None:
 @pytest.mark.parametrize("style", shipped_styles()[::4] + [random_style(5)], ids=lambda style: style.name)
 def test_variations_are_valid_and_keep_what_is_locked(style: Style) -> None:
     other = random_style(11)
+
+    def changes(seed: int, *locks: str) -> list[Style]:
+        return [mutate(style, seed, 0.8, locks), alter(style, seed, locks), cross(style, other, seed, locks)]
+
     for seed in range(4):
-        for change in (
-            lambda locks: mutate(style, seed, 0.8, locks),
-            lambda locks: alter(style, seed, locks),
-            lambda locks: cross(style, other, seed, locks),
-        ):
-            free = change(())
-            assert is_valid(free) and free != style and free == change(())
-            assert change(("lines",)).lines == style.lines
-            kept = change(("background", "colors"))
+        for free in changes(seed):
+            assert is_valid(free) and free != style
+        assert changes(seed) == changes(seed)
+        assert all(each.lines == style.lines for each in changes(seed, "lines"))
+        for kept in changes(seed, "background", "colors"):
             assert (kept.base, kept.background) == (style.base, style.background)
             assert (kept.ink, kept.paper) == (style.ink, style.paper)
-            assert blocks_of(change(("steps",))) == blocks_of(style)
+        assert all(blocks_of(each) == blocks_of(style) for each in changes(seed, "steps"))
 
 
 def test_distance_says_how_far() -> None:

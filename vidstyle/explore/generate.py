@@ -14,8 +14,8 @@ from typing import Literal
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import palette, readable, shifted, to_oklch
-from vidstyle.explore.random_steps import drawn, is_valid, joined, near, step_drawn, step_near
 from vidstyle.explore.phrases import EDGE, Phrase, closed_layer, grammar
+from vidstyle.explore.random_steps import drawn, is_valid, joined, near, step_drawn, step_near
 from vidstyle.explore.rules import COUNT, FILTERS, GRAY, GRAY_SHARE, HEIGHT, STEADY, FilterRule
 from vidstyle.style import LAYERS, Step, Style
 
