@@ -17,6 +17,8 @@ from typing import Any
 
 from aiohttp import WSCloseCode, web
 
+SHARED = Path(__file__).with_name("static")
+"""Modules that every page may import."""
 THIS_MACHINE, ANY_ADDRESS = "127.0.0.1", "0.0.0.0"
 """The address that only this machine reaches, and that which stands for all addresses of this machine."""
 MAX_MESSAGE = 1 << 16
@@ -72,7 +74,7 @@ class WebServer:
         Args:
             name: of the thread.
             handlers: by path.
-            static: files, and folders whose files, are served by their names.
+            static: files, and folders whose files, are served by their names, as are those of `SHARED`.
             index: the one of them that is served as "/".
             port: 0 chooses a free one.
             address: IPv4 address of this machine in its network, where it listens; `ANY_ADDRESS` for all;
@@ -87,7 +89,7 @@ class WebServer:
         self._loop = asyncio.new_event_loop()
         app = web.Application(middlewares=[self._guard])
         app.on_response_prepare.append(self._add_headers)
-        found = [file for path in static for file in (path.iterdir() if path.is_dir() else [path])]
+        found = [file for path in (SHARED, *static) for file in (path.iterdir() if path.is_dir() else [path])]
         files = {"/" if file.name == index else f"/{file.name}": partial(_send, file) for file in found}
         for path, handler in (files | dict(handlers)).items():
             app.router.add_get(path, handler, allow_head=False)

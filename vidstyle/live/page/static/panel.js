@@ -1,90 +1,10 @@
 // The panel beside the picture, built from the parameters of the style.
 
-const $ = id => document.getElementById(id);
+import {control, isShort, short} from "./controls.js";
+import {get as $, make, words} from "./elements.js";
 
-function make(kind, values = {}, ...inside) {
-  const made = Object.assign(document.createElement(kind), values);
-  made.append(...inside);
-  return made;
-}
-
-const words = name => name.replaceAll("_", " ");
 const stepName = path => words(path.split(".").at(-1).replace("#", " "));
-const short = (number, whole) => whole ? Math.round(number) : Number(number.toPrecision(3));
-
 const fullName = ({name, variant}) => variant ? `${name}:${variant}` : name;
-const isShort = unit => Boolean(unit) && unit.length < 8;
-
-// A slider whose range is wide gives most of its travel to the low values.
-const isSteep = entry => !entry.whole && (entry.unit === "px" || (entry.low > 0 && entry.high / entry.low >= 20));
-const NOTCHES = 400;
-
-function scaleOf(entry) {
-  const span = entry.high - entry.low;
-  const power = isSteep(entry) ? 3 : 1;
-  return {
-    notches: entry.whole ? span : NOTCHES,
-    place: value => Math.pow((value - entry.low) / span, 1 / power) * (entry.whole ? span : NOTCHES),
-    value: place => entry.low + span * Math.pow(place / (entry.whole ? span : NOTCHES), power),
-  };
-}
-
-/** A control for one parameter; it calls `change(value)` on input, and `show(value)` sets it. */
-function control(entry, id, change) {
-  if (entry.kind === "slider") return slider(entry, id, change);
-  if (entry.kind === "switch") {
-    const box = make("input", {type: "checkbox", id, onchange: () => change(box.checked)});
-    return {beside: [box], show: value => { box.checked = value; }};
-  }
-  if (entry.kind === "color") {
-    const well = make("input", {type: "color", id, oninput: () => change(well.value)});
-    return {beside: [well], show: value => { well.value = value; }};
-  }
-  const menu = make("select", {id, onchange: () => change(menu.value)});
-  const add = option => menu.append(make("option", {value: option, textContent: option ? words(option) : "none"}));
-  entry.options.forEach(add);
-  return {beside: [menu], show: value => {
-    if (![...menu.options].some(option => option.value === value)) add(value);
-    menu.value = value;
-  }};
-}
-
-function slider(entry, id, change) {
-  const scale = scaleOf(entry);
-  const range = make("input", {type: "range", id, min: 0, max: scale.notches, step: entry.whole ? 1 : "any"});
-  const exact = make("input", {type: "number", step: "any", min: entry.low, max: entry.high});
-  exact.setAttribute("aria-label", `${words(entry.name)}, as a number`);
-  const say = value => range.setAttribute("aria-valuetext", `${value} ${entry.unit}`.trim());
-  const show = value => {
-    range.value = scale.place(value);
-    exact.value = short(value, entry.whole);
-    say(exact.value);
-  };
-  const move = place => {
-    const value = short(Math.min(Math.max(scale.value(place), entry.low), entry.high), entry.whole);
-    exact.value = value;
-    say(value);
-    change(value);
-  };
-  range.oninput = () => move(Number(range.value));
-  // With step "any" browsers disagree about arrow keys.
-  range.onkeydown = event => {
-    const steps = {ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10}[event.key];
-    if (!steps || event.ctrlKey || event.altKey || event.metaKey) return;
-    event.preventDefault();
-    const step = Math.max(entry.whole ? 1 : 0, scale.notches / 100);
-    range.value = Number(range.value) + steps * Math.round(step);
-    move(Number(range.value));
-  };
-  exact.onchange = () => {
-    if (exact.value === "" || !exact.checkValidity()) { exact.reportValidity(); return; }
-    const value = entry.whole ? Math.round(exact.value) : Number(exact.value);
-    range.value = scale.place(value);
-    change(value);
-  };
-  const unit = isShort(entry.unit) || !entry.main ? [make("span", {textContent: entry.unit})] : [];
-  return {beside: [exact, ...unit], below: [range], show};
-}
 
 export class Panel {
   #send; #shown = {}; #queued = new Map(); #inFlight = null; #dragged = null; #name = null; #last = null;
@@ -213,7 +133,8 @@ export class Panel {
   #row(entry) {
     const id = `value-${entry.path}`;
     const shown = {value: entry.value, start: entry.start};
-    shown.control = control(entry, id, value => this.#set(shown, value, entry.path));
+    const beside = entry.main && !isShort(entry.unit) ? {...entry, unit: ""} : entry;
+    shown.control = control(beside, id, value => this.#set(shown, value, entry.path));
     const of = entry.main && entry.step ? `${stepName(entry.step)} ` : "";
     const label = make("label", {htmlFor: id, title: `${entry.help}\n${entry.path}`}, of + words(entry.name));
     label.ondblclick = () => { shown.control.show(shown.start); this.#set(shown, shown.start, entry.path); };

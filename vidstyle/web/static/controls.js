@@ -1,0 +1,137 @@
+/**
+ * Controls for the values of a style, as `vidstyle.style.panel` describes them.
+ *
+ * @module
+ */
+
+import { make, words } from "./elements.js";
+
+/**
+ * What sets a value: its elements, and a function that shows another value.
+ * @typedef {object} Control
+ * @property {HTMLElement[]} beside what stands beside the name
+ * @property {HTMLElement[]} [below] what takes the whole width
+ * @property {(value: any) => void} show
+ */
+
+/**
+ * @typedef {object} Described
+ * @property {string} name
+ * @property {string} kind
+ * @property {number} [low]
+ * @property {number} [high]
+ * @property {boolean} [whole]
+ * @property {string} [unit]
+ * @property {string[]} [options]
+ */
+
+/** A unit that fits beside a number. @param {string | undefined} unit */
+export const isShort = (unit) => Boolean(unit) && String(unit).length < 8;
+
+/** @param {number} value @param {boolean | undefined} whole */
+export const short = (value, whole) => (whole ? Math.round(value) : Number(value.toPrecision(3)));
+
+const NOTCHES = 400;
+
+/**
+ * The places of values on a slider; one whose range is wide gives most of its travel to the low values.
+ * @param {Described} entry
+ */
+export function scaleOf({ low = 0, high = 1, whole, unit }) {
+  const span = high - low;
+  const steep = !whole && (unit === "px" || (low > 0 && high / low >= 20));
+  const power = steep ? 3 : 1;
+  const notches = whole ? span : NOTCHES;
+  return {
+    notches,
+    /** @param {number} value */
+    place: (value) => Math.pow((value - low) / span, 1 / power) * notches,
+    /** @param {number} place */
+    value: (place) => low + span * Math.pow(place / notches, power),
+  };
+}
+
+/**
+ * A control for one parameter; it calls `change` on input.
+ * @param {Described} entry
+ * @param {string} id of its input
+ * @param {(value: any) => void} change
+ * @returns {Control}
+ */
+export function control(entry, id, change) {
+  if (entry.kind === "slider") return slider(entry, id, change);
+  if (entry.kind === "switch") {
+    const box = make("input", { type: "checkbox", id, onchange: () => change(box.checked) });
+    return { beside: [box], show: (value) => void (box.checked = value) };
+  }
+  if (entry.kind === "color") {
+    const well = make("input", { type: "color", id, oninput: () => change(well.value) });
+    return { beside: [well], show: (value) => void (well.value = value) };
+  }
+  const menu = make("select", { id, onchange: () => change(menu.value) });
+  /** @param {string} option */
+  const add = (option) => menu.append(make("option", { value: option, textContent: option ? words(option) : "none" }));
+  (entry.options ?? []).forEach(add);
+  return {
+    beside: [menu],
+    show: (value) => {
+      if (![...menu.options].some((option) => option.value === value)) add(value);
+      menu.value = value;
+    },
+  };
+}
+
+/**
+ * @param {Described} entry
+ * @param {string} id
+ * @param {(value: number) => void} change
+ * @returns {Control}
+ */
+function slider(entry, id, change) {
+  const { low = 0, high = 1, whole, unit = "" } = entry;
+  const scale = scaleOf(entry);
+  const range = make("input", { type: "range", id, min: "0", max: String(scale.notches), step: whole ? "1" : "any" });
+  const exact = make("input", { type: "number", step: "any", min: String(low), max: String(high) });
+  exact.setAttribute("aria-label", `${words(entry.name)}, as a number`);
+  /** @param {number} value */
+  const put = (value) => {
+    exact.value = String(value);
+    range.setAttribute("aria-valuetext", `${value} ${unit}`.trim());
+    range.style.setProperty("--part", String(Number(range.value) / scale.notches));
+  };
+  /** @param {number} value */
+  const show = (value) => {
+    range.value = String(scale.place(value));
+    put(Number(value.toPrecision(7)));
+  };
+  /** @param {number} place */
+  const move = (place) => {
+    const value = short(Math.min(Math.max(scale.value(place), low), high), whole);
+    put(value);
+    change(value);
+  };
+  range.oninput = () => move(Number(range.value));
+  // With step "any" browsers disagree about arrow keys.
+  range.onkeydown = (event) => {
+    /** @type {Object<string, number>} */
+    const keys = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
+    const steps = keys[event.key];
+    if (!steps || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    const step = Math.max(whole ? 1 : 0, scale.notches / 100);
+    range.value = String(Number(range.value) + steps * Math.round(step));
+    move(Number(range.value));
+  };
+  exact.onchange = () => {
+    if (exact.value === "" || !exact.checkValidity()) {
+      exact.reportValidity();
+      return;
+    }
+    const value = whole ? Math.round(Number(exact.value)) : Number(exact.value);
+    range.value = String(scale.place(value));
+    put(value);
+    change(value);
+  };
+  const beside = unit ? [exact, make("span", { className: "unit", textContent: unit })] : [exact];
+  return { beside, below: [range], show };
+}

@@ -1,0 +1,116 @@
+/**
+ * The frames of a film, which the server decodes: one at a time, or played in a loop.
+ *
+ * @module
+ */
+
+/**
+ * @typedef {object} Clip
+ * @property {string} name
+ * @property {[number, number]} size width and height
+ * @property {number} count of frames; 1 for a photograph
+ * @property {number} fps
+ * @property {boolean} live whether it is a camera, whose newest frame is shown
+ */
+
+/** @typedef {(message: string, fields: object) => Promise<any>} Ask */
+
+/** Asks for frames and says where the film stands. */
+export class Player {
+  /** @type {Clip} */
+  clip = { name: "", size: [0, 0], count: 0, fps: 25, live: false };
+  /** The frame that is shown or was asked for last. */
+  number = 0;
+  playing = false;
+  /** The first and the last frame that are played; null: all. @type {[number, number] | null} */
+  range = null;
+  #asked = false;
+  /** @type {number | null} */
+  #next = null;
+
+  /**
+   * @param {Ask} ask
+   * @param {() => void} onchange is called when anything of this has changed
+   */
+  constructor(ask, onchange) {
+    this.ask = ask;
+    this.onchange = onchange;
+  }
+
+  /** Whether there is anything to play. */
+  get isFilm() {
+    return this.clip.count > 1 && !this.clip.live;
+  }
+
+  /** The seconds at which a frame is shown. @param {number} number */
+  time(number) {
+    return number / (this.clip.fps || 1);
+  }
+
+  /** Another film. @param {Clip} clip */
+  open(clip) {
+    this.clip = clip;
+    this.number = 0;
+    this.range = null;
+    this.playing = clip.live;
+    this.onchange();
+  }
+
+  /** Shows a frame and stops; while one is on its way, only the newest wish is kept. @param {number} number */
+  async show(number) {
+    if (this.clip.live) return;
+    if (this.playing) await this.pause();
+    this.number = Math.max(0, Math.min(this.clip.count - 1, Math.round(number)));
+    this.onchange();
+    this.#next = this.number;
+    if (this.#asked) return;
+    this.#asked = true;
+    while (this.#next !== null) {
+      const wanted = this.#next;
+      this.#next = null;
+      await this.ask("frame", { number: wanted }).catch(() => {});
+    }
+    this.#asked = false;
+  }
+
+  /** Goes on by this many frames, from the end to the start. @param {number} frames */
+  step(frames) {
+    const { count } = this.clip;
+    return this.show((this.number + frames + count) % count);
+  }
+
+  async play() {
+    if (!this.isFilm || this.playing) return;
+    this.playing = true;
+    this.onchange();
+    const [first, last] = this.range ?? [0, this.clip.count - 1];
+    const from = this.number < first || this.number >= last ? first : this.number;
+    await this.ask("play", { from, to: last, fps: this.clip.fps });
+  }
+
+  async pause() {
+    this.playing = false;
+    this.onchange();
+    await this.ask("pause", {});
+  }
+
+  toggle() {
+    return this.playing ? this.pause() : this.play();
+  }
+
+  /** Sets the range that is played. @param {[number, number] | null} range */
+  async setRange(range) {
+    const playing = this.playing;
+    this.range = range;
+    if (playing) await this.pause();
+    this.onchange();
+    if (playing) await this.play();
+  }
+
+  /** A frame has come while the film plays. @param {number} number */
+  shown(number) {
+    if (!this.playing) return;
+    this.number = number;
+    this.onchange();
+  }
+}
