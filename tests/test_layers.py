@@ -27,10 +27,10 @@ ORDER = """
     export
     web
     diagram gallery comic
-    explore
     live
     demo
     preview
+    explore
     design
     doctor bench
     cli
@@ -43,7 +43,7 @@ STRANGERS = {"media", "cpu", "gpu"}
 
 HOMES = {
     "PIL": "comic",
-    "aiohttp": "web live design",
+    "aiohttp": "web live explore design",
     "av": "media",
     "click": "cli",
     "moderngl": "gpu",

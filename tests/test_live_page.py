@@ -27,6 +27,7 @@ from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.live.target import LiveFrame
 from vidstyle.style import load_style, set_values, user_styles
+from vidstyle.web.messages import read_message
 
 
 def test_a_picture_arrives_as_it_was_offered() -> None:
@@ -311,7 +312,7 @@ def test_a_session_shows_itself_on_the_page() -> None:
 
 def test_the_page_sends_what_the_server_knows() -> None:
     scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
-    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == messages.KINDS.keys()
+    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == messages.FIELDS.keys()
 
 
 def test_every_part_that_the_scripts_name_is_there() -> None:
@@ -324,7 +325,7 @@ def test_every_part_that_the_scripts_name_is_there() -> None:
 
 def test_messages_are_read_as_they_are_written() -> None:
     message = {"do": "choose", "style": "ink:green"}
-    assert messages.read_message(json.dumps(message)) == message
+    assert read_message(json.dumps(message), messages.FIELDS) == message
 
 
 def test_without_its_library_the_page_says_what_to_install() -> None:

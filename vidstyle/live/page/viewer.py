@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from vidstyle.errors import VidstyleError, log
-from vidstyle.live.page.messages import MessageError, dispatch, read_message
+from vidstyle.live.page.messages import FIELDS, dispatch
+from vidstyle.web.messages import MessageError, read_message
 
 if TYPE_CHECKING:
     from vidstyle.live.page.page_target import PageTarget
@@ -95,7 +96,7 @@ class Viewer:
 
     async def _handle(self, text: str | bytes) -> None:
         self._limit_rate()
-        message = read_message(text)
+        message = read_message(text, FIELDS)
         if message["do"] == "shown":
             if message["number"] != self._sent:
                 raise MessageError("shown: was not sent")

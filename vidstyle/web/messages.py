@@ -1,0 +1,69 @@
+"""Messages from a page, read by a table of their kinds; each is validated before it reaches anything."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import Any
+
+MAX_TEXT = 200
+"""Characters of a text, where nothing else is said."""
+
+Check = Callable[[object], bool]
+"""Whether a field has the right type and range."""
+Fields = Mapping[str, Check]
+"""The fields of a kind of message, in the order of the arguments of what it does."""
+
+
+class MessageError(Exception):
+    """A message that the page does not send."""
+
+
+def is_text(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= MAX_TEXT
+
+
+def is_bool(value: object) -> bool:
+    return isinstance(value, bool)
+
+
+def is_index(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
+
+
+def is_part(value: object) -> bool:
+    """Whether it is a number from 0 to 1."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1
+
+
+def read_message(text: str | bytes, kinds: Mapping[str, Fields]) -> dict[str, Any]:
+    """Parse and validate a message; returns its kind, "do", and the fields that belong to it.
+
+    Args:
+        kinds: the fields of each kind. All are required, and no others are allowed.
+
+    Raises:
+        MessageError: the text is not a valid message.
+
+    >>> read_message('{"do": "bypass", "on": true}', {"bypass": {"on": is_bool}})
+    {'do': 'bypass', 'on': True}
+    >>> read_message('{"do": "bypass", "on": 1}', {"bypass": {"on": is_bool}})
+    Traceback (most recent call last):
+    vidstyle.web.messages.MessageError: bypass: on has the wrong type or range
+    """
+    try:
+        message = json.loads(text) if isinstance(text, str) else None
+    except (ValueError, RecursionError):
+        message = None
+    if not isinstance(message, dict):
+        raise MessageError("not a JSON object")
+    do = message.get("do")
+    if not isinstance(do, str) or do not in kinds:
+        raise MessageError("unknown kind of message")
+    fields = kinds[do]
+    if message.keys() != {"do", *fields}:
+        raise MessageError(f"{do}: takes {', '.join(fields) or 'nothing'}")
+    for name, check in fields.items():
+        if not check(message[name]):
+            raise MessageError(f"{do}: {name} has the wrong type or range")
+    return message
