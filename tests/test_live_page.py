@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed
 
 from vidstyle.gallery.thumbnail import HEIGHT, WIDTH
 from vidstyle.live.control import Controls, LiveOptions, Status
-from vidstyle.live.page import PageTarget, messages, page_target
+from vidstyle.live.page import PageTarget, actions, page_target
 from vidstyle.live.page.page_target import MAX_SIZE, STATIC, jpeg
 from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
@@ -312,7 +312,7 @@ def test_a_session_shows_itself_on_the_page() -> None:
 
 def test_the_page_sends_what_the_server_knows() -> None:
     scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
-    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == messages.FIELDS.keys()
+    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == actions.FIELDS.keys()
 
 
 def test_every_part_that_the_scripts_name_is_there() -> None:
@@ -325,7 +325,7 @@ def test_every_part_that_the_scripts_name_is_there() -> None:
 
 def test_messages_are_read_as_they_are_written() -> None:
     message = {"do": "choose", "style": "ink:green"}
-    assert read_message(json.dumps(message), messages.FIELDS) == message
+    assert read_message(json.dumps(message), actions.FIELDS) == message
 
 
 def test_without_its_library_the_page_says_what_to_install() -> None:

@@ -20,14 +20,17 @@ class MessageError(Exception):
 
 
 def is_text(value: object) -> bool:
+    """Whether it is a text of 1 to `MAX_TEXT` characters."""
     return isinstance(value, str) and 0 < len(value) <= MAX_TEXT
 
 
 def is_bool(value: object) -> bool:
+    """Whether it is true or false."""
     return isinstance(value, bool)
 
 
 def is_index(value: object) -> bool:
+    """Whether it is a whole number from 0 on that JavaScript tells from its neighbours."""
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from vidstyle.errors import VidstyleError, log
-from vidstyle.live.page.messages import FIELDS, dispatch
+from vidstyle.live.page.actions import FIELDS, dispatch
 from vidstyle.web.messages import MessageError, read_message
 
 if TYPE_CHECKING:
