@@ -1,0 +1,213 @@
+/**
+ * The designer: puts the parts of the page together.
+ *
+ * @module
+ */
+
+import { Bar } from "./bar.js";
+import { Diagram } from "./diagram.js";
+import { Dialogs, say } from "./dialogs.js";
+import { get, icon, make } from "./elements.js";
+import { History } from "./history.js";
+import { Inspector } from "./inspector.js";
+import { describe, listen } from "./keys.js";
+import { PACKET, Preview } from "./preview.js";
+import { Palette } from "./palette.js";
+import { Session } from "./session.js";
+import { splitter } from "./splitter.js";
+import { Start } from "./start.js";
+import { Steps } from "./steps.js";
+import { StylePanel } from "./style_panel.js";
+import { shortcuts } from "./shortcuts.js";
+
+const SETTLED_MS = 200;
+
+for (const place of document.querySelectorAll("[data-icon]"))
+  place.prepend(icon(String(/** @type {HTMLElement} */ (place).dataset.icon)));
+
+const session = new Session((text) => say(text, true));
+const palette = new Palette();
+const dialogs = new Dialogs(session, say);
+const preview = new Preview(session, { onchange: () => bar.show(), onsettled: settled });
+const bar = new Bar(preview, say);
+const steps = new Steps(session, palette, say, selected);
+const diagram = new Diagram({
+  select: (name) => choose(name),
+  add: (layer, index, near) => steps.add(layer, index, near),
+  move: (step, layer, index) => steps.move(step, layer, index),
+});
+const inspector = new Inspector(session, act);
+const stylePanel = new StylePanel(session);
+const history = new History(session);
+const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
+  history.clear();
+  steps.selected = null;
+  opening = kind;
+});
+
+/** How the document that comes next was asked for; "" once it is there. */
+let opening = "";
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let timer;
+/** @type {"step" | "style" | "history"} */
+let tab = "style";
+
+get("step-tab-content").append(inspector.element, make("p", { className: "quiet", id: "film-facts" }));
+get("style-tab-content").append(stylePanel.element);
+get("history-tab-content").append(history.element);
+
+/** @param {"step" | "style" | "history"} name */
+function showTab(name) {
+  tab = name;
+  for (const button of get("tabs").querySelectorAll("button")) {
+    const chosen = button.value === name;
+    button.setAttribute("aria-selected", String(chosen));
+    button.tabIndex = chosen ? 0 : -1;
+    get(`${button.value}-tab-content`).hidden = !chosen;
+  }
+}
+
+/** @param {boolean} on whether the diagram is shown */
+function build(on) {
+  document.body.classList.toggle("building", on);
+  get("to-diagram").setAttribute("aria-pressed", String(on));
+  const step = /** @type {HTMLElement} */ (get("tabs").querySelector("[value=step]"));
+  step.hidden = !on;
+  if (!on && tab === "step") showTab("style");
+  if (!on && preview.solo !== null) solo(null);
+  diagram.arrange();
+  if (on) wishPictures();
+}
+
+/** Chooses a card and shows it in the panel. @param {import("./layout.js").CardName} name */
+function choose(name) {
+  steps.select(name);
+  diagram.focus(name);
+}
+
+function selected() {
+  diagram.selected = steps.selected;
+  diagram.mark();
+  if (steps.selected === "result") showTab("style");
+  else if (steps.selected !== null) showTab("step");
+  refresh();
+}
+
+function refresh() {
+  const { state } = session;
+  if (!state) return;
+  const { step } = steps;
+  inspector.element.hidden = !step;
+  get("film-facts").hidden = Boolean(step);
+  const { name, size, count, fps } = preview.player.clip;
+  const length = count > 1 ? `, ${count} frames at ${Number(fps.toFixed(3))} a second` : "";
+  get("film-facts").textContent = steps.selected === null ? "Choose a step in the diagram." : `${name}: ${size.join(" × ")}${length}.`;
+  if (step) inspector.show(state, step, preview.solo === step.step);
+  stylePanel.show(state);
+  history.show(state);
+}
+
+/** @param {import("./types.js").State | null} state */
+function shown(state) {
+  if (!state) return start.show(true);
+  if (opening) {
+    const fresh = opening;
+    opening = "";
+    build(fresh === "new" || state.knobs.length === 0);
+    showTab("style");
+    if (fresh === "new") steps.selected = "source";
+    preview.restyler.restart();
+    preview.again();
+  }
+  steps.keep();
+  if (preview.solo !== null && !steps.step) preview.solo = null;
+  diagram.solo = preview.solo;
+  diagram.selected = steps.selected;
+  diagram.show(state);
+  const name = /** @type {HTMLInputElement} */ (get("name"));
+  if (document.activeElement !== name) name.value = state.name;
+  get("saved").textContent = state.dirty ? "Edited" : state.file ? "Saved" : "";
+  for (const which of /** @type {const} */ (["undo", "redo"])) {
+    const button = /** @type {HTMLButtonElement} */ (get(which));
+    button.disabled = !state[which];
+    button.title = `${which === "undo" ? "Undo" : "Redo"}${state[which] ? `: ${state[which]}` : ""} (Ctrl+${which === "undo" ? "Z" : "Y"})`;
+  }
+  document.title = `${state.dirty ? "• " : ""}${state.name} · vidstyle design`;
+  refresh();
+  wishPictures();
+}
+
+/** Asks for the small pictures of the steps once nothing changes any more. */
+function wishPictures() {
+  clearTimeout(timer);
+  if (!document.body.classList.contains("building")) return;
+  timer = setTimeout(() => session.state && !preview.player.playing && session.ask("thumbnails"), SETTLED_MS);
+}
+
+function settled() {
+  const { source, result } = preview.view;
+  const { state } = session;
+  if (!state || !source || !result) return;
+  diagram.draw("source", source.picture, source.size);
+  if (preview.solo !== null) return;
+  diagram.draw("result", result.picture, result.size);
+  history.draw(state, result.picture, result.size);
+}
+
+/** @param {number | null} step whose picture is shown */
+async function solo(step) {
+  await preview.showStep(step);
+  diagram.solo = step;
+  if (session.state) diagram.show(session.state);
+  get("solo-note").hidden = step === null;
+  refresh();
+}
+
+/** @param {import("./inspector.js").Action} action */
+function act(action) {
+  if (action === "solo") return solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null);
+  return steps[action]();
+}
+
+session.on("blocks", (blocks) => palette.fill(blocks));
+session.on("state", shown);
+session.on("settled", refresh);
+session.on("notice", (text) => say(text));
+session.on("clip", wishPictures);
+session.on("picture", ({ type, number, file }) => {
+  if (type === PACKET.step) diagram.picture(number, file);
+  if (type === PACKET.style) start.picture(number, file);
+});
+session.on("connection", (open) => {
+  get("lost").hidden = open;
+  if (open) preview.watch().then(() => preview.again());
+});
+
+const name = /** @type {HTMLInputElement} */ (get("name"));
+name.addEventListener("change", () => session.edit("rename", { name: name.value.trim() }));
+name.addEventListener("keydown", (event) => event.key === "Enter" && name.blur());
+get("undo").addEventListener("click", () => steps.again("undo"));
+get("redo").addEventListener("click", () => steps.again("redo"));
+get("to-styles").addEventListener("click", () => start.show(true));
+get("to-diagram").addEventListener("click", () => build(!document.body.classList.contains("building")));
+get("save").addEventListener("click", () => dialogs.save());
+get("save-as-new").addEventListener("click", () => dialogs.saveAs());
+get("export").addEventListener("click", () => dialogs.export());
+get("render").addEventListener("click", () => dialogs.render());
+get("help").addEventListener("click", () => dialogs.help());
+get("unsolo").addEventListener("click", () => solo(null));
+for (const button of get("tabs").querySelectorAll("button"))
+  button.addEventListener("click", () => showTab(/** @type {typeof tab} */ (button.value)));
+get("tabs").addEventListener("keydown", (event) => {
+  const shownTabs = [...get("tabs").querySelectorAll("button")].filter((button) => !button.hidden);
+  const at = shownTabs.findIndex((button) => button.value === tab) + ({ ArrowLeft: -1, ArrowRight: 1 }[event.key] ?? NaN);
+  shownTabs[at]?.click();
+  shownTabs[at]?.focus();
+});
+addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
+splitter(() => diagram.arrange());
+
+const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, choose, solo });
+listen(keys);
+describe(keys);
+bar.show();

@@ -1,0 +1,134 @@
+/**
+ * The bar below the picture: the film, before and after, zoom, and who restyles.
+ *
+ * @module
+ */
+
+import { get, icon } from "./elements.js";
+
+/** @typedef {import("./preview.js").Preview} Preview */
+
+const SIDES = [180, 270, 360, 540, 720, 1080];
+
+/** Shows and sets what `Preview` holds. */
+export class Bar {
+  /** @param {Preview} preview @param {(text: string) => void} say */
+  constructor(preview, say) {
+    this.preview = preview;
+    this.say = say;
+    this.place = /** @type {HTMLInputElement} */ (get("place"));
+    this.place.addEventListener("input", () => preview.player.show(Number(this.place.value)));
+    get("play").addEventListener("click", () => preview.player.toggle());
+    get("previous").addEventListener("click", () => preview.player.step(-1));
+    get("next").addEventListener("click", () => preview.player.step(1));
+    get("loop").addEventListener("click", () => this.mark());
+    for (const button of get("modes").querySelectorAll("button"))
+      button.addEventListener("click", () => preview.view.setMode(/** @type {import("./picture.js").Mode} */ (button.value)));
+    for (const button of get("zooms").querySelectorAll("button"))
+      button.addEventListener("click", () => preview.view.setZoom(Number(button.value) || null));
+    const hold = get("hold");
+    hold.addEventListener("pointerdown", (event) => {
+      hold.setPointerCapture(event.pointerId);
+      preview.view.hold(true);
+    });
+    for (const kind of ["pointerup", "pointercancel", "keyup", "blur"]) hold.addEventListener(kind, () => preview.view.hold(false));
+    hold.addEventListener("keydown", (event) => [" ", "Enter"].includes(event.key) && preview.view.hold(true));
+    this.#menu();
+  }
+
+  #menu() {
+    const where = /** @type {HTMLSelectElement} */ (get("where"));
+    const side = /** @type {HTMLSelectElement} */ (get("side"));
+    const { restyler } = this.preview;
+    const page = new Option(restyler.runner ? "this browser" : `this browser (${restyler.reason})`, "page");
+    page.disabled = !restyler.runner;
+    where.replaceChildren(page, new Option("vidstyle", "server"));
+    const choose = () => this.preview.choose(/** @type {import("./preview.js").Where} */ (where.value), Number(side.value)).then(() => this.show());
+    where.addEventListener("change", choose);
+    side.addEventListener("change", choose);
+    get("check").addEventListener("click", () => this.check());
+    get("steady").addEventListener("click", () => this.steady());
+    const menu = get("view-menu");
+    menu.addEventListener("toggle", (event) => {
+      if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
+      const { right, top } = get("view").getBoundingClientRect();
+      Object.assign(menu.style, { left: `${Math.max(8, right - menu.offsetWidth)}px`, top: `${top - menu.offsetHeight - 8}px` });
+    });
+  }
+
+  async check() {
+    const found = await this.preview.check();
+    if (!found) return;
+    const share = found.share ? `${(100 * found.share).toPrecision(2)} % of the values differ by more than one` : "no value differs by more than one";
+    get("checked").textContent = `Largest difference to the exact picture: ${found.largest} of 255; ${share}.`;
+    this.say(String(get("checked").textContent));
+  }
+
+  async steady() {
+    await this.preview.player.pause();
+    this.say("vidstyle restyles one second with stabilization.");
+    await this.preview.session.ask("steady");
+  }
+
+  /** Sets the start of the loop, then its end, then none. */
+  mark() {
+    const { player } = this.preview;
+    if (player.range && player.range[1] < player.clip.count - 1) player.setRange(null);
+    else if (player.range) player.setRange([Math.min(player.range[0], player.number), Math.max(player.range[0] + 1, player.number)]);
+    else player.setRange([player.number, player.clip.count - 1]);
+  }
+
+  show() {
+    const { player, view, where, side, restyler } = this.preview;
+    const { clip, number, range } = player;
+    get("film").hidden = !player.isFilm;
+    this.place.max = String(Math.max(1, clip.count - 1));
+    this.place.value = String(number);
+    const part = (/** @type {number} */ at) => String(at / Math.max(1, clip.count - 1));
+    const track = /** @type {HTMLElement} */ (this.place.parentElement);
+    for (const [name, value] of [["--part", part(number)], ["--from", part(range?.[0] ?? 0)], ["--to", part(range?.[1] ?? clip.count - 1)]])
+      track.style.setProperty(name, value);
+    const seconds = player.time(number);
+    get("time").textContent = `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(2).padStart(5, "0")}`;
+    get("time").title = `Frame ${number + 1} of ${clip.count}`;
+    this.place.setAttribute("aria-valuetext", `frame ${number + 1} of ${clip.count}`);
+    get("play").replaceChildren(icon(player.playing ? "pause" : "play"));
+    get("play").setAttribute("aria-label", player.playing ? "Pause" : "Play");
+    get("loop").setAttribute("aria-pressed", String(range !== null));
+    for (const button of get("modes").querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.value === view.mode));
+    for (const button of get("zooms").querySelectorAll("button"))
+      button.setAttribute("aria-pressed", String((Number(button.value) || null) === view.zoom));
+    get("hold").setAttribute("aria-pressed", String(view.holding));
+    this.#places();
+    const [wide, high] = clip.size;
+    const own = Math.min(wide, high);
+    const sides = [...new Set([...SIDES.filter((each) => each < own), Math.min(own, 2160)])];
+    const menu = /** @type {HTMLSelectElement} */ (get("side"));
+    if (menu.options.length !== sides.length || menu.options[sides.length - 1]?.value !== String(sides.at(-1)))
+      menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines, as the film` : `${each} lines`, String(each))));
+    menu.value = String(sides.reduce((best, each) => (each <= side ? each : best), sides[0]));
+    /** @type {HTMLSelectElement} */ (get("where")).value = where;
+    get("who").textContent = where === "server" ? "vidstyle" : restyler.isFast ? "Graphics card" : "Software";
+    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this machine and sends pictures.";
+  }
+
+  /** Puts the names of both pictures and the handle of the divider where they belong. */
+  #places() {
+    const { view } = this.preview;
+    const [first, second] = view.panes;
+    const [before, after, handle] = ["before", "after", "handle"].map(get);
+    const split = view.mode === "split" && !view.holding;
+    before.hidden = !(split || second || view.holding);
+    after.hidden = !(split || second);
+    handle.hidden = !split;
+    const box = view.boxIn(first);
+    const at = view.dividerAt(first);
+    const top = Math.max(first.y, box.y) + 10;
+    Object.assign(before.style, { left: `${Math.max(first.x, box.x) + 10}px`, top: `${top}px` });
+    const other = second ? view.boxIn(second) : box;
+    const right = second ? Math.max(second.x, other.x) + 10 : Math.min(first.x + first.width, box.x + box.width) - 10 - after.offsetWidth;
+    Object.assign(after.style, { left: `${right}px`, top: `${second ? Math.max(second.y, other.y) + 10 : top}px` });
+    handle.style.left = `${at}px`;
+    handle.style.top = `${first.y + first.height / 2}px`;
+  }
+}

@@ -1,0 +1,231 @@
+/**
+ * The diagram: a card for every step, wires between them, and a button on every wire that adds one.
+ *
+ * @module
+ */
+
+import { get, icon, make, drawn, title, words } from "./elements.js";
+import { layoutOf, pathOf } from "./layout.js";
+import { placeOf, stepsOf } from "./types.js";
+import { dragging } from "./drag.js";
+
+/** @typedef {import("./layout.js").CardName} CardName */
+/** @typedef {import("./layout.js").Layout} Layout */
+/** @typedef {import("./types.js").State} State */
+/** @typedef {import("./types.js").Step} Step */
+/** @typedef {import("./types.js").Layer} Layer */
+
+/**
+ * @typedef {object} Actions
+ * @property {(name: CardName) => void} select
+ * @property {(layer: Layer, index: number, near: DOMRect) => void} add
+ * @property {(step: number, layer: Layer, index: number) => void} move
+ */
+
+/** How many colours the wires of saved pictures have. */
+const COLORS = 6;
+const SHORT_LAYERS = { base: "Base", background: "Background", lines: "Lines" };
+
+/** Draws the state of a style as cards. */
+export class Diagram {
+  /** @type {Layout | null} */
+  layout = null;
+  /** @type {CardName | null} */
+  selected = null;
+  /** The step whose picture is shown. @type {number | null} */
+  solo = null;
+  /** @type {State | null} */
+  state = null;
+  /** @type {Map<CardName, HTMLButtonElement>} */
+  #cards = new Map();
+  /** Addresses of the small pictures of steps. @type {Map<number, string>} */
+  #pictures = new Map();
+
+  /** @param {Actions} actions */
+  constructor(actions) {
+    this.actions = actions;
+    this.root = get("diagram");
+    this.area = get("cards");
+    this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
+    new ResizeObserver(() => this.arrange()).observe(this.root);
+    dragging(this);
+  }
+
+  /** @param {State} state */
+  show(state) {
+    this.state = state;
+    const steps = new Map(stepsOf(state).map((step) => [/** @type {CardName} */ (step.step), step]));
+    for (const [name, card] of this.#cards)
+      if (typeof name === "number" && !steps.has(name)) {
+        card.remove();
+        this.#cards.delete(name);
+      }
+    this.#card("source");
+    for (const [name, step] of steps) this.#fill(this.#card(name), /** @type {Step} */ (step));
+    const { background, lines } = state.layers;
+    const end = this.#card("result");
+    this.#say(end, lines.length ? (background.length ? "Ink over colour" : "Ink on paper") : "Result", "");
+    this.arrange();
+    this.mark();
+  }
+
+  /** @param {CardName} name */
+  #card(name) {
+    const known = this.#cards.get(name);
+    if (known) return known;
+    const picture = typeof name === "number" ? make("img", { alt: "", draggable: false }) : make("canvas", { width: 320, height: 180 });
+    const card = make("button", { className: "card", type: "button", tabIndex: -1 }, picture,
+      make("span", { className: "badges" }), make("span", { className: "name" }), make("span", { className: "main" }));
+    card.dataset.card = String(name);
+    card.addEventListener("click", () => this.actions.select(name));
+    card.addEventListener("pointerenter", () => this.#highlight(name));
+    card.addEventListener("pointerleave", () => this.#highlight(this.selected));
+    this.#cards.set(name, card);
+    this.area.append(card);
+    if (name === "source") this.#say(card, "Source", "");
+    return card;
+  }
+
+  /** @param {HTMLElement} card @param {string} name @param {string} main */
+  #say(card, name, main) {
+    const [label, value] = [card.querySelector(".name"), card.querySelector(".main")];
+    if (label && label.textContent !== name) label.textContent = name;
+    if (value && value.textContent !== main) value.textContent = main;
+  }
+
+  /** @param {HTMLButtonElement} card @param {Step} step */
+  #fill(card, step) {
+    this.#say(card, title(step.block || step.save || "Saved picture"), step.main);
+    card.classList.toggle("muted", step.muted);
+    card.classList.toggle("wrong", Boolean(step.error));
+    const badges = /** @type {HTMLElement} */ (card.querySelector(".badges"));
+    const marks = [];
+    if (step.error) marks.push(make("span", { className: "badge wrong", title: step.error }, icon("warning")));
+    if (step.muted) marks.push(make("span", { className: "badge", title: "Muted" }, icon("mute")));
+    if (this.solo === step.step) marks.push(make("span", { className: "badge solo", title: "Shown in the picture" }, icon("solo")));
+    if (step.save) marks.push(make("span", { className: `badge save wire-${this.#color(step.save)}` }, step.save));
+    badges.replaceChildren(...marks);
+    const place = placeOf(/** @type {State} */ (this.state), step.step);
+    const facts = [title(step.block), step.main, SHORT_LAYERS[place?.layer ?? "base"], step.muted && "muted",
+      step.save && `saved as ${step.save}`, step.from && `from ${step.from}`, step.error && `error: ${step.error}`];
+    card.setAttribute("aria-label", facts.filter(Boolean).join(", "));
+    card.title = step.error ?? step.help;
+  }
+
+  /** The number of the colour of a saved picture: by its first appearance. @param {string} name */
+  #color(name) {
+    const names = [...new Set((this.state?.edges ?? []).map((edge) => edge.name))];
+    return Math.max(0, names.indexOf(name)) % COLORS;
+  }
+
+  /** Lays everything out anew for the present size. */
+  arrange() {
+    if (!this.state || !this.root.clientWidth) return;
+    const layout = layoutOf(this.state, this.root.clientWidth, this.root.clientHeight);
+    this.layout = layout;
+    this.root.dataset.size = layout.size.name;
+    const width = Math.max(layout.width, this.root.clientWidth);
+    for (const part of [this.area, this.wires]) {
+      part.style.width = `${width}px`;
+      part.style.height = `${layout.height}px`;
+    }
+    for (const { name, x, y } of layout.cards) {
+      const card = /** @type {HTMLButtonElement} */ (this.#cards.get(name));
+      Object.assign(card.style, { translate: `${x}px ${y}px`, width: `${layout.size.w}px`, height: `${layout.size.h}px` });
+    }
+    this.wires.replaceChildren(...layout.wires.flatMap((wire) => this.#wire(wire)));
+    this.area.querySelectorAll(".gap, .layer").forEach((old) => old.remove());
+    for (const { layer, x, y } of layout.labels) {
+      const label = make("span", { className: "layer", textContent: SHORT_LAYERS[layer] });
+      label.style.translate = `${x}px ${y}px`;
+      this.area.append(label);
+    }
+    layout.gaps.forEach((gap) => this.area.append(this.#gap(gap)));
+  }
+
+  /** @param {import("./layout.js").Wire} wire */
+  #wire({ points, saved, used, from, to }) {
+    const kind = saved ? `saved wire-${this.#color(saved)}` : "chain";
+    const path = drawn("path", { d: pathOf(points, saved ? 5 : 9), class: `${kind}${used ? "" : " unused"}` });
+    if (!saved) return [path];
+    path.setAttribute("data-ends", `${from} ${to}`);
+    const [x, y] = points[points.length - 1];
+    const up = points[points.length - 2][1] > y ? 1 : -1;
+    const head = drawn("path", { d: `M${x - 3.5} ${y + 6 * up} L${x} ${y + up} L${x + 3.5} ${y + 6 * up}z`, class: `head wire-${this.#color(saved)}` });
+    head.setAttribute("data-ends", `${from} ${to}`);
+    return [path, head];
+  }
+
+  /** @param {import("./layout.js").Gap} gap */
+  #gap({ layer, index, x, y }) {
+    const label = `Add a step to ${words(layer)}, at place ${index + 1}`;
+    const button = make("button", { className: "gap", type: "button", tabIndex: -1, title: "Add a step here" }, icon("plus"));
+    button.setAttribute("aria-label", label);
+    Object.assign(button.dataset, { layer, index });
+    button.style.translate = `${x}px ${y}px`;
+    button.addEventListener("click", () => this.actions.add(layer, index, button.getBoundingClientRect()));
+    return button;
+  }
+
+  /** Shows which card is chosen. */
+  mark() {
+    const reachable = this.selected !== null && this.#cards.has(this.selected) ? this.selected : "source";
+    for (const [name, card] of this.#cards) {
+      card.classList.toggle("selected", name === this.selected);
+      card.toggleAttribute("aria-current", name === this.selected);
+      card.tabIndex = name === reachable ? 0 : -1;
+    }
+    this.#highlight(this.selected);
+  }
+
+  /** Brings out the saved pictures that come from or go to a card. @param {CardName | null} name */
+  #highlight(name) {
+    for (const path of this.wires.querySelectorAll("[data-ends]")) {
+      const ends = String(path.getAttribute("data-ends")).split(" ");
+      path.classList.toggle("bright", name !== null && ends.includes(String(name)));
+    }
+  }
+
+  /** @param {CardName} name */
+  focus(name) {
+    const card = this.#cards.get(name);
+    card?.focus({ preventScroll: true });
+    card?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+
+  /** The card beside one in a direction, by the keys' names. @param {CardName} name @param {string} key @returns {CardName} */
+  beside(name, key) {
+    const cards = this.layout?.cards ?? [];
+    const at = cards.findIndex((card) => card.name === name);
+    if (at < 0) return "source";
+    if (key === "ArrowLeft") return cards[Math.max(0, at - 1)].name;
+    if (key === "ArrowRight") return cards[Math.min(cards.length - 1, at + 1)].name;
+    const down = key === "ArrowDown" ? 1 : -1;
+    const others = cards.filter((card) => (card.row - cards[at].row) * down > 0);
+    /** @param {typeof others[number]} card */
+    const distance = (card) => Math.abs(card.row - cards[at].row) * 10000 + Math.abs(card.x - cards[at].x);
+    return others.sort((one, other) => distance(one) - distance(other))[0]?.name ?? name;
+  }
+
+  /** The small picture of a step. @param {number} step @param {Blob} file */
+  picture(step, file) {
+    const card = this.#cards.get(step);
+    if (!card) return;
+    const before = this.#pictures.get(step);
+    const address = URL.createObjectURL(file);
+    this.#pictures.set(step, address);
+    const picture = /** @type {HTMLImageElement} */ (card.firstElementChild);
+    picture.src = address;
+    if (before) picture.decode().catch(() => {}).then(() => URL.revokeObjectURL(before));
+  }
+
+  /** Draws the picture of the source or the result. @param {"source" | "result"} name @param {CanvasImageSource} picture @param {[number, number]} size */
+  draw(name, picture, [width, height]) {
+    const canvas = /** @type {HTMLCanvasElement | undefined} */ (this.#cards.get(name)?.firstElementChild);
+    const context = canvas?.getContext("2d");
+    if (!canvas || !context) return;
+    const scale = Math.max(canvas.width / width, canvas.height / height);
+    const [w, h] = [canvas.width / scale, canvas.height / scale];
+    context.drawImage(picture, (width - w) / 2, (height - h) / 2, w, h, 0, 0, canvas.width, canvas.height);
+  }
+}

@@ -1,0 +1,161 @@
+/**
+ * Saving, exporting and rendering.
+ *
+ * @module
+ */
+
+import { get, make } from "./elements.js";
+
+/** @typedef {import("./session.js").Session} Session */
+
+/**
+ * What the server tells of long work.
+ * @typedef {object} Progress
+ * @property {"render" | "steady" | "export"} kind
+ * @property {number} done
+ * @property {number} total
+ * @property {string} [text]
+ * @property {string} [file]
+ * @property {string} [error]
+ * @property {boolean} finished
+ */
+
+/** Opens a dialog; what its button says when it closes. @param {string} id @returns {Promise<string>} */
+function asked(id) {
+  const dialog = /** @type {HTMLDialogElement} */ (get(id));
+  dialog.returnValue = "";
+  dialog.showModal();
+  const [name] = dialog.querySelectorAll("input[type=text]");
+  /** @type {HTMLInputElement | undefined} */ (name)?.select();
+  return new Promise((done) => dialog.addEventListener("close", () => done(dialog.returnValue), { once: true }));
+}
+
+/** The dialogs of files. */
+export class Dialogs {
+  /** @param {Session} session @param {(text: string) => void} say */
+  constructor(session, say) {
+    this.session = session;
+    this.say = say;
+    session.on("progress", (progress) => this.#progress(progress));
+    get("render-stop").addEventListener("click", () => session.ask("cancel"));
+    get("render-again").addEventListener("click", () => this.#start(true));
+    get("render-go").addEventListener("click", () => this.#start(false));
+    get("copy").addEventListener("click", () => this.copy());
+    for (const button of document.querySelectorAll("dialog [value=cancel]"))
+      button.addEventListener("click", () => /** @type {Element & {close: (value: string) => void}} */ (button.closest("dialog")).close(""));
+  }
+
+  /** @param {string} id */
+  #text(id) {
+    return /** @type {HTMLInputElement} */ (get(id));
+  }
+
+  /** Saves to the file of the style, or asks for a name where there is none. */
+  async save() {
+    if (!this.session.state?.file) return this.saveAs();
+    if (await this.session.ask("save")) this.say(`Saved as ${this.session.state.file}.`);
+  }
+
+  async saveAs() {
+    this.#text("save-name").value = this.session.state?.name ?? "";
+    if ((await asked("save-dialog")) !== "save") return;
+    const name = this.#text("save-name").value.trim();
+    const answer = await this.session.ask("save_as", { name });
+    if (answer) this.say(`Saved as ${answer.file ?? this.session.state?.file ?? name}.`);
+  }
+
+  async export() {
+    this.#text("export-name").value = this.session.state?.name ?? "";
+    if ((await asked("export-dialog")) !== "export") return;
+    const kind = /** @type {HTMLInputElement} */ (document.querySelector("input[name=kind]:checked")).value;
+    const answer = await this.session.ask("export", { kind, name: this.#text("export-name").value.trim() });
+    if (answer) this.say(`Exported as ${answer.file}.`);
+  }
+
+  render() {
+    this.#text("render-name").value = `${this.session.state?.name ?? "film"}.mp4`;
+    get("render-state").textContent = "";
+    this.#running(false);
+    return asked("render-dialog");
+  }
+
+  /** @param {boolean} overwrite */
+  async #start(overwrite) {
+    get("render-again").hidden = true;
+    this.#running(true);
+    get("render-state").textContent = "";
+    try {
+      const name = this.#text("render-name").value.trim();
+      await this.session.connection.ask("render", { name, overwrite });
+    } catch (error) {
+      this.#failed(/** @type {Error} */ (error).message);
+    }
+  }
+
+  /** @param {string} text */
+  #failed(text) {
+    this.#running(false);
+    get("render-state").textContent = text;
+    get("render-again").hidden = !/exist/.test(text);
+  }
+
+  /** @param {boolean} running */
+  #running(running) {
+    get("render-go").hidden = running;
+    get("render-stop").hidden = !running;
+    get("render-again").hidden = true;
+    const bar = /** @type {HTMLProgressElement} */ (get("render-bar"));
+    bar.hidden = !running;
+    bar.removeAttribute("value");
+  }
+
+  /** @param {Progress} progress */
+  #progress({ kind, done, total, text, file, error, finished }) {
+    if (kind !== "render") {
+      if (error || (finished && file)) this.say(error ?? `Written: ${file}.`);
+      return;
+    }
+    if (error) return this.#failed(error);
+    const bar = /** @type {HTMLProgressElement} */ (get("render-bar"));
+    if (total) [bar.max, bar.value] = [total, done];
+    get("render-state").textContent = finished ? `Written: ${file}.` : text ?? `Frame ${done} of ${total || "many"}`;
+    if (!finished) return;
+    this.#running(false);
+    this.say(`Written: ${file}.`);
+  }
+
+  /** Copies the command that does the same. */
+  async copy() {
+    const answer = await this.session.ask("command");
+    if (!answer) return;
+    try {
+      await navigator.clipboard.writeText(answer.text);
+      this.say("The command is copied.");
+    } catch {
+      this.say(answer.text);
+    }
+  }
+
+  /** Whether changes may be given up; true where there are none. */
+  async mayLeave() {
+    const { state } = this.session;
+    if (!state?.dirty) return true;
+    get("leave-text").textContent = `The changes to “${state.name}” are not saved.`;
+    const answer = await asked("leave-dialog");
+    if (answer === "save") await this.save();
+    return answer === "discard" || (answer === "save" && !this.session.state?.dirty);
+  }
+
+  help() {
+    return asked("help-dialog");
+  }
+}
+
+/** Shows a sentence for some seconds, and says it to screen readers. @param {string} text @param {boolean} [alarm] */
+export function say(text, alarm = false) {
+  const toast = get("toast");
+  toast.replaceChildren(make("p", { textContent: text, className: alarm ? "alarm" : "" }));
+  toast.classList.add("shown");
+  clearTimeout(Number(toast.dataset.timer));
+  toast.dataset.timer = String(setTimeout(() => toast.classList.remove("shown"), alarm ? 9000 : 4000));
+}

@@ -1,0 +1,95 @@
+/**
+ * The inspector: everything that can be changed of the chosen step.
+ *
+ * @module
+ */
+
+import { icon, make, title, words } from "./elements.js";
+import { placeOf } from "./types.js";
+import { ValueList } from "./values.js";
+
+/** @typedef {import("./types.js").Step} Step */
+/** @typedef {import("./types.js").State} State */
+
+/** @typedef {"mute" | "solo" | "duplicate" | "remove" | "expand"} Action what a button does to the step */
+
+/** Shows one step. */
+export class Inspector {
+  /** @type {Step | null} */
+  step = null;
+
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {(action: Action) => void} act
+   */
+  constructor(session, act) {
+    this.session = session;
+    this.values = new ValueList(session, true);
+    this.name = make("h2");
+    this.kind = make("p", { className: "quiet" });
+    this.help = make("p", { className: "about" });
+    this.error = make("p", { className: "error" });
+    this.error.setAttribute("role", "alert");
+    /** @type {Map<Action, HTMLButtonElement>} */
+    this.buttons = new Map();
+    const buttons = make("div", { className: "actions" });
+    for (const [action, drawing, label, key] of /** @type {[Action, string, string, string][]} */ ([
+      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Show what leaves this step", "S"],
+      ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace by the steps that it consists of", "E"],
+      ["remove", "remove", "Remove", "Del"],
+    ])) {
+      const button = make("button", { className: "plain", type: "button", title: `${label} (${key})` }, icon(drawing));
+      button.setAttribute("aria-label", label);
+      button.addEventListener("click", () => act(action));
+      this.buttons.set(action, button);
+      buttons.append(button);
+    }
+    this.from = make("select", { id: "from" });
+    this.save = make("input", { id: "save-as", type: "text", maxLength: 64, pattern: "[A-Za-z_][A-Za-z0-9_-]*", placeholder: "not saved" });
+    const links = make("details", { className: "links" }, make("summary", { textContent: "Connections" }),
+      make("div", { className: "pair" }, make("label", { htmlFor: "from", textContent: "Starts from" }), this.from),
+      make("div", { className: "pair" }, make("label", { htmlFor: "save-as", textContent: "Save the picture as" }), this.save),
+      make("p", { className: "help", textContent: "Later steps can start from a saved picture, or blend it in." }));
+    this.links = links;
+    this.element = make("div", { className: "inspector" }, make("header", {}, make("div", {}, this.name, this.kind), buttons),
+      this.error, this.help, this.values.element, links);
+    this.from.addEventListener("change", () => this.#refer("from", this.from.value));
+    this.save.addEventListener("change", () => this.save.reportValidity() && this.#refer("save", this.save.value.trim()));
+  }
+
+  /** @param {"from" | "save"} name @param {string} value */
+  #refer(name, value) {
+    if (this.step) this.session.edit("refer", { step: this.step.step, name, value });
+  }
+
+  /**
+   * @param {State} state
+   * @param {Step} step
+   * @param {boolean} solo
+   */
+  show(state, step, solo) {
+    const other = this.step?.step !== step.step;
+    this.step = step;
+    const place = placeOf(state, step.step);
+    this.name.textContent = title(step.block || "Saved picture");
+    this.kind.textContent = place ? `${title(place.layer)}, step ${place.index + 1} of ${state.layers[place.layer].length}` : "";
+    this.help.textContent = step.help;
+    this.error.textContent = step.error ?? "";
+    this.error.hidden = !step.error;
+    this.buttons.get("mute")?.setAttribute("aria-pressed", String(step.muted));
+    this.buttons.get("solo")?.setAttribute("aria-pressed", String(solo));
+    const expand = this.buttons.get("expand");
+    if (expand) expand.hidden = !step.recipe;
+    this.values.show(step.entries);
+    this.#links(step, other);
+  }
+
+  /** @param {Step} step @param {boolean} other than before */
+  #links(step, other) {
+    if (other) this.links.open = Boolean(step.from || step.save);
+    const options = [...new Set(["", ...step.from_options, step.from])];
+    this.from.replaceChildren(...options.map((name) => new Option(name ? words(name) : "the step before", name)));
+    this.from.value = step.from;
+    if (document.activeElement !== this.save) this.save.value = step.save;
+  }
+}

@@ -1,0 +1,76 @@
+/**
+ * Keyboard shortcuts: one table serves the keys and the help sheet.
+ *
+ * @module
+ */
+
+import { get, make } from "./elements.js";
+
+/**
+ * @typedef {object} Shortcut
+ * @property {string[]} keys as `KeyboardEvent.key`, with "Ctrl+", "Alt+" and "Shift+" in front
+ * @property {string} help
+ * @property {string} [group] heading of this and the next ones
+ * @property {(event: KeyboardEvent) => unknown} run
+ * @property {() => unknown} [end] is called when the key is released
+ * @property {boolean} [typing] whether it works while text is typed
+ */
+
+/** @type {Object<string, string>} */
+const NAMES = { " ": "Space", ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", Escape: "Esc", Delete: "Del" };
+
+/** A key with its modifiers, as in the table. @param {KeyboardEvent} event */
+function nameOf(event) {
+  const control = event.ctrlKey || event.metaKey ? "Ctrl+" : "";
+  const digit = event.shiftKey && /^Digit\d$/.test(event.code) ? event.code.slice(5) : "";
+  const key = digit || (event.key.length === 1 ? event.key.toLowerCase() : event.key);
+  const letter = key.length > 1 || /[a-z]/.test(key) || digit;
+  return control + (event.altKey ? "Alt+" : "") + (event.shiftKey && letter ? "Shift+" : "") + key;
+}
+
+/** Whether a key would be taken as text or by the control. @param {KeyboardEvent} event */
+function isTaken(event) {
+  const target = /** @type {Element} */ (event.target);
+  if (target.matches("input:not([type=range], [type=checkbox], [type=color], [type=radio]), textarea")) return true;
+  const moves = event.key.startsWith("Arrow") || event.key.startsWith("Page") || ["Home", "End"].includes(event.key);
+  if (target.matches("select")) return moves || event.key.length === 1;
+  if (target.matches("input, [role=separator], [role=slider]")) return moves || event.key === " ";
+  return target.matches("button:not(.card), summary, a") && [" ", "Enter"].includes(event.key);
+}
+
+/** @param {Shortcut[]} shortcuts */
+export function listen(shortcuts) {
+  const byKey = new Map(shortcuts.flatMap((shortcut) => shortcut.keys.map((key) => [key, shortcut])));
+  /** @type {Map<string, Shortcut>} */
+  const held = new Map();
+  addEventListener("keydown", (event) => {
+    const shortcut = /** @type {Shortcut | undefined} */ (byKey.get(nameOf(event)));
+    if (!shortcut || event.isComposing || document.querySelector("dialog[open]")) return;
+    if (!shortcut.typing && isTaken(event)) return;
+    if (event.repeat && shortcut.end) return event.preventDefault();
+    if (shortcut.run(event) === false) return;
+    event.preventDefault();
+    if (shortcut.end) held.set(event.code, shortcut);
+  });
+  addEventListener("keyup", (event) => {
+    held.get(event.code)?.end?.();
+    held.delete(event.code);
+  });
+  addEventListener("blur", () => {
+    for (const shortcut of held.values()) shortcut.end?.();
+    held.clear();
+  });
+}
+
+/** Fills the help sheet. @param {Shortcut[]} shortcuts */
+export function describe(shortcuts) {
+  /** @type {HTMLElement[]} */
+  const groups = [];
+  for (const { keys, help, group } of shortcuts) {
+    if (group) groups.push(make("section", {}, make("h3", { textContent: group }), make("dl")));
+    const shown = keys.slice(0, 4).map((key) => key.split(/\+(?=.)/).map((part) => NAMES[part] ?? part.replace(/^[a-z]$/, (letter) => letter.toUpperCase())));
+    const marks = shown.map((parts) => make("kbd", { textContent: parts.join(" ") }));
+    groups.at(-1)?.lastElementChild?.append(make("dt", {}, ...marks), make("dd", { textContent: help }));
+  }
+  get("shortcuts").replaceChildren(...groups);
+}

@@ -1,0 +1,291 @@
+/**
+ * Where the cards and wires of a diagram lie: the base in rows from left to right, then background and lines as
+ * two lanes, one below the other, which join in the result. Saved pictures run in the gutters between rows.
+ *
+ * @module
+ */
+
+import { LAYERS } from "./types.js";
+
+/** @typedef {import("./types.js").Layer} Layer */
+/** @typedef {"source" | "result" | number} CardName */
+/** @typedef {{name: CardName, x: number, y: number, row: number}} Card */
+/** @typedef {{layer: Layer, index: number, x: number, y: number}} Gap where a step can be added */
+/** @typedef {{points: [number, number][], saved: string, used: boolean, from?: CardName, to?: CardName}} Wire */
+/** @typedef {{w: number, h: number, gap: number, row: number, name: string}} Size of cards and of what is between */
+
+/**
+ * @typedef {object} Layout
+ * @property {Size} size
+ * @property {Card[]} cards
+ * @property {Gap[]} gaps
+ * @property {Wire[]} wires
+ * @property {{layer: Layer, x: number, y: number}[]} labels
+ * @property {number} width
+ * @property {number} height
+ */
+
+/** @type {Size[]} */
+const SIZES = [
+  { name: "large", w: 144, h: 122, gap: 34, row: 30 },
+  { name: "medium", w: 112, h: 102, gap: 28, row: 24 },
+  { name: "small", w: 92, h: 88, gap: 24, row: 18 },
+];
+const MARGIN = 28;
+const TRACK = 7;
+/** Room for the name of a layer, between the cards before it and its own. */
+const LABEL = { base: 74, background: 112, lines: 112 };
+const JOIN = 56;
+
+/**
+ * The layout with the largest cards that fit, or with the smallest.
+ * @param {import("./types.js").State} state
+ * @param {number} width
+ * @param {number} height
+ * @returns {Layout}
+ */
+export function layoutOf(state, width, height) {
+  const tried = SIZES.map((size) => new Arrangement(state, width, size).layout);
+  return tried.find((layout) => layout.height <= height && layout.width <= width) ?? tried[tried.length - 1];
+}
+
+/** Cards in rows, and the wires between them. */
+class Arrangement {
+  /**
+   * @param {import("./types.js").State} state
+   * @param {number} width
+   * @param {Size} size
+   */
+  constructor(state, width, size) {
+    this.state = state;
+    this.size = size;
+    this.pitch = size.w + size.gap;
+    this.right = width - MARGIN;
+    /** @type {Map<CardName, Card>} */
+    this.cards = new Map();
+    /** @type {Gap[]} */
+    this.gaps = [];
+    /** @type {Layout["labels"]} */
+    this.labels = [];
+    const trunkEnd = this.trunk();
+    const lanes = this.lanes(trunkEnd);
+    /** Tracks taken in the gutter below each row: their ends. @type {{key: string, from: number, to: number}[][][]} */
+    this.gutters = Array.from({ length: lanes.rows }, () => []);
+    /** @type {string[]} */
+    this.margin = [];
+    const routes = state.edges.map((edge) => this.route(edge)).filter((route) => route !== null);
+    this.place();
+    const wires = [...this.chain(lanes), ...routes.map((route) => this.saved(route))];
+    const width_ = Math.max(...[...this.cards.values()].map((card) => card.x + size.w)) + MARGIN;
+    const height = this.tops[lanes.rows - 1] + size.h + this.depth(lanes.rows - 1) + 8;
+    /** @type {Layout} */
+    this.layout = { size, cards: [...this.cards.values()], gaps: this.gaps, wires, labels: this.labels, width: width_, height };
+  }
+
+  /** @param {CardName} name @param {number} x @param {number} row */
+  add(name, x, row) {
+    const card = { name, x, y: 0, row };
+    this.cards.set(name, card);
+    return card;
+  }
+
+  /** Places the source and the base; the last card of them. */
+  trunk() {
+    let last = this.add("source", MARGIN, 0);
+    this.state.layers.base.forEach(({ step }, index) => {
+      let x = last.x + this.pitch + (index ? 0 : LABEL.base - this.size.gap);
+      const wraps = x + this.size.w > this.right;
+      if (wraps) x = MARGIN;
+      last = this.add(step, x, last.row + Number(wraps));
+    });
+    return last;
+  }
+
+  /**
+   * Places both lanes and the result, behind the base or below it, whichever takes fewer rows.
+   * @param {Card} end of the base
+   */
+  lanes(end) {
+    const counts = [this.state.layers.background.length, this.state.layers.lines.length];
+    const empty = this.state.layers.base.length ? 0 : LABEL.base - 20;
+    const behind = { x: end.x + this.size.w + LABEL.lines + empty, row: end.row };
+    const below = { x: MARGIN + LABEL.lines - 24, row: end.row + 1 };
+    const plans = [behind, below].map(({ x, row }) => {
+      const room = Math.floor((this.right - this.size.w - JOIN - x + this.size.gap) / this.pitch);
+      const rows = counts.map((count) => Math.max(1, Math.ceil(count / Math.max(room, 1))));
+      return { x, row, room, rows, total: row + rows[0] + rows[1] };
+    });
+    const fits = plans.filter((plan) => plan.room >= 1);
+    const plan = fits.reduce((best, each) => (each.total < best.total ? each : best), fits[0] ?? plans[1]);
+    const room = Math.max(plan.room, 1);
+    const starts = [plan.row, plan.row + plan.rows[0]];
+    /** @type {Layer[]} */ (["background", "lines"]).forEach((layer, lane) => {
+      this.state.layers[layer].forEach(({ step }, index) => {
+        this.add(step, plan.x + (index % room) * this.pitch, starts[lane] + Math.floor(index / room));
+      });
+    });
+    const longest = Math.min(room, Math.max(...counts, 1));
+    const edge = plan.x + longest * this.pitch - this.size.gap;
+    const shortened = counts[0] + counts[1] === 0 ? this.size.w : 0;
+    this.add("result", edge + JOIN - shortened, plan.row);
+    return { end, x: plan.x, starts, join: edge + JOIN / 2 + 6 - shortened, rows: plan.total, room };
+  }
+
+  /**
+   * Takes tracks for a saved picture: below both cards if they share a row or the next, else along the margin.
+   * @param {import("./types.js").Edge} edge
+   */
+  route(edge) {
+    const [from, to] = [this.cards.get(edge.from), this.cards.get(edge.to)];
+    if (!from || !to) return null;
+    const key = `${edge.name} ${edge.from}`;
+    const [exit, entry] = [from.x + 0.72 * this.size.w, to.x + this.entry(edge) * this.size.w];
+    const below = to.row === from.row ? to.row : to.row - 1;
+    if (below <= from.row) {
+      const track = this.track(from.row, key, exit, entry);
+      return { edge, from, to, exit, entry, tracks: [track], margin: -1 };
+    }
+    if (!this.margin.includes(key)) this.margin.push(key);
+    const margin = this.margin.indexOf(key);
+    const tracks = [this.track(from.row, key, 0, exit), this.track(below, key, 0, entry)];
+    return { edge, from, to, exit, entry, tracks, margin };
+  }
+
+  /** Where a wire enters a card, as a part of its width: those of one card beside each other. @param {import("./types.js").Edge} edge */
+  entry(edge) {
+    const all = this.state.edges.filter((each) => each.to === edge.to);
+    return 0.2 + 0.3 * (all.indexOf(edge) / Math.max(all.length, 1));
+  }
+
+  /** @param {number} row @param {string} key @param {number} one @param {number} other */
+  track(row, key, one, other) {
+    const piece = { key, from: Math.min(one, other) - 6, to: Math.max(one, other) + 6 };
+    const gutter = this.gutters[row];
+    let track = gutter.findIndex((pieces) => pieces.every((each) => each.key === key || each.to < piece.from || each.from > piece.to));
+    if (track < 0) track = gutter.push([]) - 1;
+    gutter[track].push(piece);
+    return track;
+  }
+
+  /** The height of the gutter below a row. @param {number} row */
+  depth(row) {
+    return this.size.row + TRACK * (this.gutters[row]?.length ?? 0);
+  }
+
+  /** Gives every row its height. */
+  place() {
+    /** @type {number[]} */
+    this.tops = [20];
+    for (let row = 1; row <= this.gutters.length; row++) this.tops.push(this.tops[row - 1] + this.size.h + this.depth(row - 1));
+    for (const card of this.cards.values()) card.y = this.tops[card.row];
+  }
+
+  /** The middle of a row, where the wires of its chain run. @param {number} row */
+  middle(row) {
+    return this.tops[row] + 0.32 * this.size.h;
+  }
+
+  /**
+   * The wires of the chain, with the places where steps can be added.
+   * @param {ReturnType<Arrangement["lanes"]>} lanes
+   * @returns {Wire[]}
+   */
+  chain(lanes) {
+    /** @type {Wire[]} */
+    const wires = [];
+    const { layers } = this.state;
+    const source = /** @type {Card} */ (this.cards.get("source"));
+    this.labels.push({ layer: "base", x: source.x + this.size.w + 10, y: this.middle(0) });
+    this.row("base", source, wires);
+    const from = lanes.end.x + this.size.w;
+    const below = lanes.starts[0] > lanes.end.row;
+    const empty = layers.base.length ? 0 : LABEL.base - 20;
+    const fork = below ? MARGIN - 10 : from + 30 + empty;
+    const y = this.middle(lanes.end.row);
+    this.gaps.push({ layer: "base", index: layers.base.length, x: from + 14 + (empty ? 46 : 0), y });
+    const result = /** @type {Card} */ (this.cards.get("result"));
+    /** @type {Layer[]} */ (["background", "lines"]).forEach((layer, lane) => {
+      const start = this.middle(lanes.starts[lane]);
+      const used = layers[layer].length > 0 || (layer === "background" && !layers.lines.length);
+      const gutter = this.tops[lanes.end.row] + this.size.h + this.depth(lanes.end.row) - this.size.row / 2;
+      /** @type {[number, number][]} */
+      const way = below ? [[from, y], [from + 14, y], [from + 14, gutter], [fork, gutter], [fork, start]] : [[from, y], [fork, y], [fork, start]];
+      const first = layers[layer][0];
+      this.labels.push({ layer, x: lanes.x - LABEL.lines + (below ? 26 : 40) + (below ? 0 : 0), y: start });
+      this.gaps.push({ layer, index: 0, x: lanes.x - 16, y: start });
+      const last = layers[layer].at(-1);
+      const end = last ? this.cards.get(last.step) : null;
+      const [outX, outY] = end ? [end.x + this.size.w, this.middle(end.row)] : [lanes.x - 16, start];
+      wires.push({ points: [...way, [first ? lanes.x : outX, start]], saved: "", used });
+      if (first) this.row(layer, { name: "source", x: lanes.x - this.pitch, y: 0, row: lanes.starts[lane] }, wires);
+      if (end) this.gaps.push({ layer, index: layers[layer].length, x: outX + 14, y: outY });
+      const into = this.middle(result.row);
+      wires.push({ points: [[outX, outY], [lanes.join, outY], [lanes.join, into], [result.x, into]], saved: "", used });
+    });
+    return wires;
+  }
+
+  /**
+   * The wires between the cards of a layer, with the places before all but the first of a lane.
+   * @param {Layer} layer @param {Card} before @param {Wire[]} wires
+   */
+  row(layer, before, wires) {
+    let last = before;
+    this.state.layers[layer].forEach((step, index) => {
+      const card = /** @type {Card} */ (this.cards.get(step.step));
+      const starts = last === before && layer !== LAYERS[0];
+      const [from, to] = [this.middle(last.row), this.middle(card.row)];
+      const out = last.x + this.size.w;
+      if (!starts && last.row === card.row) {
+        wires.push({ points: [[out, from], [card.x, to]], saved: "", used: !step.from });
+        this.gaps.push({ layer, index, x: card.x - this.size.gap / 2, y: to });
+      } else if (!starts) {
+        const gutter = card.y - this.size.row / 2;
+        const [turn, back] = [out + 12, card.x - 14];
+        wires.push({ points: [[out, from], [turn, from], [turn, gutter], [back, gutter], [back, to], [card.x, to]], saved: "", used: !step.from });
+        this.gaps.push({ layer, index, x: turn, y: from });
+      }
+      last = card;
+    });
+  }
+
+  /**
+   * The wire of a saved picture.
+   * @param {NonNullable<ReturnType<Arrangement["route"]>>} route
+   * @returns {Wire}
+   */
+  saved({ edge, from, to, exit, entry, tracks, margin }) {
+    const out = this.tops[from.row] + this.size.h;
+    /** @param {number} row @param {number} track */
+    const at = (row, track) => this.tops[row] + this.size.h + 7 + TRACK * track;
+    const first = at(from.row, tracks[0]);
+    const into = to.row === from.row ? to.y + this.size.h : to.y;
+    /** @type {[number, number][]} */
+    let points = [[exit, out], [exit, first], [entry, first], [entry, into]];
+    if (margin >= 0) {
+      const second = at(to.row - 1, tracks[1]);
+      const x = MARGIN - 14 - 4 * margin;
+      points = [[exit, out], [exit, first], [x, first], [x, second], [entry, second], [entry, into]];
+    }
+    return { points, saved: edge.name, used: true, from: edge.from, to: edge.to };
+  }
+}
+
+/**
+ * The outline of a wire, with round corners.
+ * @param {[number, number][]} points
+ * @param {number} radius
+ */
+export function pathOf(points, radius) {
+  const parts = [`M${points[0]}`];
+  for (let at = 1; at < points.length - 1; at++) {
+    const [before, here, after] = [points[at - 1], points[at], points[at + 1]];
+    const [enter, leave] = [before, after].map((other) => {
+      const length = Math.hypot(other[0] - here[0], other[1] - here[1]);
+      const part = length ? Math.min(radius, length / 2) / length : 0;
+      return [here[0] + part * (other[0] - here[0]), here[1] + part * (other[1] - here[1])];
+    });
+    parts.push(`L${enter} Q${here} ${leave}`);
+  }
+  return `${parts.join(" ")} L${points[points.length - 1]}`;
+}

@@ -1,0 +1,168 @@
+/**
+ * What is shown: frames of the film, restyled in this browser or by the server.
+ *
+ * @module
+ */
+
+import { get, make } from "./elements.js";
+import { Player } from "./player.js";
+import { PictureView } from "./picture.js";
+import { Restyler } from "./restyle.js";
+
+/** @typedef {"page" | "server"} Where */
+/** @typedef {import("./socket.js").Packet} Packet */
+
+/** The kinds of pictures that the server sends. */
+export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6 };
+
+/** The shorter side of the picture in pixels, where there is a graphics card and where there is none. */
+const SIDES = { fast: 720, slow: 360 };
+const SETTLED_MS = 160;
+
+/** Frames in, pictures out. */
+export class Preview {
+  /** @type {Where} */
+  where;
+  side;
+  /** The step whose picture is shown. @type {number | null} */
+  solo = null;
+  /** The frame of the source that is shown. @type {ImageBitmap | null} */
+  source = null;
+  /** The frame as the server restyled it. @type {ImageBitmap | null} */
+  styled = null;
+  #result = make("canvas");
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #timer;
+  #packets = Promise.resolve();
+
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {object} handlers
+   * @param {() => void} handlers.onchange is called when the film stands elsewhere, or the view has changed
+   * @param {() => void} handlers.onsettled is called once a picture stays
+   */
+  constructor(session, handlers) {
+    this.session = session;
+    this.handlers = handlers;
+    this.view = new PictureView(/** @type {HTMLCanvasElement} */ (get("picture")), handlers.onchange);
+    this.player = new Player((kind, fields) => session.ask(kind, fields), handlers.onchange);
+    this.restyler = new Restyler(() => this.restyle(), session.onerror);
+    this.where = /** @type {Where} */ (this.restyler.isFast ? "page" : "server");
+    this.side = this.restyler.isFast ? SIDES.fast : SIDES.slow;
+    session.on("plan", (plan) => this.restyler.take(plan));
+    session.on("clip", (clip) => this.#open(clip));
+    session.on("picture", (packet) => {
+      this.#packets = this.#packets.then(() => this.#take(packet)).catch(() => {});
+    });
+  }
+
+  /** Tells the server what is needed here. */
+  watch() {
+    return this.session.ask("watch", { solo: this.solo, side: this.side, where: this.where });
+  }
+
+  /** @param {Where} where @param {number} side */
+  choose(where, side) {
+    this.where = where;
+    this.side = side;
+    return this.watch().then(() => this.again());
+  }
+
+  /** @param {number | null} step what leaves it is shown; null: the result */
+  showStep(step) {
+    this.solo = step;
+    return this.watch();
+  }
+
+  /** Asks for the present frame anew. */
+  again() {
+    if (!this.player.playing) this.player.show(this.player.number);
+  }
+
+  /** @param {import("./player.js").Clip} clip */
+  #open(clip) {
+    this.view.size = clip.size;
+    this.restyler.restart();
+    this.player.open(clip);
+    this.view.setZoom(null);
+    this.again();
+  }
+
+  /** @param {Packet} packet */
+  async #take({ type, number, file }) {
+    if (type !== PACKET.source && type !== PACKET.styled && type !== PACKET.steady) return;
+    const picture = await createImageBitmap(file);
+    if (type === PACKET.steady) return this.#show(picture);
+    this.player.shown(number);
+    if (type === PACKET.source) {
+      this.source?.close();
+      this.source = picture;
+      this.view.source = { picture, size: [picture.width, picture.height] };
+    } else {
+      this.styled?.close();
+      this.styled = picture;
+    }
+    this.restyle();
+    const [first, last] = this.player.range ?? [0, this.player.clip.count - 1];
+    if (this.player.playing && this.player.isFilm && number >= last) this.#loop(first);
+  }
+
+  /** @param {number} first */
+  #loop(first) {
+    this.player.playing = false;
+    this.player.number = first;
+    this.restyler.restart();
+    this.player.play();
+  }
+
+  /** Restyles the present frame. */
+  restyle() {
+    if (!this.source) return;
+    if (this.where === "server") {
+      if (this.styled) this.#show(this.styled);
+      return;
+    }
+    const time = this.player.playing ? this.player.time(this.player.number) : null;
+    const purpose = this.solo === null ? "main" : "solo";
+    const { width, height } = this.source;
+    if (this.#result.width !== width || this.#result.height !== height) [this.#result.width, this.#result.height] = [width, height];
+    if (this.restyler.draw(purpose, this.source, time, this.#result)) this.#show(this.#result);
+  }
+
+  /** @param {ImageBitmap | HTMLCanvasElement} picture */
+  #show(picture) {
+    this.view.result = { picture, size: [picture.width, picture.height] };
+    this.view.draw();
+    this.view.canvas.dataset.revision = String(this.session.state?.revision ?? "");
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(this.handlers.onsettled, SETTLED_MS);
+  }
+
+  /**
+   * Compares the picture here with the exact one from the server.
+   * @returns {Promise<{largest: number, share: number} | null>} the largest difference, 0 to 255, and the part of
+   *   all values that differ by more than one
+   */
+  async check() {
+    await this.player.pause();
+    /** @type {Promise<Packet>} */
+    const packet = new Promise((done) => this.session.on("picture", (each) => each.type === PACKET.exact && done(each)));
+    if (!(await this.session.ask("check")) || !this.view.result) return null;
+    const exact = await createImageBitmap((await packet).file);
+    const [one, other] = [exact, this.view.result.picture].map((picture) => dataOf(picture, exact.width, exact.height));
+    let [largest, off] = [0, 0];
+    for (let at = 0; at < one.length; at++) {
+      const difference = Math.abs(one[at] - other[at]);
+      if (difference > largest) largest = difference;
+      if (difference > 1) off += 1;
+    }
+    return { largest, share: off / (0.75 * one.length) };
+  }
+}
+
+/** @param {CanvasImageSource} picture @param {number} width @param {number} height */
+function dataOf(picture, width, height) {
+  const context = /** @type {CanvasRenderingContext2D} */ (make("canvas", { width, height }).getContext("2d", { willReadFrequently: true }));
+  context.drawImage(picture, 0, 0, width, height);
+  return context.getImageData(0, 0, width, height).data;
+}

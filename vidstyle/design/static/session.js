@@ -1,0 +1,144 @@
+/**
+ * The page's side of the document: the newest state, and edits that the server makes of it.
+ *
+ * @module
+ */
+
+import { Connection } from "./socket.js";
+
+/** @typedef {import("./types.js").State} State */
+/** @typedef {import("./types.js").Entry} Entry */
+
+/** Milliseconds after which the next key press is a step of its own to undo. */
+const PAUSE = 900;
+
+/** Tells which edits belong together: those of one value while the pointer is down, or in quick succession. */
+class Gestures {
+  #number = 0;
+  #key = "";
+  #last = 0;
+  #held = false;
+
+  constructor() {
+    addEventListener("pointerdown", () => this.#hold(true), true);
+    for (const kind of ["pointerup", "pointercancel", "blur"]) addEventListener(kind, () => this.#hold(false), true);
+  }
+
+  /** @param {boolean} held */
+  #hold(held) {
+    this.#held = held;
+    if (held) this.#key = "";
+  }
+
+  /** The number of the gesture that an edit belongs to. @param {string} key what it changes; "" for a step of its own */
+  of(key) {
+    const now = performance.now();
+    if (!key || key !== this.#key || (!this.#held && now - this.#last > PAUSE)) this.#number += 1;
+    this.#key = key;
+    this.#last = now;
+    return this.#number;
+  }
+}
+
+/** The document as the server told it last. */
+export class Session {
+  /** @type {State | null} */
+  state = null;
+  /** @type {import("./types.js").Block[]} */
+  blocks = [];
+  /** @type {import("./types.js").StyleInfo[]} */
+  styles = [];
+  #gestures = new Gestures();
+  /** @type {Map<string, ((value: any) => void)[]>} */
+  #listeners = new Map();
+  /** Values on their way. @type {Map<string, number>} */
+  #busy = new Map();
+
+  /** @param {(text: string) => void} onerror is told the sentence of an error */
+  constructor(onerror) {
+    this.onerror = onerror;
+    this.connection = new Connection({
+      onmessage: (message) => this.#take(message),
+      onpicture: (packet) => this.#tell("picture", packet),
+      onchange: (open) => this.#tell("connection", open),
+    });
+  }
+
+  /**
+   * Calls a function for each message of a kind: "state", "plan", "blocks", "styles", "clip", "draft", "progress",
+   * "notice"; "picture" and "connection".
+   * @param {string} kind
+   * @param {(value: any) => void} listener
+   */
+  on(kind, listener) {
+    this.#listeners.set(kind, [...(this.#listeners.get(kind) ?? []), listener]);
+  }
+
+  /** @param {string} kind @param {any} value */
+  #tell(kind, value) {
+    for (const listener of this.#listeners.get(kind) ?? []) listener(value);
+  }
+
+  /** @param {Object<string, any>} message */
+  #take(message) {
+    for (const [kind, value] of Object.entries(message)) {
+      if (kind === "state") this.state = value;
+      if (kind === "blocks") this.blocks = value;
+      if (kind === "styles") this.styles = value;
+      this.#tell(kind, value);
+    }
+  }
+
+  /**
+   * Asks the server; an error is told to the user.
+   * @param {string} kind
+   * @param {object} [fields]
+   * @returns {Promise<any>} null after an error
+   */
+  async ask(kind, fields = {}) {
+    try {
+      return await this.connection.ask(kind, fields);
+    } catch (error) {
+      this.onerror(/** @type {Error} */ (error).message);
+      return null;
+    }
+  }
+
+  /**
+   * Changes the document by one step to undo.
+   * @param {string} kind
+   * @param {object} fields
+   */
+  edit(kind, fields) {
+    return this.ask(kind, { ...fields, gesture: this.#gestures.of("") });
+  }
+
+  /**
+   * Changes a value; quick changes of one value are one step to undo.
+   * @param {Entry} entry
+   * @param {any} value
+   */
+  set({ step, name, path }, value) {
+    const gesture = this.#gestures.of(path);
+    if (step === null) return this.#newest(path, "field", { name, value, gesture });
+    return this.#newest(path, "set", { step, name, value, gesture });
+  }
+
+  /** @param {number} value how much of the source is restyled, 0 to 1 */
+  setStrength(value) {
+    return this.#newest("strength", "strength", { value, gesture: this.#gestures.of("strength") });
+  }
+
+  /** @param {string} key @param {string} kind @param {object} fields */
+  async #newest(key, kind, fields) {
+    this.#busy.set(key, (this.#busy.get(key) ?? 0) + 1);
+    await this.connection.newest(key, kind, fields, (error) => this.onerror(error.message));
+    this.#busy.set(key, (this.#busy.get(key) ?? 1) - 1);
+    if (this.state) this.#tell("settled", key);
+  }
+
+  /** Whether a change of this value is on its way. @param {string} path */
+  isBusy(path) {
+    return Boolean(this.#busy.get(path));
+  }
+}

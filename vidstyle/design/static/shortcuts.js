@@ -1,0 +1,100 @@
+/**
+ * The keyboard shortcuts of the designer.
+ *
+ * @module
+ */
+
+
+/**
+ * The parts of the page.
+ * @typedef {object} Parts
+ * @property {import("./session.js").Session} session
+ * @property {import("./steps.js").Steps} steps
+ * @property {import("./diagram.js").Diagram} diagram
+ * @property {import("./preview.js").Preview} preview
+ * @property {import("./bar.js").Bar} bar
+ * @property {import("./dialogs.js").Dialogs} dialogs
+ * @property {import("./history.js").History} history
+ * @property {import("./start.js").Start} start
+ * @property {(on: boolean) => void} build
+ * @property {(name: import("./layout.js").CardName) => void} choose
+ * @property {(step: number | null) => unknown} solo
+ */
+
+/**
+ * @param {Parts} parts
+ * @returns {import("./keys.js").Shortcut[]}
+ */
+export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, choose, solo }) {
+  const { view, player } = preview;
+  const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
+  /** The card that has the focus counts as chosen. */
+  const focused = () => {
+    const card = /** @type {HTMLElement | null} */ (document.activeElement?.closest(".card"));
+    const name = card?.dataset.card;
+    const known = name === undefined ? steps.selected : name === "source" || name === "result" ? name : Number(name);
+    return known ?? "source";
+  };
+  const near = () => document.activeElement?.closest(".card")?.getBoundingClientRect() ?? null;
+  /** @param {() => unknown} run */
+  const onStep = (run) => () => {
+    if (!isBuilding()) return false;
+    if (steps.selected !== focused()) choose(focused());
+    return run();
+  };
+  /** @param {KeyboardEvent} event */
+  const walk = (event) => {
+    const card = document.activeElement?.closest(".card");
+    if (!isBuilding() || (!card && document.activeElement !== document.body)) return false;
+    choose(diagram.beside(focused(), event.key));
+  };
+  const inspect = () => {
+    if (!document.activeElement?.closest(".card")) return false;
+    choose(focused());
+    /** @type {HTMLElement | null} */ (document.querySelector("#panel [role=tabpanel]:not([hidden]) :is(.values input, select)"))?.focus();
+  };
+  const leave = () => {
+    if (start.isOpen) return start.show(false);
+    if (preview.solo !== null && !document.activeElement?.closest("#panel")) return solo(null);
+    if (!isBuilding()) return false;
+    diagram.focus(focused());
+  };
+  /** @param {() => unknown} run */
+  const open = (run) => () => (start.isOpen ? false : run());
+  const modes = /** @type {const} */ (["result", "split", "side"]);
+  const zooms = [null, 1, 2];
+  return [
+    { group: "Diagram", keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], help: "Walk from step to step", run: walk },
+    { keys: ["Enter"], help: "Go to the values of the step", run: inspect },
+    { keys: ["Escape"], help: "Back to the diagram", run: leave, typing: true },
+    { keys: ["a"], help: "Add a step after this one", run: onStep(() => steps.addAfter(near())) },
+    { keys: ["Delete", "Backspace"], help: "Remove", run: onStep(() => steps.remove().then(() => diagram.focus(steps.selected ?? "source"))) },
+    { keys: ["m"], help: "Mute or unmute", run: onStep(() => steps.mute()) },
+    { keys: ["s"], help: "Show what leaves the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
+    { keys: ["d"], help: "Duplicate", run: onStep(() => steps.duplicate()) },
+    { keys: ["e"], help: "Replace a recipe by its steps", run: onStep(() => steps.expand()) },
+    { keys: ["Alt+ArrowLeft", "Alt+ArrowRight", "Alt+ArrowUp", "Alt+ArrowDown"], help: "Move along its layer, or to another", run: (event) => onStep(() => steps.shift(event.key))() },
+    { keys: ["g"], help: "Show or hide the diagram", run: open(() => build(!isBuilding())) },
+    { group: "Edits", keys: ["Ctrl+z"], help: "Undo", run: () => steps.again("undo") },
+    { keys: ["Ctrl+y", "Ctrl+Shift+z"], help: "Redo", run: () => steps.again("redo") },
+    { keys: ["Shift+1", "Shift+2"], help: "Keep snapshot A or B", run: (event) => history.keep(event.code === "Digit1" ? "a" : "b") },
+    { keys: ["1", "2"], help: "Go to snapshot A or B", run: (event) => history.restore(event.key === "1" ? "a" : "b") },
+    { keys: ["Ctrl+s"], help: "Save", run: open(() => dialogs.save()), typing: true },
+    { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
+    { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
+    { keys: ["Ctrl+Enter"], help: "Render this film", run: open(() => dialogs.render()), typing: true },
+    { keys: ["Ctrl+o"], help: "All styles", run: () => start.show(true), typing: true },
+    { group: "Picture", keys: [" "], help: "Play or pause", run: open(() => player.toggle()) },
+    { keys: [",", "."], help: "One frame back or on", run: (event) => player.step(event.key === "," ? -1 : 1) },
+    { keys: ["l"], help: "Set the start of the loop, then its end, then none", run: () => bar.mark() },
+    { keys: ["\\", "b"], help: "Hold to see the original", run: () => view.hold(true), end: () => view.hold(false) },
+    { keys: ["c"], help: "Result, split, side by side", run: () => view.setMode(modes[(modes.indexOf(view.mode) + 1) % 3]) },
+    { keys: ["z"], help: "Fit, 100 %, 200 %", run: () => view.setZoom(zooms[(zooms.indexOf(view.zoom) + 1) % 3]) },
+    { keys: ["Shift+ArrowLeft", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowDown"], help: "Move the picture", run: (event) => view.pan(...pans[event.key]) },
+    { keys: ["k"], help: "Check against the exact picture", run: () => bar.check() },
+    { keys: ["?"], help: "This sheet", run: () => dialogs.help() },
+  ];
+}
+
+/** @type {Object<string, [number, number]>} */
+const pans = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };

@@ -1,0 +1,134 @@
+/**
+ * The start screen: all styles on the user's own picture.
+ *
+ * @module
+ */
+
+import { get, icon, make, title } from "./elements.js";
+
+/** @typedef {import("./types.js").StyleInfo} StyleInfo */
+
+/** Opens a style, a new one or a file. */
+export class Start {
+  /** @type {HTMLImageElement[]} */
+  #pictures = [];
+  #fresh = false;
+
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {() => Promise<boolean>} mayLeave whether the present style may be closed
+   * @param {(name: string) => void} opened is called before another style comes
+   */
+  constructor(session, mayLeave, opened) {
+    this.session = session;
+    this.mayLeave = mayLeave;
+    this.opened = opened;
+    this.root = get("start");
+    get("back").addEventListener("click", () => this.show(false));
+    const picker = /** @type {HTMLInputElement} */ (get("file"));
+    for (const button of document.querySelectorAll(".choose-file")) button.addEventListener("click", () => picker.click());
+    picker.addEventListener("change", () => {
+      if (picker.files?.[0]) this.take(picker.files[0]);
+      picker.value = "";
+    });
+    for (const kind of ["dragover", "dragleave", "drop"])
+      addEventListener(kind, (event) => this.#drag(/** @type {DragEvent} */ (event)));
+    session.on("styles", (styles) => this.#fill(styles));
+    session.on("draft", (draft) => this.#offer(draft));
+    session.on("clip", (clip) => this.#film(clip));
+  }
+
+  get isOpen() {
+    return !this.root.hidden;
+  }
+
+  /** @param {boolean} open */
+  show(open) {
+    this.root.hidden = !open;
+    get("app").inert = open;
+    get("back").hidden = !this.session.state;
+    if (!open) return;
+    if (!this.#fresh) this.session.ask("start");
+    this.#fresh = true;
+    /** @type {HTMLElement | null} */ (this.root.querySelector(".tile"))?.focus();
+  }
+
+  /** @param {import("./player.js").Clip} clip */
+  #film(clip) {
+    get("film-name").textContent = clip.name;
+    this.#fresh = false;
+    if (this.isOpen) this.show(true);
+  }
+
+  /** @param {StyleInfo[]} styles */
+  #fill(styles) {
+    const fresh = this.#tile("New style", "Start with the film as it is and add steps.", () => this.open("new", {}));
+    fresh.classList.add("new");
+    fresh.prepend(make("span", { className: "blank" }, icon("plus")));
+    this.#pictures = [];
+    const tiles = styles.map(({ name, note, picture }) => {
+      const shown = make("img", { src: picture, alt: "", width: 320, height: 180 });
+      this.#pictures.push(shown);
+      const tile = this.#tile(title(name), note.split(/(?<=\.)\s/)[0], () => this.open("open", { style: name }));
+      tile.prepend(shown);
+      return tile;
+    });
+    get("tiles").replaceChildren(fresh, ...tiles);
+  }
+
+  /** @param {string} name @param {string} text @param {() => void} chosen */
+  #tile(name, text, chosen) {
+    const tile = make("button", { className: "tile", type: "button" }, make("b", { textContent: name }), make("span", { className: "quiet", textContent: text }));
+    tile.addEventListener("click", chosen);
+    return tile;
+  }
+
+  /** A style on the user's own picture. @param {number} number @param {Blob} file */
+  picture(number, file) {
+    const picture = this.#pictures[number];
+    if (!picture) return;
+    if (picture.src.startsWith("blob:")) URL.revokeObjectURL(picture.src);
+    picture.src = URL.createObjectURL(file);
+  }
+
+  /** @param {string} kind @param {Object<string, any>} fields */
+  async open(kind, fields) {
+    if (!(await this.mayLeave())) return;
+    this.opened(kind);
+    if (await this.session.ask(kind, fields)) this.show(false);
+  }
+
+  /** @param {{name: string, when: string} | null} draft */
+  #offer(draft) {
+    const offer = get("draft");
+    offer.hidden = !draft;
+    if (!draft) return;
+    const accept = make("button", { className: "strong", type: "button", textContent: "Open it" });
+    const discard = make("button", { type: "button", textContent: "Discard" });
+    accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
+    discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
+    offer.replaceChildren(make("p", { textContent: `“${draft.name}” was not saved when vidstyle ended${draft.when ? ` (${draft.when})` : ""}.` }), accept, discard);
+  }
+
+  /** @param {DragEvent} event */
+  #drag(event) {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    document.body.classList.toggle("over", event.type === "dragover");
+    const file = event.type === "drop" && event.dataTransfer.files[0];
+    if (file) this.take(file);
+  }
+
+  /** Opens a style file, or a film or photograph. @param {File} file */
+  async take(file) {
+    if (/\.toml$/i.test(file.name)) {
+      await this.open("open_text", { name: file.name, text: await file.text() });
+      return;
+    }
+    if (!(await this.session.ask("upload", { name: file.name, size: file.size }))) return;
+    const bar = /** @type {HTMLProgressElement} */ (get("uploading"));
+    bar.hidden = false;
+    await this.session.connection.upload(file, (part) => (bar.value = part)).catch((error) => this.session.onerror(error.message));
+    bar.hidden = true;
+  }
+}

@@ -1,0 +1,141 @@
+/**
+ * What is done to the chosen step, by mouse and by keyboard alike.
+ *
+ * @module
+ */
+
+import { title, words } from "./elements.js";
+import { LAYERS, placeOf, stepsOf } from "./types.js";
+
+/** @typedef {import("./types.js").Layer} Layer */
+/** @typedef {import("./layout.js").CardName} CardName */
+
+/** Adds, moves and changes steps; says what it did. */
+export class Steps {
+  /** @type {CardName | null} */
+  selected = null;
+
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {import("./palette.js").Palette} palette
+   * @param {(text: string) => void} say
+   * @param {() => void} onselect
+   */
+  constructor(session, palette, say, onselect) {
+    this.session = session;
+    this.palette = palette;
+    this.say = say;
+    this.onselect = onselect;
+  }
+
+  /** The chosen step; null where none is. */
+  get step() {
+    const { state } = this.session;
+    return (state && stepsOf(state).find((step) => step.step === this.selected)) ?? null;
+  }
+
+  /** @param {CardName | null} name */
+  select(name) {
+    this.selected = name;
+    this.onselect();
+  }
+
+  /** After another state has come: a step that is gone cannot be chosen. */
+  keep() {
+    if (typeof this.selected === "number" && !this.step) this.selected = "source";
+  }
+
+  /**
+   * Lets the user choose a block for a place.
+   * @param {Layer} layer @param {number} index @param {DOMRect | null} near
+   */
+  add(layer, index, near) {
+    this.palette.open(`${words(layer)}, place ${index + 1}`, near, async (block) => {
+      const known = new Set(stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).map(({ step }) => step));
+      const answer = await this.session.edit("add", { layer, index, block });
+      const { state } = this.session;
+      if (!answer || !state) return;
+      const added = answer.step ?? stepsOf(state).find(({ step }) => !known.has(step))?.step;
+      this.select(added ?? this.selected);
+      this.say(`${title(block)} added to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
+    });
+  }
+
+  /** Adds after the chosen card. @param {DOMRect | null} near */
+  addAfter(near) {
+    const { state } = this.session;
+    if (!state) return;
+    if (this.selected === "source" || this.selected === null) return this.add("base", 0, near);
+    if (this.selected === "result") return this.add("lines", state.layers.lines.length, near);
+    const place = placeOf(state, this.selected);
+    if (place) this.add(place.layer, place.index + 1, near);
+  }
+
+  /** @param {number} step @param {Layer} layer @param {number} index */
+  async move(step, layer, index) {
+    const name = this.step?.block ?? "";
+    if (!(await this.session.edit("move", { step, layer, index }))) return;
+    this.select(step);
+    const { state } = this.session;
+    if (state) this.say(`${title(name || "step")} moved to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
+  }
+
+  /** Moves the chosen step by places or layers. @param {string} key of an arrow */
+  shift(key) {
+    const { state } = this.session;
+    const place = state && typeof this.selected === "number" && placeOf(state, this.selected);
+    if (!state || !place || typeof this.selected !== "number") return;
+    const { layer, index } = place;
+    const length = state.layers[layer].length;
+    if (key === "ArrowLeft" && index > 0) this.move(this.selected, layer, index - 1);
+    if (key === "ArrowRight" && index < length - 1) this.move(this.selected, layer, index + 1);
+    const other = LAYERS[LAYERS.indexOf(layer) + ({ ArrowUp: -1, ArrowDown: 1 }[key] ?? 0)];
+    if (other && other !== layer) this.move(this.selected, other, Math.min(index, state.layers[other].length));
+  }
+
+  async mute() {
+    const { step } = this;
+    if (!step) return;
+    if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${title(step.block)} ${step.muted ? "runs again" : "muted"}.`);
+  }
+
+  async duplicate() {
+    const { step } = this;
+    if (!step) return;
+    const answer = await this.session.edit("duplicate", { step: step.step });
+    if (answer?.step !== undefined) this.select(answer.step);
+    if (answer) this.say(`${title(step.block)} duplicated.`);
+  }
+
+  async expand() {
+    const { step } = this;
+    if (!step?.recipe) return;
+    const { state } = this.session;
+    const place = state && placeOf(state, step.step);
+    if (!(await this.session.edit("expand", { step: step.step })) || !place) return;
+    this.select(this.session.state?.layers[place.layer][place.index]?.step ?? "source");
+    this.say(`${title(step.block)} replaced by its steps.`);
+  }
+
+  async remove() {
+    const { step } = this;
+    const { state } = this.session;
+    const place = step && state && placeOf(state, step.step);
+    if (!place) return;
+    const rest = state.layers[place.layer];
+    const next = (rest[place.index + 1] ?? rest[place.index - 1])?.step ?? "source";
+    if (!(await this.session.edit("remove", { step: step.step }))) return;
+    this.select(next);
+    this.say(`${title(step.block)} removed.`);
+  }
+
+  /** @param {"undo" | "redo"} which */
+  async again(which) {
+    const label = this.session.state?.[which];
+    if (!label) {
+      this.say(`Nothing to ${which}.`);
+      return;
+    }
+    if (await this.session.ask(which)) this.say(`${title(which)}: ${label}.`);
+  }
+}

@@ -1,0 +1,102 @@
+/**
+ * Rows of values: name, number, slider, help, and a pin that makes a value a knob.
+ *
+ * @module
+ */
+
+import { control, scaleOf } from "./controls.js";
+import { icon, make, title, words } from "./elements.js";
+
+/** @typedef {import("./types.js").Entry} Entry */
+/** @typedef {{box: HTMLElement, pin: HTMLButtonElement | null, shown: import("./controls.js").Control, entry: Entry}} Row */
+
+/** A list of values, which keeps its rows while only values change. */
+export class ValueList {
+  /** @type {Map<string, Row>} */
+  #rows = new Map();
+  #structure = "";
+  #held = "";
+
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {boolean} pins whether values can be made knobs here
+   */
+  constructor(session, pins) {
+    this.session = session;
+    this.pins = pins;
+    this.element = make("div", { className: "values" });
+    addEventListener("pointerup", () => (this.#held = ""));
+    addEventListener("pointercancel", () => (this.#held = ""));
+  }
+
+  /** @param {Entry[]} entries */
+  show(entries) {
+    const structure = JSON.stringify(entries.map(({ value, knob, ...rest }) => rest));
+    if (structure !== this.#structure) this.#build(entries);
+    this.#structure = structure;
+    for (const entry of entries) this.#update(/** @type {Row} */ (this.#rows.get(entry.path)), entry);
+  }
+
+  /** @param {Entry[]} entries */
+  #build(entries) {
+    this.#rows.clear();
+    for (const entry of entries) this.#rows.set(entry.path, this.#row(entry));
+    this.element.replaceChildren(...[...this.#rows.values()].map((row) => row.box));
+  }
+
+  /** @param {Entry} entry @returns {Row} */
+  #row(entry) {
+    const id = `value-${this.pins ? "" : "knob-"}${entry.path}`;
+    const shown = control(entry, id, (value) => this.#set(entry, value));
+    const name = !this.pins && entry.about ? `${words(entry.about)}: ${words(entry.name)}` : words(entry.name);
+    const label = make("label", { htmlFor: id, textContent: title(name), title: `${entry.path}\nDouble click: ${entry.default}` });
+    const pin = this.pins ? this.#pin(entry) : null;
+    const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.beside));
+    const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
+    const box = make("div", { className: "value" }, ...parts, make("p", { className: "help", textContent: entry.help }));
+    box.dataset.path = entry.path;
+    label.addEventListener("dblclick", () => this.#reset(entry));
+    shown.below?.[0].addEventListener("dblclick", () => this.#reset(entry));
+    box.addEventListener("pointerdown", () => (this.#held = entry.path));
+    return { box, pin, shown, entry };
+  }
+
+  /** A slider with a mark at the default. @param {Entry} entry @param {HTMLElement[]} inside */
+  #track(entry, inside) {
+    const track = make("div", { className: "track" }, ...inside);
+    const scale = scaleOf(entry);
+    track.style.setProperty("--default", String(scale.place(entry.default) / scale.notches));
+    return track;
+  }
+
+  /** @param {Entry} entry */
+  #pin(entry) {
+    const pin = make("button", { className: "pin", type: "button", title: "Show among the main controls" }, icon("pin"));
+    pin.setAttribute("aria-label", `${words(entry.name)} is a main control`);
+    pin.addEventListener("click", () => {
+      const { step, name } = entry;
+      this.session.edit("knob", { step, name, on: pin.getAttribute("aria-pressed") !== "true" });
+    });
+    return pin;
+  }
+
+  /** @param {Entry} entry */
+  #reset(entry) {
+    this.#rows.get(entry.path)?.shown.show(entry.default);
+    this.#set(entry, entry.default);
+  }
+
+  /** @param {Entry} entry @param {any} value */
+  #set(entry, value) {
+    this.session.set(entry, value);
+  }
+
+  /** @param {Row} row @param {Entry} entry */
+  #update(row, entry) {
+    row.box.classList.toggle("changed", entry.value !== entry.default);
+    row.pin?.setAttribute("aria-pressed", String(entry.knob));
+    const typing = row.box.contains(document.activeElement) && document.activeElement?.matches("input[type=number]");
+    if (this.#held === entry.path || this.session.isBusy(entry.path) || typing) return;
+    row.shown.show(entry.value);
+  }
+}
