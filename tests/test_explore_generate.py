@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from vidstyle.explore.colors import MIN_CONTRAST, contrast
+from vidstyle.explore.colors import MIN_CONTRAST, contrast, is_pale
 from vidstyle.explore.generate import Rules, alter, cross, mutate, random_style
 from vidstyle.explore.phrases import BASE, grammar, shipped_styles
 from vidstyle.explore.random_steps import is_valid
@@ -91,7 +91,9 @@ def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
 
 def test_ink_is_readable_on_paper() -> None:
     styles = [random_style(seed) for seed in range(60)]
-    assert all(contrast(style.ink, style.paper) >= MIN_CONTRAST - 0.01 for style in styles)
+    # As in `crayon`, an ink as pale as the paper covers what is left of it between marks.
+    drawn = [style for style in styles if not (is_pale(style.ink) and is_pale(style.paper))]
+    assert len(drawn) > 40 and all(contrast(style.ink, style.paper) >= MIN_CONTRAST for style in drawn)
 
 
 def test_grammar_is_that_of_the_shipped_styles() -> None:

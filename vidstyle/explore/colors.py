@@ -9,6 +9,7 @@ from random import Random
 import numpy as np
 
 from vidstyle.block import rgb_from_text
+from vidstyle.style import Style
 
 MIN_CONTRAST = 3.0
 """The least contrast of ink to paper: what WCAG 2 (1.4.11) asks of graphics."""
@@ -38,25 +39,33 @@ class Palette:
     tint: float
 
 
-def palette(random: Random, pale_ink: bool = False) -> Palette:
+def palette(random: Random, like: Style | None = None) -> Palette:
     """Ink and paper of readable contrast.
 
     Args:
         random: what draws.
-        pale_ink: whether the ink is the lighter one: chalk on dark paper.
+        like: a style whose ink and paper say which is the lighter one. Where both are light, the ink covers
+            what is left of the paper between marks, as in `crayon`, and stands on the picture itself.
     """
     hue = random.uniform(0, 360)
     other = hue + random.choice(HARMONIES) + random.gauss(0, 8)
-    if pale_ink:
-        ink = oklch(random.uniform(0.93, 0.99), random.uniform(0, 0.03), other)
-        paper = oklch(random.uniform(0.3, 0.62), random.uniform(0.02, 0.13), hue)
-    else:
-        paper = oklch(random.uniform(0.93, 0.99), random.uniform(0.004, 0.045), other)
-        vivid = random.random() < 0.3
-        lightness = random.uniform(0.42, 0.6) if vivid else random.uniform(0.15, 0.42)
-        chroma = random.uniform(0.1, 0.2) if vivid else random.uniform(0.0, 0.11)
-        ink = oklch(lightness, chroma, hue)
-    return Palette(*readable(ink, paper), hsl_hue(oklch(0.6, 0.12, hue)))
+    tint = hsl_hue(oklch(0.6, 0.12, hue))
+    if like is not None and is_pale(like.ink):
+        ink = oklch(random.uniform(0.93, 0.99), random.uniform(0, 0.04), other)
+        if is_pale(like.paper):
+            return Palette(ink, "#ffffff", tint)
+        paper = oklch(random.uniform(0.42, 0.62), random.uniform(0.06, 0.16), hue)
+        return Palette(*readable(ink, paper), tint)
+    paper = oklch(random.uniform(0.93, 0.99), random.uniform(0.004, 0.05), other)
+    vivid = random.random() < 0.3
+    lightness = random.uniform(0.42, 0.6) if vivid else random.uniform(0.15, 0.4)
+    chroma = random.uniform(0.1, 0.2) if vivid else random.uniform(0.0, 0.11)
+    return Palette(*readable(oklch(lightness, chroma, hue), paper), tint)
+
+
+def is_pale(color: str) -> bool:
+    """Whether a colour is that of paper or chalk."""
+    return to_oklch(color)[0] > 0.8
 
 
 def readable(ink: str, paper: str) -> tuple[str, str]:

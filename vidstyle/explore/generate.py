@@ -13,9 +13,18 @@ from random import Random
 from typing import Literal
 
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.colors import palette, readable, shifted, to_oklch
+from vidstyle.explore.colors import is_pale, palette, readable, shifted
 from vidstyle.explore.phrases import EDGE, Phrase, closed_layer, grammar
-from vidstyle.explore.random_steps import drawn, is_valid, joined, near, step_drawn, step_near
+from vidstyle.explore.random_steps import (
+    drawn,
+    is_explored,
+    is_valid,
+    joined,
+    near,
+    step_drawn,
+    step_near,
+    without_idle_steps,
+)
 from vidstyle.explore.rules import COUNT, FILTERS, GRAY, GRAY_SHARE, HEIGHT, STEADY, FilterRule
 from vidstyle.style import LAYERS, Step, Style
 
@@ -25,8 +34,16 @@ LOCKS = ("lines", "background", "colors", "steps")
 
 TRIES = 24
 """How often a change that would not be valid is drawn anew; then only values change."""
-MAX_PHRASES = 7
+MAX_PHRASES = 9
 """The most phrases of a layer."""
+FAITHFUL = 0.6
+"""How often a phrase is followed by one of the same style."""
+SPREAD = 0.2
+"""How far the values of a phrase move, as in `near`."""
+FREE_BLOCKS = ("brightness", "colorize", "equalize", "etf", "halftone", "hue", "luma_posterize", "tvf")
+"""Blocks that may stand anywhere in a background, whatever the shipped styles do."""
+FREE_SHARE = 0.25
+"""The share of styles that have one."""
 LINEAGE = "Random: "
 MAX_LINEAGE = 900
 
@@ -124,42 +141,49 @@ def _open_style(random: Random, style: Style) -> Style:
     while True:
         present = random.choices(list(counted.layers), list(counted.layers.values()))[0]
         phrases = {layer: _phrases(random, layer) for layer in present}
-        layers: dict[str, list[Step]] = {
-            layer: [step for phrase in each for step in _varied(random, phrase)]
+        colors = palette(random, phrases["lines"][-1].origin if "lines" in phrases else None)
+        layers = {
+            layer: _tinted(random, [step for phrase in each for step in _varied(random, phrase)], colors.tint)
             for layer, each in phrases.items()
         }
-        pale = any(phrase.pale_ink for phrase in phrases.get("lines", ()))
-        colors = palette(random, pale)
-        layers = {layer: _tinted(random, steps, colors.tint) for layer, steps in layers.items()}
-        made = joined(replace(style, ink=colors.ink, paper=colors.paper), layers)
+        if random.random() < FREE_SHARE and "background" in layers:
+            free = step_drawn(random, random.choice(FREE_BLOCKS))
+            layers["background"].insert(random.randint(0, len(layers["background"])), free)
+        made = without_idle_steps(joined(replace(style, ink=colors.ink, paper=colors.paper), layers))
         if is_valid(made):
             return made
 
 
 def _phrases(random: Random, layer: str) -> list[Phrase]:
-    """Phrases for a layer, each drawn by how often it follows the one before in the shipped styles."""
+    """Phrases for a layer, each drawn by what follows the one before in its own style, or in all of them."""
     counted = grammar()
     out: list[Phrase] = []
     while len(out) < MAX_PHRASES:
-        before = out[-1].signature if out else EDGE
-        follows = counted.follows[layer, before]
-        signature = random.choices(list(follows), list(follows.values()))[0]
-        if signature == EDGE:
+        if out and random.random() < FAITHFUL:
+            blocks = out[-1].next
+        else:
+            follows = counted.follows[layer, out[-1].blocks if out else EDGE]
+            blocks = random.choices(list(follows), list(follows.values()))[0]
+        if blocks == EDGE:
             break
-        same = [phrase for phrase in counted.phrases[layer] if phrase.signature == signature]
-        out.append(random.choice(same))
+        same = [phrase for phrase in counted.phrases[layer] if phrase.blocks == blocks]
+        own = [phrase for phrase in same if out and phrase.origin is out[-1].origin]
+        out.append(random.choice(own if own and random.random() < FAITHFUL else same))
     return out
 
 
-def _varied(random: Random, phrase: Phrase) -> tuple[Step, ...]:
-    """The steps of a phrase with other values; a single one may take values from all that look well."""
-    if len(phrase.steps) == 1 and random.random() < 0.4:
-        step = phrase.steps[0]
-        declared = [name for name, each in all_blocks()[step.block].parameters.items()
-                    if getattr(each.control, "explore", None)]  # fmt: skip
-        if declared and not set(step.values) - set(declared):
-            return (replace(step_drawn(random, step.block), save=step.save, source=step.source),)
-    return tuple(step_near(random, step, 0.25) for step in phrase.steps)
+def _varied(random: Random, phrase: Phrase) -> list[Step]:
+    """The steps of a phrase with other values; a single one may take any that look well."""
+    varied = [step_near(random, step, SPREAD) for step in phrase.steps]
+    if len(varied) > 1 or random.random() > 0.4:
+        return varied
+    step, parameters = phrase.steps[0], all_blocks()[phrase.steps[0].block].parameters
+    values = varied[0].values | {
+        name: drawn(random, parameters[name])
+        for name, value in step.values.items()
+        if is_explored(parameters[name], value)
+    }
+    return [replace(step, values=values)]
 
 
 def _tinted(random: Random, steps: Sequence[Step], hue: float) -> list[Step]:
@@ -196,7 +220,7 @@ def _told(step: Step) -> Step:
 def _recolored(random: Random, style: Style, distance: float) -> Style:
     """The style with ink and paper turned together and a little by themselves; far off, a new palette."""
     if random.random() < 0.5 * (distance - 0.3):
-        colors = palette(random, pale_ink=_is_pale(style))
+        colors = palette(random, style)
         return replace(style, ink=colors.ink, paper=colors.paper)
     turn = random.gauss(0, 90 * distance)
     ink, paper = (
@@ -204,12 +228,8 @@ def _recolored(random: Random, style: Style, distance: float) -> Style:
         for color in (style.ink, style.paper)
     )
     if style.lines and style.ink != style.paper:
-        ink, paper = readable(ink, paper) if not _is_pale(style) else (ink, paper)
+        ink, paper = (ink, paper) if is_pale(style.ink) and is_pale(style.paper) else readable(ink, paper)
     return replace(style, ink=ink, paper=paper)
-
-
-def _is_pale(style: Style) -> bool:
-    return to_oklch(style.ink)[0] > 0.8
 
 
 def _altered(random: Random, layer: str, steps: tuple[Step, ...]) -> tuple[Step, ...]:

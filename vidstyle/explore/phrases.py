@@ -11,20 +11,19 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import pairwise
 
 from vidstyle.assets import asset_folder
 from vidstyle.block import SavedRef
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.colors import to_oklch
 from vidstyle.style import LAYERS, SOURCE, Step, Style, load_style
 
 BASE = "@base"
 """In a phrase, stands for the result of the base layer."""
-EDGE = ()
-"""What stands before the first phrase of a layer and after the last."""
-
 BlockNames = tuple[str, ...]
-"""The blocks of a phrase: phrases of one signature follow others alike."""
+"""The blocks of a phrase."""
+EDGE: BlockNames = ()
+"""What stands before the first phrase of a layer and after the last."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +33,15 @@ class Phrase:
     Attributes:
         steps: their saved pictures are their own; `BASE` and "source" are those of others.
         origin: the style that it comes from.
-        pale_ink: whether that style's ink is lighter than its paper, or white: the layer covers, and its
-            gaps show the paper.
+        next: the blocks of the phrase that follows it there.
     """
 
     steps: tuple[Step, ...]
-    origin: str = ""
-    pale_ink: bool = False
+    origin: Style
+    next: BlockNames = EDGE
 
     @property
-    def signature(self) -> BlockNames:
+    def blocks(self) -> BlockNames:
         return tuple(step.block for step in self.steps)
 
 
@@ -54,7 +52,8 @@ class Grammar:
     Attributes:
         layers: how often which layers occur together.
         phrases: the phrases of each layer.
-        follows: for each layer and signature, how often which one follows; `EDGE` begins and ends a layer.
+        follows: for each layer and the blocks of a phrase, how often which follow; `EDGE` begins and ends a
+            layer.
     """
 
     layers: Counter[tuple[str, ...]]
@@ -72,25 +71,23 @@ def grammar() -> Grammar:
     """That of the shipped styles."""
     counted = Grammar(Counter(), defaultdict(list), defaultdict(Counter))
     for style in shipped_styles():
-        layers = phrases_of(style)
+        layers = {layer: phrases_of(style, layer) for layer in LAYERS}
         counted.layers[tuple(layer for layer in LAYERS if layers[layer])] += 1
         for layer, phrases in layers.items():
             counted.phrases[layer] += phrases
-            signatures = [EDGE, *(phrase.signature for phrase in phrases), EDGE]
-            for before, after in zip(signatures, signatures[1:], strict=False):
+            for before, after in pairwise(
+                [EDGE, *(phrase.blocks for phrase in phrases), EDGE] * bool(phrases)
+            ):
                 counted.follows[layer, before][after] += 1
     return counted
 
 
-def phrases_of(style: Style) -> dict[str, list[Phrase]]:
-    """The phrases of each layer of a style. A base layer that no other starts from has none."""
-    pale = to_oklch(style.ink)[0] > 0.8
-    layers = {}
-    for layer in LAYERS:
-        unused = layer == "base" and any(step.source for step in style.background[:1])
-        closed = () if unused else tuple(closed_layer(style, layer))
-        layers[layer] = [Phrase(run, style.name, pale and layer == "lines") for run in _runs(closed)]
-    return layers
+def phrases_of(style: Style, layer: str) -> list[Phrase]:
+    """The phrases of a layer of a style. A base layer that the background does not start from has none."""
+    unused = layer == "base" and any(step.source for step in style.background[:1])
+    runs = [] if unused else list(_runs(tuple(closed_layer(style, layer))))
+    followers = [tuple(step.block for step in run) for run in runs[1:]] + [EDGE]
+    return [Phrase(run, style, after) for run, after in zip(runs, followers, strict=bool(runs))]
 
 
 def closed_layer(style: Style, layer: str) -> Iterator[Step]:

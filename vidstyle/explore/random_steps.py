@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from random import Random
 from typing import Any
 
 from vidstyle.block import Parameter, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.explore.phrases import BASE, saved_refs
+from vidstyle.explore.phrases import BASE, names_used, saved_refs
 from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
 
 DIGITS = 3
@@ -37,6 +38,14 @@ def drawn(random: Random, parameter: Parameter, ends: tuple[float, float] | None
         return random.randint(*map(int, ends)) if whole else fitted(parameter, random.uniform(*ends))
     options = getattr(control, "explore", ())
     return random.choice(options) if options else parameter.default
+
+
+def is_explored(parameter: Parameter, value: Any) -> bool:
+    """Whether a value is one of those that random styles may have."""
+    explore = getattr(parameter.control, "explore", None) or ()
+    if isinstance(parameter.control, Slider):
+        return bool(explore) and explore[0] <= value <= explore[1]
+    return value in explore
 
 
 def near(random: Random, parameter: Parameter, value: Any, spread: float) -> Any:
@@ -144,6 +153,21 @@ def numbered(steps: Iterable[Step], taken: set[str]) -> list[Step]:
             step = replace(step, save=name)
         out.append(step)
     return out
+
+
+def without_idle_steps(style: Style) -> Style:
+    """The style without steps whose results nothing uses."""
+    used = {name for step in style.steps for name in names_used(step)}
+    layers: dict[str, tuple[Step, ...]] = {}
+    for layer, steps in style.layers.items():
+        kept: list[Step] = []
+        for step, after in zip_longest(steps, steps[1:]):
+            step = replace(step, save=step.save if step.save in used else "")
+            if step.save or not (after and after.source):
+                kept.append(step)
+        layers[layer] = tuple(kept)
+    cleaned = replace(style, **layers)  # type: ignore[arg-type]
+    return cleaned if cleaned == style else without_idle_steps(cleaned)
 
 
 def is_valid(style: Style) -> bool:

@@ -1,0 +1,189 @@
+"""What can be said of a restyled picture in numbers: how it holds together, how it differs from others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from vidstyle.explore.colors import oklab
+from vidstyle.gallery.style_samples import restyled
+from vidstyle.style import Style
+
+DRAWN_SIDE = 320
+"""The longest side in pixels at which candidates are drawn; smaller, marks would be larger than in a film."""
+MEASURED_SIDE = 160
+"""The longest side of what is measured: marks are then what an eye sees of them, tone and texture."""
+THUMBNAIL = 16
+"""Rows and columns of the thumbnail that tells pictures apart."""
+GRAIN = 2.0
+"""Standard deviation of the noise between the frames that steadiness is measured on, in levels of 255."""
+DARK, BRIGHT = 0.15, 0.92
+"""Luma below which there is ink, and above which there is paper."""
+STRONG = 80
+"""Percentile of the gradient above which an edge of the source is strong."""
+
+_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
+
+
+class Measures(NamedTuple):
+    """Numbers about a restyled picture beside its source; luma is 0..1.
+
+    Attributes:
+        tone: correlation of luma with the source's, both blurred, -1..1.
+        shapes: correlation of what is left of luma by a band-pass with the source's, without its sign.
+        edges: share of the source's strong edges where the result has strong ones; those in the middle, where
+            the subject is, count more.
+        clutter: mean difference of luma from itself blurred by 1.5 pixels.
+        noise: the same where the source is flat.
+        range: distance of the 5 % and 95 % percentiles of luma.
+        middle: mean of luma.
+        ink, paper: shares of the picture that are darker than `DARK` and brighter than `BRIGHT`.
+        contrast: standard deviation of blurred luma.
+        color: colourfulness (Hasler and Suesstrunk 2003), 1 for 255 levels.
+        garish: share of the picture with colours as pure as a screen shows them.
+        sharp: 98 % percentile of the gradient of luma.
+        change: mean distance to the source in Oklab.
+    """
+
+    tone: float
+    shapes: float
+    edges: float
+    clutter: float
+    noise: float
+    range: float
+    middle: float
+    ink: float
+    paper: float
+    contrast: float
+    color: float
+    garish: float
+    sharp: float
+    change: float
+
+
+SPREADS = Measures(0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.12, 0.15, 0.15, 0.12)
+"""How much measures usually differ between pictures: by it, differences are comparable."""
+
+
+class Subject:
+    """The picture that candidates are drawn of, H x W x 3 uint8, prepared to be compared with results.
+
+    Attributes:
+        picture: it, reduced to `DRAWN_SIDE`.
+    """
+
+    def __init__(self, picture: np.ndarray) -> None:
+        self.picture = reduced(picture, DRAWN_SIDE)
+        small = reduced(picture, MEASURED_SIDE)
+        self._lab = oklab(small / 255.0)
+        self._luma = luma_of(small)
+        self._band = _band(self._luma)
+        gradient = gradient_of(cv2.GaussianBlur(self._luma, (0, 0), 1))
+        self._edges = gradient >= max(float(np.percentile(gradient, STRONG)), 0.01)
+        self._flat = ~cv2.dilate(self._edges.astype(np.uint8), np.ones((5, 5))).astype(bool)
+        height, width = self._luma.shape
+        y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
+        self._weights = np.exp(-(x * x + y * y)) * self._edges
+
+    def drawn(self, style: Style) -> np.ndarray:
+        """The picture in a style, H x W x 3 uint8."""
+        return restyled(self.picture, style)
+
+    def measures(self, picture: np.ndarray) -> Measures:
+        """The measures of the picture restyled: H x W x 3 uint8, at any size."""
+        small = cv2.resize(picture, self._luma.shape[::-1], interpolation=cv2.INTER_AREA)
+        luma, lab = luma_of(small), oklab(small / 255.0)
+        fine = np.abs(luma - cv2.GaussianBlur(luma, (0, 0), 1.5))
+        gradient = gradient_of(luma)
+        low, high = np.percentile(luma, (5, 95))
+        blurred = cv2.GaussianBlur(luma, (0, 0), 4)
+        near = cv2.dilate(gradient, np.ones((3, 3)))
+        strong = near >= max(float(np.percentile(near, 100 - 1.5 * (100 - STRONG))), 0.03)
+        top, bottom = small.max(axis=2), small.min(axis=2)
+        return Measures(
+            tone=correlation(blurred, cv2.GaussianBlur(self._luma, (0, 0), 4)),
+            shapes=abs(correlation(_band(luma), self._band)),
+            edges=float((self._weights * strong).sum() / max(self._weights.sum(), 1e-6)),
+            clutter=float(fine.mean()),
+            noise=float(fine[self._flat].mean()) if self._flat.any() else float(fine.mean()),
+            range=float(high - low),
+            middle=float(luma.mean()),
+            ink=float((luma < DARK).mean()),
+            paper=float((luma > BRIGHT).mean()),
+            contrast=float(blurred.std()),
+            color=_colorfulness(small / 255.0),
+            garish=float(((top > 230) & (bottom < 40)).mean()),
+            sharp=float(np.percentile(gradient, 98)),
+            change=float(np.linalg.norm(lab - self._lab, axis=2).mean()),
+        )
+
+    def signature(self, picture: np.ndarray) -> np.ndarray:
+        """The picture restyled, as a point: pictures that look alike are near; 1 apart is plainly different.
+
+        It has the measures and a thumbnail in colour; distances are Euclidean.
+        """
+        numbers = np.array(self.measures(picture)) / SPREADS
+        colors = thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL)
+        return np.concatenate([0.5 * numbers / np.sqrt(len(numbers)), colors])
+
+    def steadiness(self, style: Style) -> float:
+        """How much of the grain of a film a style shows: its change over three frames by that of the source.
+
+        The frames are the picture with grain, the same each time.
+        """
+        noise = np.random.RandomState(1).normal(0, GRAIN, (3, *self.picture.shape[:2], 1))
+        frames = [np.clip(self.picture + each, 0, 255).round().astype(np.uint8) for each in noise]
+        return _changes(restyled(frame, style) for frame in frames) / max(_changes(frames), 1e-6)
+
+
+def reduced(picture: np.ndarray, side: int) -> np.ndarray:
+    """A picture with its longest side at most so long."""
+    factor = side / max(picture.shape[:2])
+    if factor >= 1:
+        return picture
+    size = max(1, round(picture.shape[1] * factor)), max(1, round(picture.shape[0] * factor))
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+
+
+def thumbnail(picture: np.ndarray) -> np.ndarray:
+    """`THUMBNAIL` x `THUMBNAIL` x 3 of a picture, in Oklab."""
+    return oklab(cv2.resize(picture, (THUMBNAIL, THUMBNAIL), interpolation=cv2.INTER_AREA) / 255.0)
+
+
+def luma_of(picture: np.ndarray) -> np.ndarray:
+    """Luma of RGB in 0..255, as float32 in 0..1."""
+    return (picture @ _WEIGHTS / 255).astype(np.float32)
+
+
+def gradient_of(luma: np.ndarray) -> np.ndarray:
+    """The magnitude of the gradient, in luma a pixel."""
+    across, down = (cv2.Sobel(luma, cv2.CV_32F, *order, scale=1 / 8) for order in ((1, 0), (0, 1)))
+    return cv2.magnitude(across, down)
+
+
+def correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Pearson's; 0 where one is even."""
+    one, other = one - one.mean(), other - other.mean()
+    scale = float(np.sqrt((one * one).sum() * (other * other).sum()))
+    return float((one * other).sum()) / scale if scale > 1e-9 else 0.0
+
+
+def _band(luma: np.ndarray) -> np.ndarray:
+    return cv2.GaussianBlur(luma, (0, 0), 1) - cv2.GaussianBlur(luma, (0, 0), 5)
+
+
+def _colorfulness(color: np.ndarray) -> float:
+    red_green = color[..., 0] - color[..., 1]
+    yellow_blue = (color[..., 0] + color[..., 1]) / 2 - color[..., 2]
+    spread = np.hypot(red_green.std(), yellow_blue.std())
+    return float(spread + 0.3 * np.hypot(red_green.mean(), yellow_blue.mean()))
+
+
+def _changes(frames: Iterable[np.ndarray]) -> float:
+    """The mean change from frame to frame."""
+    pairs = pairwise(frame.astype(np.float32) for frame in frames)
+    return float(np.mean([np.abs(after - before).mean() for before, after in pairs]))
