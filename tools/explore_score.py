@@ -1,4 +1,4 @@
-"""Fits the score of `vidstyle explore` to shipped styles and random ones, and says how well it tells them apart.
+"""Fits the score of `vidstyle explore` to shipped styles and random ones, and says how well it parts them.
 
 Usage: python -m tools.explore_score FOLDER [--count N] [--write]
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from vidstyle.explore.gates import fault
 from vidstyle.explore.generate import random_style
-from vidstyle.explore.measure import Measures, Subject
+from vidstyle.explore.measure import Measures, Original
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.score import MODEL, fitted_weights, products
 from vidstyle.gallery.preview import read_still
@@ -27,6 +27,7 @@ SEED = "score"
 
 
 def main() -> None:
+    """See the top of the file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--count", type=int, default=60, help="random styles for each photograph")
@@ -39,8 +40,9 @@ def main() -> None:
         shipped = [rows[: len(shipped_styles())] for rows in good[part]]
         passed = [rows[[not fault(Measures(*row)) for row in rows]] for rows in random[part]]
         share = sum(map(len, passed)) / sum(map(len, random[part]))
-        print(f"{what} {len(shipped)} photographs: AUC {area(model, shipped, random[part]):.3f} against random "
-              f"styles, {area(model, shipped, passed):.3f} against those that pass the gates ({share:.0%})")  # fmt: skip
+        areas = area(model, shipped, random[part]), area(model, shipped, passed)
+        print(f"{what} {len(shipped)} photographs: AUC {areas[0]:.3f} against random styles, {areas[1]:.3f}")
+        print(f"  against the {share:.0%} of them that pass the gates")
     if options.write:
         rounded = {name: [float(f"{value:.4g}") for value in values] for name, values in model.items()}
         MODEL.write_text(json.dumps({"measures": Measures._fields, **rounded}) + "\n", encoding="utf-8")
@@ -48,12 +50,14 @@ def main() -> None:
 
 def rows_of(file: Path, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The measures of a photograph in the shipped styles, then their variants; and in random ones."""
-    subject = Subject(read_still(file))
+    original = Original(read_still(file))
     shipped = shipped_styles()
     variants = [load_style(f"{style.name}:{name}") for style in shipped for name in style.variants]
     random = [random_style(f"{SEED}-{file.stem}-{number}") for number in range(count)]
     with ThreadPoolExecutor() as pool:
-        rows = list(pool.map(lambda style: subject.measures(subject.drawn(style)), shipped + variants + random))
+        rows = list(
+            pool.map(lambda style: original.measures(original.drawn(style)), shipped + variants + random)
+        )
     return np.array(rows[:-count]), np.array(rows[-count:])
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.explore.measure import Measures, Subject
+from vidstyle.explore.measure import Measures, Original
 from vidstyle.explore.random_steps import is_valid, without_idle_steps
 from vidstyle.style import LAYERS, Style
 
@@ -64,16 +64,16 @@ def is_like_another(signature: np.ndarray, others: Sequence[np.ndarray]) -> bool
     return any(float(np.linalg.norm(signature - other)) < MIN_DISTANCE for other in others)
 
 
-def pruned(style: Style, subject: Subject, picture: np.ndarray) -> Style:
+def pruned(style: Style, original: Original, picture: np.ndarray) -> Style:
     """The style without steps that change nothing.
 
     Args:
-        picture: the subject in the style.
+        picture: the original in the style.
     """
     for layer in LAYERS:
         for place in reversed(range(len(style.layers[layer]))):
             shorter = _without(style, layer, place)
-            if shorter is not None and _changes_nothing(subject.drawn(shorter), picture):
+            if shorter is not None and _changes_nothing(original.drawn(shorter), picture):
                 style = shorter
     return style
 

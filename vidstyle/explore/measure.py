@@ -69,7 +69,7 @@ SPREADS = Measures(0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.1
 """How much measures usually differ between pictures: by it, differences are comparable."""
 
 
-class Subject:
+class Original:
     """The picture that candidates are drawn of, H x W x 3 uint8, prepared to be compared with results.
 
     Attributes:

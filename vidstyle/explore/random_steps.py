@@ -42,10 +42,10 @@ def drawn(random: Random, parameter: Parameter, ends: tuple[float, float] | None
 
 def is_explored(parameter: Parameter, value: Any) -> bool:
     """Whether a value is one of those that random styles may have."""
-    explore = getattr(parameter.control, "explore", None) or ()
-    if isinstance(parameter.control, Slider):
-        return bool(explore) and explore[0] <= value <= explore[1]
-    return value in explore
+    control = parameter.control
+    if isinstance(control, Slider):
+        return control.explore is not None and control.explore[0] <= value <= control.explore[1]
+    return value in getattr(control, "explore", ())
 
 
 def near(random: Random, parameter: Parameter, value: Any, spread: float) -> Any:

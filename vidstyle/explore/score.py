@@ -97,7 +97,9 @@ class Judge:
             reason = " ".join(str(error.err or error).split())[:80]
             raise InputError(path, f"is not a model that can judge: {reason}") from None
         if classes not in (1, CLASSES):
-            raise InputError(path, f"gives {classes} numbers; a judge gives one, or the shares of {CLASSES} classes")
+            raise InputError(
+                path, f"gives {classes} numbers; a judge gives one, or the shares of {CLASSES} classes"
+            )
 
     def __call__(self, picture: np.ndarray) -> float:
         """The score of a picture, H x W x 3 uint8; of classes their mean."""
