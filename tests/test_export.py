@@ -25,6 +25,7 @@ STYLE = {
     "format": 1,
     "name": "test",
     "note": "Soft and flat. Tune `gaussian.sigma` and `posterize.levels` <b>.",
+    "knobs": ["gaussian.sigma", "posterize.levels"],
     "height": 720,
     "steady": 0.5,
     "background": [{"block": "gaussian", "sigma": 3}, {"block": "posterize", "levels": 4}],
@@ -69,7 +70,7 @@ def test_the_tables_of_a_page_hold_what_plans_of_other_values_hold(name: str) ->
 
 
 def test_what_changes_the_passes_is_no_control_of_a_page() -> None:
-    changes = page_data(load_style({"format": 1, "note": "Tune `etf.passes`.", "base": [{"block": "etf"}]}))
+    changes = page_data(load_style({"format": 1, "knobs": ["etf.passes"], "base": [{"block": "etf"}]}))
     assert [control["path"] for control in changes["controls"]] == ["ink", "paper"]
     assert changes["fixed"] == ["etf.passes"]
 

@@ -41,11 +41,12 @@ class TestEveryStyle:
             elif entry["kind"] == "choice":
                 assert entry["value"] in entry["options"]
 
-    def test_the_note_brings_some_values_to_the_top(self, name: str) -> None:
+    def test_two_to_four_knobs_come_to_the_top(self, name: str) -> None:
         style = load_style(name)
         main = {entry["path"] for entry in panel(style, style)["entries"] if entry["main"]}
-        assert {"ink", "paper", "steady"} <= main
-        assert (len(main) > 3) == ("`" in style.note)
+        fields = {"ink", "paper", "steady", "strength"}
+        assert fields <= main and len(main) == len(fields.union(style.knobs))
+        assert len(style.knobs) in ((0,) if style.is_plain else (2, 3, 4))
 
     def test_the_options_lead_to_the_style(self, name: str) -> None:
         style = load_style(name)

@@ -201,7 +201,8 @@ def test_a_style_is_described_with_all_values() -> None:
     assert blend["parameters"]["opacity"]["value"] == 0.25
     assert blend["parameters"]["opacity"]["default"] == all_blocks()["blend"].parameters["opacity"].default
     assert set(blend["parameters"]) == set(all_blocks()["blend"].parameters)
-    assert described["base"][1] == {"block": "", "help": "", "from": "", "save": "kept", "parameters": {}}
+    kept = {"block": "", "help": "", "from": "", "save": "kept", "mute": False, "parameters": {}}
+    assert described["base"][1] == kept
 
 
 def test_typed_values_need_no_text() -> None:

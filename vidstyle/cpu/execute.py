@@ -91,6 +91,10 @@ class FrameExecutor:
             in_bands(self._pool, source.shape, output.radius, run)
         return assembler.picture()
 
+    def planes(self, node: Node) -> Value:
+        """All rows of a node that the schedule keeps."""
+        return self._load(node, 0, node.shape[0])
+
     def _subsampled_chroma(self, node: Node) -> Chroma:
         """Chroma on a grid: the source's planes, or resampled ones as float32."""
         chroma: Chroma | None = self._source.chroma if node.op == "plane" else self._stored[node]

@@ -76,12 +76,16 @@ class Schedule:
     output: Sweep
 
 
-def schedule(lowered: LoweredStyle) -> Schedule:
-    """The schedule of a lowered style. What several sweeps would compute is stored by the first."""
-    whole = _needed_whole(lowered.outputs)
+def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
+    """The schedule of a lowered style. What several sweeps would compute is stored by the first.
+
+    Args:
+        kept: nodes whose planes are wanted as well (`FrameExecutor.planes`).
+    """
+    whole = _needed_whole([*lowered.outputs, *kept]) | set(kept)
     repeated: set[Node] = set()
     while True:
-        scheduler = _Scheduler(lowered, whole, repeated)
+        scheduler = _Scheduler(lowered, whole, repeated, kept)
         more = scheduler.computed_twice()
         if not more:
             return scheduler.schedule()
@@ -119,13 +123,16 @@ class _Scheduler:
     Args:
         whole: nodes for each of which there is a sweep.
         repeated: nodes that the first sweep that computes them stores along with its own.
+        kept: nodes that are never released.
     """
 
-    def __init__(self, lowered: LoweredStyle, whole: set[Node], repeated: set[Node]) -> None:
-        self._stores = whole | repeated
+    def __init__(
+        self, lowered: LoweredStyle, whole: set[Node], repeated: set[Node], kept: Sequence[Node]
+    ) -> None:
+        self._stores, self._kept = whole | repeated, kept
         self._done: set[Node] = set()
         self._tasks: list[Task] = []
-        for node in nodes_in_order(lowered.outputs):
+        for node in nodes_in_order([*lowered.outputs, *kept]):
             if node.measure is not None and node.measure not in self._tasks:
                 self._tasks.append(node.measure)
             if node.op == "resample":
@@ -143,7 +150,7 @@ class _Scheduler:
             for node in _planes_read(task)
         }
         tasks = (
-            (task, tuple(node for node, end in last.items() if end == number))
+            (task, tuple(node for node, end in last.items() if end == number and node not in self._kept))
             for number, task in enumerate(self._tasks)
         )
         return Schedule(tuple(tasks), self._output)

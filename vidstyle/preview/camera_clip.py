@@ -31,7 +31,7 @@ class CameraClip:
         Raises:
             DeviceError: it is missing, or gives no frame.
         """
-        self.name = source.name
+        self.name = self.source = source.name
         self._lock = threading.Lock()
         self._capture = Capture(source, _ignore)
         self._capture.start()

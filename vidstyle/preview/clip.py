@@ -36,6 +36,7 @@ class Clip(Protocol):
 
     Attributes:
         name: for messages and titles.
+        source: how a command line names it.
         count: the number of frames; 1 for a photograph and for a camera.
         fps: frames a second.
         size: width and height of the whole frames, upright and with square pixels.
@@ -43,6 +44,7 @@ class Clip(Protocol):
     """
 
     name: str
+    source: str
     count: int
     fps: float
     size: tuple[int, int]
@@ -103,8 +105,8 @@ class FilmClip:
         Raises:
             InputError: it cannot be read.
         """
-        self._path = str(path)
-        self.name = name or self._path
+        self.source = str(path)
+        self.name = name or self.source
         self._at: SampledFrame
         self._next: SampledFrame | None
         self._number: int
@@ -137,7 +139,7 @@ class FilmClip:
 
     def file(self) -> str:
         """See `Clip`."""
-        return self._path
+        return self.source
 
     def close(self) -> None:
         """See `Clip`."""
@@ -185,7 +187,7 @@ class FilmClip:
 class DemoClip:
     """The film of `vidstyle demo`, drawn frame by frame; see `Clip`."""
 
-    name, live = "demo", False
+    name, source, live = "demo", "film.mp4", False
     count, fps, size = SECONDS * RATE, float(RATE), (WIDTH, HEIGHT)
 
     def __init__(self) -> None:

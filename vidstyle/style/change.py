@@ -57,17 +57,25 @@ def apply_variant(style: Style, variant: str) -> Style:
 
 
 def expand(style: Style) -> Style:
-    """The style with every recipe replaced by its steps."""
+    """The style as it runs: every recipe replaced by its steps, muted steps by what they save.
+
+    Lines of which all steps are muted are not laid over the background.
+    """
     layers: dict[str, Any] = {
         layer: tuple(part for step in steps for part in _expand_step(step))
         for layer, steps in style.layers.items()
     }
+    if all(step.mute for step in style.lines):
+        layers["lines"] = ()
     return replace(style, **layers)
 
 
 def _expand_step(step: Step) -> tuple[Step, ...]:
     """A recipe's steps: the first has the recipe's input, the last saves what the recipe saved."""
     block = all_blocks().get(step.block)
+    if step.mute:
+        saves = [block.saves, step.save] if block and block.saves else [step.save]
+        return tuple(Step("", save=save, source=step.source) for save in saves)
     if block is None or block.kind != "recipe":
         return (step,)
     on: On | None = "luma" if "luma" in (step.on, block.on) else step.on

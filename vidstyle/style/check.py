@@ -14,7 +14,8 @@ from typing import Any
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, suggest
-from vidstyle.style.model import FIELDS, LAYERS, SOURCE, Step, Style
+from vidstyle.style.model import FIELDS, LAYERS, SOURCE, Step, Style, table_from_style
+from vidstyle.style.paths import find_value
 from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, to_text
 from vidstyle.style.variants import read_variants, table_of_variant
 
@@ -24,7 +25,8 @@ MAX_FILES = 4
 """The most files and folders of its own that a style reads: each may take 130 MiB of memory."""
 TEXTS = {"name": 100, "note": 1000}
 """The fields that hold text, and the maximum number of characters of each."""
-STEP_KEYS = ("block", "from", "save")
+MAX_KNOBS = 16
+STEP_KEYS = ("block", "from", "save", "mute")
 """The keys of a step that are not parameters of its block."""
 
 
@@ -45,7 +47,9 @@ def style_from_table(
     mistakes: list[str] = []
     if _is_known_format(table, mistakes):
         style = _read_style(table, name, folder, mistakes)
-        # The paths of variants are only meaningful in valid steps.
+        # Paths are only meaningful in valid steps.
+        if "knobs" in table and not mistakes:
+            style = replace(style, knobs=_read_knobs(style, table["knobs"], mistakes))
         if "variants" in table and not mistakes:
             style = _read_variants(style, table["variants"], mistakes)
     if mistakes:
@@ -67,7 +71,7 @@ def _is_known_format(table: Mapping[str, object], mistakes: list[str]) -> bool:
 
 
 def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mistakes: list[str]) -> Style:
-    known = ("format", *TEXTS, *FIELDS, *LAYERS, "variants")
+    known = ("format", *TEXTS, "knobs", *FIELDS, *LAYERS, "variants")
     for key in table:
         if key not in known:
             mistakes.append(f"{to_text(key)} is not a field of a style; {suggest(str(key), known)}")
@@ -77,6 +81,27 @@ def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mis
     reader = StepReader(folder, mistakes)
     layers: dict[str, Any] = {layer: reader.read_layer(layer, table.get(layer, [])) for layer in LAYERS}
     return Style(folder=folder, **texts, **fields, **layers)
+
+
+def _read_knobs(style: Style, given: object, mistakes: list[str]) -> tuple[str, ...]:
+    """The paths of the values to adjust first, each of which must name one."""
+    if not isinstance(given, list | tuple) or not all(isinstance(path, str) for path in given):
+        mistakes.append('knobs is not a list of paths; write knobs = ["step.parameter", "ink"]')
+        return ()
+    if len(given) > MAX_KNOBS:
+        mistakes.append(f"knobs: a style has at most {MAX_KNOBS} knobs")
+        return ()
+    table, found = table_from_style(style), set()
+    for path in given:
+        try:
+            value = find_value(table, path)
+        except ValueError as error:
+            mistakes.append(f"knobs: {error}")
+            continue
+        if (key := (id(value.table), value.parameter.name)) in found:
+            mistakes.append(f"knobs: {to_text(path)} is there twice")
+        found.add(key)
+    return tuple(given)
 
 
 def _read_variants(style: Style, given: object, mistakes: list[str]) -> Style:
@@ -130,7 +155,10 @@ class StepReader:
         save = self.read_name("save", table, where)
         if save:
             self.add_saved(save, where)
-        return Step(block.name if block else "", values, save, source)
+        mute = table.get("mute", False)
+        if not isinstance(mute, bool):
+            self.mistakes.append(f"{where}mute: {to_text(mute)} is not true or false")
+        return Step(block.name if block else "", values, save, source, mute=mute is True)
 
     def read_block(self, step: str, table: Mapping[str, object]) -> tuple[Block | None, str]:
         """The block that a step names, and the prefix of messages about the step."""

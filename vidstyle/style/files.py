@@ -39,10 +39,22 @@ def read_style_file(path: Path) -> Style:
     Raises:
         StyleError: the file cannot be read, or the style in it has mistakes.
     """
-    text = _read_text(path)
+    return style_from_text(read_style_text(path), path, path.absolute().parent)
+
+
+def style_from_text(text: str, path: Path, folder: Path | None) -> Style:
+    """The style in the text of a file.
+
+    Args:
+        path: the file, whose name is the style's if it has none.
+        folder: the folder to which its paths are relative; None allows no paths.
+
+    Raises:
+        StyleError: the style has mistakes.
+    """
     table, words = _parse(path, text)
     try:
-        style = style_from_table(table, path, path.stem, path.absolute().parent)
+        style = style_from_table(table, path, path.stem, folder)
     except StyleError as error:
         raise StyleError(path, words + with_lines(error.mistakes, text)) from None
     if words:
@@ -57,11 +69,14 @@ def style_text(style: Style, like: Path | None = None) -> str:
         StyleError: the other file cannot be read.
     """
     table = table_from_style(style)
-    return tomlkit.dumps(table) if like is None else _edited_text(_read_text(like), table, like)
+    return tomlkit.dumps(table) if like is None else _edited_text(read_style_text(like), table, like)
 
 
-def save_style(style: Style, path: str | Path) -> None:
+def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
     """Write a style to a file. An existing style file is edited: its comments and order are preserved.
+
+    Args:
+        like: the text of another style file, whose comments and order are taken instead.
 
     Raises:
         StyleError: the style has mistakes, or the existing file is not a style.
@@ -70,7 +85,10 @@ def save_style(style: Style, path: str | Path) -> None:
     path = Path(path)
     table = table_from_style(style)
     style_from_table(table, style.name, folder=path.absolute().parent)
-    text = _edit_file(path, table) if path.exists() else tomlkit.dumps(table)
+    if like is not None:
+        text = _edited_text(like, table, path)
+    else:
+        text = _edit_file(path, table) if path.exists() else tomlkit.dumps(table)
     partial = path.resolve().with_name(f"{path.name}.partial")
     try:
         partial.write_text(text, encoding="utf-8", newline="")
@@ -81,7 +99,7 @@ def save_style(style: Style, path: str | Path) -> None:
 
 
 def _edit_file(path: Path, table: dict[str, Any]) -> str:
-    text = _read_text(path)
+    text = read_style_text(path)
     present, words = _parse(path, text)
     if words:
         raise StyleError(path, words)
@@ -90,7 +108,12 @@ def _edit_file(path: Path, table: dict[str, Any]) -> str:
     return _edited_text(text, table, path)
 
 
-def _read_text(path: Path) -> str:
+def read_style_text(path: Path) -> str:
+    """The text of a style file.
+
+    Raises:
+        StyleError: it cannot be read, is too large, or is no UTF-8.
+    """
     try:
         content = read_regular_file(path, MAX_FILE)
     except OSError as error:

@@ -12,6 +12,7 @@ from typing import Any
 
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Block, rgb_from_text
+from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.core.resample import fitting_method
 from vidstyle.errors import StyleError
@@ -83,6 +84,7 @@ class GraphBuilder:
         source: layout of what comes in.
         encoding: its matrix is the one of luma and chroma.
         planes: the source itself.
+        saved: the pictures that steps have saved, by name.
         sizes: as in `LoweredStyle`.
     """
 
@@ -92,7 +94,7 @@ class GraphBuilder:
         self.sizes: dict[Shape, tuple[Shape, float]] = {source.shape: (source.shape, 1.0)}
         self._nodes: dict[object, Node] = {}
         self.planes = self._source_planes()
-        self._saved = {SOURCE: self.planes}
+        self.saved = {SOURCE: self.planes}
 
     def node(self, op: Op, kind: Kind, shape: Shape, inputs: dict[str, Node], **others: Any) -> Node:
         """A node, or the equal one made before."""
@@ -189,18 +191,26 @@ class GraphBuilder:
             background = self._at_page_size(self.run_layer("background", steps["background"], base))
         if steps["lines"]:
             lines = self._at_page_size(self.run_layer("lines", steps["lines"], base))
-        return self._with_lines(style, self._on_paper(style, background), lines)
+        image = self._with_lines(style, self._on_paper(style, background), lines)
+        return image if style.strength == 1 else self._mixed_with_source(image, style.strength)
+
+    def _mixed_with_source(self, image: ImageValue, strength: float) -> ImageValue:
+        """The part of the source that the style leaves, laid over the result."""
+        blend = all_blocks()["blend"]
+        values = {"mode": "normal", "opacity": 1 - strength}
+        step = ResolvedStep(blend, "color", values, {"other": SOURCE}, "", "")
+        return self._run_step(step, blend, image, ("strength", 0))
 
     def run_layer(self, layer: str, steps: tuple[ResolvedStep, ...], image: ImageValue) -> ImageValue:
         """The picture after all steps of a layer."""
         for number, step in enumerate(steps):
-            image = self._saved[step.source] if step.source else image
+            image = self.saved[step.source] if step.source else image
             if step.block is not None:
                 if step.block.saves:
-                    self._saved[step.block.saves] = image
+                    self.saved[step.block.saves] = image
                 image = self._run_step(step, step.block, image, (layer, number))
             if step.save:
-                self._saved[step.save] = image
+                self.saved[step.save] = image
         return image
 
     def _run_step(self, step: ResolvedStep, block: Block, image: ImageValue, key: StepKey) -> ImageValue:
@@ -216,7 +226,7 @@ class GraphBuilder:
             percentages, time_constant = block.percentiles_for(step.values), step.values.get("settle", 0.0)
             measure = Measure(self.luma(image), percentages, time_constant, key)
         pictures = {
-            name: self.at_size(self._saved[saved], image.shape, "bilinear")
+            name: self.at_size(self.saved[saved], image.shape, "bilinear")
             for name, saved in step.pictures.items()
         }
         if step.on == "color" or (step.on == "channels" and not image.is_gray):

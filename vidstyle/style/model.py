@@ -26,6 +26,7 @@ class Step:
         save: the name under which the result is saved, or empty.
         source: the input, `from` in the file: a saved name or "source"; empty for the previous step.
         on: overrides what the block works on; only recipes set it.
+        mute: whether it hands on its input, and saves that, instead of running its block.
     """
 
     block: str
@@ -33,6 +34,7 @@ class Step:
     save: str = ""
     source: str = ""
     on: On | None = None
+    mute: bool = False
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,10 @@ class Style:
     Attributes:
         height: the picture height for which lengths ("px") are given; None takes them as they are.
         steady: temporal smoothing, 0 to 1.
+        strength: how much of the result is mixed with the source, 0 to 1.
         folder: the folder to which paths in the style are relative; None where paths are not allowed.
         variants: for each variant's name the values that it sets, by their paths.
+        knobs: the paths of the values that are worth adjusting first.
     """
 
     name: str
@@ -55,11 +59,13 @@ class Style:
     ink: str = "#000000"
     paper: str = "#ffffff"
     steady: float = 0.0
+    strength: float = 1.0
     base: tuple[Step, ...] = ()
     background: tuple[Step, ...] = ()
     lines: tuple[Step, ...] = ()
     folder: Path | None = None
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    knobs: tuple[str, ...] = ()
 
     @property
     def is_plain(self) -> bool:
@@ -82,6 +88,7 @@ _CONTROLS: dict[str, Control] = {
     "ink": Color("colour of the lines"),
     "paper": Color("colour that the background is multiplied by"),
     "steady": Slider(0, 1, "temporal smoothing, from 0 (off) to 1 (strongest)"),
+    "strength": Slider(0, 1, "how much of the style is mixed with the source"),
 }
 FIELDS = {name: Parameter(name, control, getattr(Style, name)) for name, control in _CONTROLS.items()}
 """The fields of a style that are values, declared like the parameters of blocks."""
@@ -96,6 +103,7 @@ def table_from_style(style: Style) -> dict[str, Any]:
     table: dict[str, Any] = {"format": 1, "name": style.name}
     values = {name: getattr(style, name) for name in ("note", *FIELDS)}
     table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
+    table |= {"knobs": list(style.knobs)} if style.knobs else {}
     table |= {layer: list(map(_table_from_step, steps)) for layer, steps in style.layers.items() if steps}
     if style.variants:
         table["variants"] = {name: dict(values) for name, values in style.variants.items()}
@@ -104,4 +112,5 @@ def table_from_style(style: Style) -> dict[str, Any]:
 
 def _table_from_step(step: Step) -> dict[str, Any]:
     names = {"block": step.block, "from": step.source, "save": step.save}
-    return {key: name for key, name in names.items() if name} | step.values
+    muted = {"mute": True} if step.mute else {}
+    return {key: name for key, name in names.items() if name} | step.values | muted

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from vidstyle.block import Asset, Block, Choice, Color, Control, SavedRef, Slider, Switch
+from vidstyle.block import Asset, Block, Choice, Color, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.style import SOURCE, Style, set_values, table_from_style
 from vidstyle.style.model import FIELDS, LAYERS
 from vidstyle.style.paths import find_value, steps_by_path
-
-WORDS = re.compile(r"`([^`]+)`")
-"""Parameters that the note of a style recommends to adjust."""
 
 
 def panel(style: Style, start: Style) -> dict[str, Any]:
@@ -50,13 +46,13 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
         if getattr(style, name) is not None:
             # `height` is the reference for lengths, not a parameter to adjust.
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
-            yield place | values(name) | _control(parameter.control, False, [])
-    named = _recommended(style, table)
+            yield place | values(name) | control_of(parameter, [])
+    named = _knobs(style, table)
     for step, (layer, block, saved) in zip(steps_by_path(table), _blocks(style), strict=True):
         for name, parameter in block.parameters.items():
             path = f"{step}.{name}"
             place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in named}
-            yield place | values(path) | _control(parameter.control, parameter.is_integer, saved)
+            yield place | values(path) | control_of(parameter, saved)
 
 
 def _blocks(style: Style) -> Iterator[tuple[str, Block, list[str]]]:
@@ -70,12 +66,16 @@ def _blocks(style: Style) -> Iterator[tuple[str, Block, list[str]]]:
             saved |= dict.fromkeys(filter(None, [block.saves if block else "", step.save]))
 
 
-def _control(control: Control, whole: bool, names: list[str]) -> dict[str, Any]:
-    """The kind of a control and its range or options."""
-    match control:
+def control_of(parameter: Parameter, names: list[str]) -> dict[str, Any]:
+    """The kind of a parameter's control, its help, and its range or options.
+
+    Args:
+        names: the saved pictures that it may name.
+    """
+    match control := parameter.control:
         case Slider():
-            ends = {"low": control.low, "high": control.high, "whole": whole, "unit": control.unit}
-            kind: dict[str, Any] = {"kind": "slider"} | ends
+            ends = {"low": control.low, "high": control.high, "unit": control.unit}
+            kind: dict[str, Any] = {"kind": "slider", "whole": parameter.is_integer} | ends
         case Switch():
             kind = {"kind": "switch"}
         case Color():
@@ -89,17 +89,11 @@ def _control(control: Control, whole: bool, names: list[str]) -> dict[str, Any]:
     return kind | {"help": control.help}
 
 
-def _recommended(style: Style, table: dict[str, Any]) -> set[str]:
-    """The full paths of the parameters that the note of the style names."""
-    found = set()
+def _knobs(style: Style, table: dict[str, Any]) -> set[str]:
+    """The shortest paths of the style's knobs."""
     steps = {id(step): path for path, step in steps_by_path(table).items()}
-    for word in WORDS.findall(style.note):
-        try:
-            place = find_value(table, word)
-        except ValueError:  # a word that names no single parameter, such as that of a block
-            continue
-        found.add(f"{steps.get(id(place.table), '')}.{place.parameter.name}")
-    return found
+    places = [find_value(table, path) for path in style.knobs]
+    return {f"{steps.get(id(place.table), '')}.{place.parameter.name}" for place in places}
 
 
 def _value(table: dict[str, Any], path: str) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
-from vidstyle.style.check import FORMAT, MAX_STEPS, TEXTS
+from vidstyle.style.check import FORMAT, MAX_KNOBS, MAX_STEPS, TEXTS
 from vidstyle.style.model import FIELDS, LAYERS, Step, Style
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
@@ -27,6 +27,13 @@ def style_schema() -> dict[str, Any]:
         "properties": {
             "format": {"const": FORMAT},
             **{key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()},
+            "knobs": {
+                "type": "array",
+                "description": 'Paths of the values to adjust first, such as "posterize.levels".',
+                "maxItems": MAX_KNOBS,
+                "uniqueItems": True,
+                "items": {"type": "string"},
+            },
             **_field_schemas(),
             **dict.fromkeys(LAYERS, layer),
             "variants": _variants_schema(),
@@ -42,6 +49,7 @@ def style_schema() -> dict[str, Any]:
 def describe(style: Style) -> dict[str, Any]:
     """The style as plain data, with every value, its range and its help."""
     fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
+    fields["knobs"] = list(style.knobs)
     fields["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return fields | {layer: list(map(_describe_step, steps)) for layer, steps in style.layers.items()}
 
@@ -62,6 +70,7 @@ def _describe_step(step: Step) -> dict[str, Any]:
         "help": block.help if block else "",
         "from": step.source,
         "save": step.save,
+        "mute": step.mute,
         "parameters": values,
     }
 
@@ -113,4 +122,5 @@ def _name_schemas() -> dict[str, Any]:
     return {
         "from": name | {"description": "input of the step: a saved picture, or source"},
         "save": name | {"description": "name under which the result is saved"},
+        "mute": {"type": "boolean", "description": "whether the step hands on its input as it is"},
     }

@@ -39,6 +39,34 @@ def is_part(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1
 
 
+class RateLimit:
+    """Counts messages, and refuses those that are too many.
+
+    >>> limit = RateLimit(1, lambda: 0.0)
+    >>> limit.count()
+    >>> limit.count()
+    Traceback (most recent call last):
+    vidstyle.web.messages.MessageError: more than 1 messages in a second
+    """
+
+    def __init__(self, most: int, now: Callable[[], float]) -> None:
+        """`most`: messages in each second of the clock `now`."""
+        self._most, self._now = most, now
+        self._second, self._count = int(now()), 0
+
+    def count(self) -> None:
+        """Count a message.
+
+        Raises:
+            MessageError: there were too many in this second.
+        """
+        second = int(self._now())
+        self._count = self._count + 1 if second == self._second else 1
+        self._second = second
+        if self._count > self._most:
+            raise MessageError(f"more than {self._most} messages in a second")
+
+
 def read_message(text: str | bytes, kinds: Mapping[str, Fields]) -> dict[str, Any]:
     """Parse and validate a message; returns its kind, "do", and the fields that belong to it.
 

@@ -14,7 +14,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from vidstyle.errors import VidstyleError, log
 from vidstyle.live.page.actions import FIELDS, dispatch
-from vidstyle.web.messages import MessageError, read_message
+from vidstyle.web.messages import MessageError, RateLimit, read_message
 
 if TYPE_CHECKING:
     from vidstyle.live.page.page_target import PageTarget
@@ -36,8 +36,7 @@ class Viewer:
         self._shown = asyncio.Event()
         self._sent = -1
         self._latencies: deque[float] = deque([0.0], maxlen=LATENCIES)
-        self._second = int(self._page.meter.clock.now())
-        self._messages = 0
+        self._limit = RateLimit(MAX_MESSAGES, self._page.meter.clock.now)
 
     async def serve(self, socket: web.WebSocketResponse) -> None:
         """Send frames, status and parameters, and dispatch messages, until the socket closes."""
@@ -95,7 +94,7 @@ class Viewer:
                     await self._page.changed.wait()
 
     async def _handle(self, text: str | bytes) -> None:
-        self._limit_rate()
+        self._limit.count()
         message = read_message(text, FIELDS)
         if message["do"] == "shown":
             if message["number"] != self._sent:
@@ -112,13 +111,6 @@ class Viewer:
         async with self._page.changed:
             self._page.changed.notify_all()
         await self._send(answer)
-
-    def _limit_rate(self) -> None:
-        second = int(self._page.meter.clock.now())
-        self._messages = self._messages + 1 if second == self._second else 1
-        self._second = second
-        if self._messages > MAX_MESSAGES:
-            raise MessageError(f"more than {MAX_MESSAGES} messages in a second")
 
     async def _send(self, message: dict[str, Any]) -> None:
         await self._socket.send_str(json.dumps(message))

@@ -1,0 +1,66 @@
+"""What leaves each step of a style, from one run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vidstyle.core.measured import ExponentialSmoother
+from vidstyle.core.picture import Picture, PictureLayout
+from vidstyle.cpu.execute import FrameExecutor
+from vidstyle.cpu.schedule import schedule
+from vidstyle.style import Step, Style
+from vidstyle.style.lower import GraphBuilder
+from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
+from vidstyle.style.resolve import resolve
+
+
+def step_pictures(style: Style, picture: Picture, pool: Executor) -> dict[StepKey, np.ndarray]:
+    """The picture that leaves each step of a style, at whatever size the step works.
+
+    Args:
+        picture: what the style is given, standing alone.
+        pool: threads for bands of rows.
+
+    Returns:
+        By layer and place in it, recipes not expanded: H x W x 3 RGB uint8, values outside 0..1 clipped.
+
+    Raises:
+        StyleError: an asset of the style cannot be read.
+    """
+    layers: dict[str, Any] = {layer: tuple(_watched(layer, steps)) for layer, steps in style.layers.items()}
+    watched = replace(style, **layers)
+    graph = GraphBuilder(PictureLayout.of(picture))
+    image = graph.run_layers(watched, resolve(watched, *picture.shape))
+    nodes = {
+        (layer, number): graph.color(graph.saved[_name(layer, number)])
+        for layer, steps in style.layers.items()
+        for number in range(len(steps))
+        if _name(layer, number) in graph.saved
+    }
+    lowered = LoweredStyle(graph.source, picture.encoding, color=graph.color(image), sizes=graph.sizes)
+
+    def follow(measure: Measure[Node], measured: np.ndarray) -> np.ndarray:
+        return ExponentialSmoother().follow(measured, None, measure.time_constant)
+
+    executor = FrameExecutor(pool, schedule(lowered, list(nodes.values())), picture, follow)
+    return {key: _as_bytes(executor.planes(node)) for key, node in nodes.items()}
+
+
+def _watched(layer: str, steps: tuple[Step, ...]) -> Iterator[Step]:
+    """The steps, each followed by one that saves its result, under a name that no file can have."""
+    for number, step in enumerate(steps):
+        yield step
+        yield Step("", save=_name(layer, number))
+
+
+def _name(layer: str, number: int) -> str:
+    return f"{layer} {number}"
+
+
+def _as_bytes(color: np.ndarray) -> np.ndarray:
+    return np.rint(np.clip(color, 0, 1) * 255).astype(np.uint8)

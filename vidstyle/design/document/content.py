@@ -1,0 +1,146 @@
+"""The content of a style while it is edited: steps that keep their numbers, and values named by steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from vidstyle.errors import UsageError
+from vidstyle.style import LAYERS, Style, table_from_style
+from vidstyle.style.paths import find_value, steps_by_path
+
+
+@dataclass(frozen=True)
+class PlacedStep:
+    """A step and the number by which it is known as long as the document is open; `table`: as in a file."""
+
+    number: int
+    table: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class ValueRef:
+    """A value of the style, by its step rather than by a path, which changes as steps come and go.
+
+    Attributes:
+        step: the number of its step; None for a field of the style.
+        name: of the parameter or field.
+        path: as it was last written in the file.
+    """
+
+    step: int | None
+    name: str
+    path: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True)
+class Content:
+    """All that a style file holds.
+
+    Attributes:
+        fields: name, note and the values that are fields, without those at their defaults.
+        layers: the steps of each layer.
+        knobs: the values to adjust first.
+        variants: by name the values that each sets.
+    """
+
+    fields: Mapping[str, Any]
+    layers: Mapping[str, tuple[PlacedStep, ...]]
+    knobs: tuple[ValueRef, ...] = ()
+    variants: Mapping[str, tuple[tuple[ValueRef, Any], ...]] = field(default_factory=dict)
+
+    @property
+    def steps(self) -> Iterator[tuple[str, int, PlacedStep]]:
+        """Layer, place in it, and step, in the order in which they run."""
+        for layer in LAYERS:
+            for place, step in enumerate(self.layers[layer]):
+                yield layer, place, step
+
+    def place_of(self, number: int) -> tuple[str, int, PlacedStep]:
+        """Layer, place in it, and the step of this number.
+
+        Raises:
+            UsageError: there is none.
+        """
+        for found in self.steps:
+            if found[2].number == number:
+                return found
+        raise UsageError(f"step {number}", "is not in the style any more")
+
+    def with_layer(self, layer: str, steps: tuple[PlacedStep, ...]) -> Content:
+        """The content with another layer, and without references to steps that are gone."""
+        layers = {**self.layers, layer: steps}
+        there = {None, *(step.number for each in layers.values() for step in each)}
+        variants = {
+            name: tuple((ref, value) for ref, value in values if ref.step in there)
+            for name, values in self.variants.items()
+        }
+        knobs = tuple(ref for ref in self.knobs if ref.step in there)
+        return replace(self, layers=layers, knobs=knobs, variants=variants)
+
+    def with_step(self, number: int, table: Mapping[str, Any]) -> Content:
+        """The content with another table for a step."""
+        layer, place, step = self.place_of(number)
+        steps = list(self.layers[layer])
+        steps[place] = replace(step, table=table)
+        return replace(self, layers={**self.layers, layer: tuple(steps)})
+
+    def table(self) -> dict[str, Any]:
+        """The content as a style file holds it, whether it is valid or not."""
+        layers = {
+            layer: [dict(step.table) for step in steps] for layer, steps in self.layers.items() if steps
+        }
+        table = {"format": 1, **self.fields, **layers}
+        path_of = self._paths(table)
+        if self.knobs:
+            table["knobs"] = [path_of(ref) for ref in self.knobs]
+        if self.variants:
+            table["variants"] = {
+                name: {path_of(ref): value for ref, value in values} for name, values in self.variants.items()
+            }
+        return table
+
+    def paths(self) -> Callable[[ValueRef], str]:
+        """What gives the path of a value."""
+        return self._paths(self.table())
+
+    def _paths(self, table: Mapping[str, Any]) -> Callable[[ValueRef], str]:
+        table = dict(table)
+        numbers = {id(table[layer][place]): step.number for layer, place, step in self.steps}
+        shortest = {numbers[id(step)]: path for path, step in steps_by_path(table).items()}
+
+        def path_of(ref: ValueRef) -> str:
+            try:
+                found = find_value(table, ref.path)
+            except ValueError:
+                found = None
+            if found and (numbers.get(id(found.table)), found.parameter.name) == (ref.step, ref.name):
+                return ref.path
+            return ref.name if ref.step is None else f"{shortest[ref.step]}.{ref.name}"
+
+        return path_of
+
+
+def content_of(style: Style, new_number: Callable[[], int]) -> Content:
+    """The content of a style, its steps numbered."""
+    table = table_from_style(style)
+    layers = {
+        layer: tuple(PlacedStep(new_number(), step) for step in table.get(layer, [])) for layer in LAYERS
+    }
+    numbers = {id(step.table): step.number for steps in layers.values() for step in steps}
+
+    def ref(path: str) -> ValueRef:
+        found = find_value(table, path)
+        return ValueRef(numbers.get(id(found.table)), found.parameter.name, path)
+
+    others = ("format", "knobs", "variants", *LAYERS)
+    return Content(
+        fields={name: value for name, value in table.items() if name not in others},
+        layers=layers,
+        knobs=tuple(map(ref, style.knobs)),
+        variants={
+            name: tuple((ref(path), value) for path, value in values.items())
+            for name, values in style.variants.items()
+        },
+    )

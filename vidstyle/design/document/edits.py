@@ -1,0 +1,269 @@
+"""What can be done to a style: each edit makes new content of the present one.
+
+An edit whose own values are wrong is refused. One that leaves the style with mistakes, such as a reference to
+a picture that no step saves any more, is made: the document says what is wrong, and where.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
+from vidstyle.blocks import all_blocks
+from vidstyle.design.document.content import Content, PlacedStep, ValueRef
+from vidstyle.design.document.expansion import expanded
+from vidstyle.errors import UsageError, suggest
+from vidstyle.style import LAYERS, SOURCE
+from vidstyle.style.check import MAX_KNOBS, MAX_STEPS, TEXTS
+from vidstyle.style.model import FIELDS
+from vidstyle.style.values import read_values
+
+
+@dataclass(frozen=True)
+class Edited:
+    """What an edit has made: content, a label for the history, and the number of the step that is new."""
+
+    content: Content
+    label: str
+    step: int | None = None
+
+
+NewNumber = Callable[[], int]
+
+
+def add(content: Content, new: NewNumber, layer: str, index: int, block: str) -> Edited:
+    """Add a step with the defaults of its block; "" adds one that starts anew from the source."""
+    _known_block(block)
+    step = PlacedStep(new(), {"block": block} if block else {"from": SOURCE})
+    return Edited(_inserted(content, layer, index, step), f"add {block or 'from source'}", step.number)
+
+
+def move(content: Content, new: NewNumber, step: int, layer: str, index: int) -> Edited:
+    """Move a step to a place in a layer, counted without the step itself."""
+    old, place, moved = content.place_of(step)
+    rest = content.layers[old][:place] + content.layers[old][place + 1 :]
+    layers = {**content.layers, old: rest}
+    layers[layer] = _with(layers[_known_layer(layer)], index, moved)
+    return Edited(replace(content, layers=layers), f"move {name_of(moved)}")
+
+
+def remove(content: Content, new: NewNumber, step: int) -> Edited:
+    """Remove a step, its knobs, and its values in variants."""
+    layer, place, gone = content.place_of(step)
+    rest = content.layers[layer][:place] + content.layers[layer][place + 1 :]
+    return Edited(content.with_layer(layer, rest), f"remove {name_of(gone)}")
+
+
+def duplicate(content: Content, new: NewNumber, step: int) -> Edited:
+    """Put a copy behind a step; only the first can save under their name."""
+    layer, place, old = content.place_of(step)
+    copied = {key: value for key, value in old.table.items() if key != "save"}
+    copy = PlacedStep(new(), copied if copied else {"from": SOURCE})
+    return Edited(_inserted(content, layer, place + 1, copy), f"duplicate {name_of(old)}", copy.number)
+
+
+def set_value(content: Content, new: NewNumber, step: int, name: str, value: Any) -> Edited:
+    """Set a parameter of a step."""
+    _, _, old = content.place_of(step)
+    parameter = _parameter_of(old, name)
+    value = _checked(parameter, value)
+    return Edited(_with_value(content, old, parameter, value), f"{name_of(old)} {name} {_text(value)}")
+
+
+def set_field(content: Content, new: NewNumber, name: str, value: Any) -> Edited:
+    """Set a field of the style; None leaves `height` out."""
+    if name not in FIELDS:
+        raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
+    default = FIELDS[name].default
+    value = default if value is None else _checked(FIELDS[name], value)
+    return Edited(_with_field(content, name, value, default), f"{name} {_text(value)}")
+
+
+def set_strength(content: Content, new: NewNumber, value: Any) -> Edited:
+    """Set how much of the result is mixed with the source."""
+    return set_field(content, new, "strength", value)
+
+
+def refer(content: Content, new: NewNumber, step: int, name: str, value: str) -> Edited:
+    """Set where a step starts ("from"), what it saves, or which picture or file a parameter names.
+
+    Steps that use a picture whose name is changed use it under its new name.
+    """
+    _, _, old = content.place_of(step)
+    if name not in ("from", "save"):
+        if not isinstance(_parameter_of(old, name).control, SavedRef | Asset):
+            raise UsageError(f"{name_of(old)} {name}", "is not a picture or a file")
+        return set_value(content, new, step, name, value)
+    if value and not re.fullmatch(NAME_PATTERN, value):
+        raise UsageError(value, "is not a name of letters and digits")
+    table = {key: each for key, each in old.table.items() if key != name} | ({name: value} if value else {})
+    changed = content.with_step(step, table if table else {"from": SOURCE})
+    before = old.table.get("save")
+    if name == "save" and before and value:
+        changed = _renamed(changed, str(before), value)
+    return Edited(changed, f"{name_of(old)} {name} {value or 'nothing'}")
+
+
+def mute(content: Content, new: NewNumber, step: int, on: bool) -> Edited:
+    """Leave a step out when the style runs, or take it in again."""
+    _, _, old = content.place_of(step)
+    table = {key: value for key, value in old.table.items() if key != "mute"} | ({"mute": True} if on else {})
+    return Edited(content.with_step(step, table), f"{'mute' if on else 'unmute'} {name_of(old)}")
+
+
+def expand(content: Content, new: NewNumber, step: int) -> Edited:
+    """Replace a recipe by the steps that it stands for, which make the same picture."""
+    layer, place, old = content.place_of(step)
+    parts = [PlacedStep(new(), table) for table in expanded(content, old)]
+    steps = content.layers[layer]
+    if len(list(content.steps)) + len(parts) - 1 > MAX_STEPS:
+        raise UsageError(name_of(old), f"cannot be opened: a style has at most {MAX_STEPS} steps")
+    changed = content.with_layer(layer, (*steps[:place], *parts, *steps[place + 1 :]))
+    return Edited(changed, f"open {name_of(old)}", parts[0].number)
+
+
+def knob(content: Content, new: NewNumber, step: int | None, name: str, on: bool) -> Edited:
+    """Make a value one of those to adjust first, or take it out of them."""
+    if step is None and name not in FIELDS:
+        raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
+    if step is not None:
+        _parameter_of(content.place_of(step)[2], name)
+    ref = ValueRef(step, name)
+    knobs = tuple(each for each in content.knobs if each != ref) if not on else content.knobs
+    if on and ref not in knobs:
+        knobs += (ref,)
+    if len(knobs) > MAX_KNOBS:
+        raise UsageError("knobs", f"are at most {MAX_KNOBS}", "take one out first")
+    return Edited(replace(content, knobs=knobs), f"{'add' if on else 'remove'} knob {name}")
+
+
+def variant(content: Content, new: NewNumber, name: str) -> Edited:
+    """Set all values of a variant."""
+    if name not in content.variants:
+        raise UsageError(name, "is not a variant of this style", suggest(name, content.variants))
+    for ref, value in content.variants[name]:
+        if ref.step is None:
+            content = _with_field(content, ref.name, value, FIELDS[ref.name].default)
+        else:
+            step = content.place_of(ref.step)[2]
+            content = _with_value(content, step, _parameter_of(step, ref.name), value)
+    return Edited(content, f"variant {name}")
+
+
+def rename(content: Content, new: NewNumber, name: str) -> Edited:
+    """Set the name of the style."""
+    return Edited(_with_field(content, "name", _line("name", name), ""), f"name {name}")
+
+
+def note(content: Content, new: NewNumber, text: str) -> Edited:
+    """Set the note of the style."""
+    return Edited(_with_field(content, "note", _line("note", text), ""), "note")
+
+
+def name_of(step: PlacedStep) -> str:
+    """What a step is called: its block."""
+    return str(step.table.get("block") or step.table.get("from") or step.table.get("save"))
+
+
+EDITS: Mapping[str, Callable[..., Edited]] = {
+    "add": add,
+    "move": move,
+    "remove": remove,
+    "duplicate": duplicate,
+    "set": set_value,
+    "field": set_field,
+    "refer": refer,
+    "mute": mute,
+    "expand": expand,
+    "knob": knob,
+    "variant": variant,
+    "strength": set_strength,
+    "rename": rename,
+    "note": note,
+}
+"""All edits by the names that messages have for them."""
+
+
+def _known_layer(layer: str) -> str:
+    if layer not in LAYERS:
+        raise UsageError(layer, "is not a layer", suggest(layer, LAYERS))
+    return layer
+
+
+def _known_block(name: str) -> Block | None:
+    if name and name not in all_blocks():
+        raise UsageError(name, "is not a block", suggest(name, all_blocks()))
+    return all_blocks()[name] if name else None
+
+
+def _with(steps: tuple[PlacedStep, ...], index: int, step: PlacedStep) -> tuple[PlacedStep, ...]:
+    if not 0 <= index <= len(steps):
+        raise UsageError(f"place {index}", f"is not in the layer, which has {len(steps)} steps")
+    return (*steps[:index], step, *steps[index:])
+
+
+def _inserted(content: Content, layer: str, index: int, step: PlacedStep) -> Content:
+    if len(list(content.steps)) >= MAX_STEPS:
+        raise UsageError(name_of(step), f"cannot be added: a style has at most {MAX_STEPS} steps")
+    steps = _with(content.layers[_known_layer(layer)], index, step)
+    return replace(content, layers={**content.layers, layer: steps})
+
+
+def _parameter_of(step: PlacedStep, name: str) -> Parameter:
+    block = _known_block(str(step.table.get("block", "")))
+    parameters = block.parameters if block else {}
+    if name not in parameters:
+        raise UsageError(f"{name_of(step)} {name}", "is not a parameter", suggest(name, parameters))
+    return parameters[name]
+
+
+def _checked(parameter: Parameter, value: object) -> Any:
+    mistakes: list[str] = []
+    values = read_values({parameter.name: parameter}, {parameter.name: value}, "", mistakes)
+    if mistakes:
+        name, _, reason = mistakes[0].partition(": ")
+        raise UsageError(name, reason)
+    return values[parameter.name]
+
+
+def _with_value(content: Content, step: PlacedStep, parameter: Parameter, value: Any) -> Content:
+    """The content with a value of a step, which is not written if it is the default."""
+    table = dict(step.table)
+    if value == parameter.default:
+        table.pop(parameter.name, None)
+    else:
+        table[parameter.name] = value
+    return content.with_step(step.number, table)
+
+
+def _with_field(content: Content, name: str, value: Any, default: Any) -> Content:
+    order = ("name", *TEXTS, *FIELDS)
+    fields = {**content.fields, name: value}
+    kept = {key: fields[key] for key in order if key in fields and (key != name or value != default)}
+    return replace(content, fields=kept)
+
+
+def _renamed(content: Content, before: str, after: str) -> Content:
+    """The content with the uses of a saved picture under its new name."""
+    if any(step.table.get("save") == before for _, _, step in content.steps):
+        return content
+    for _, _, step in content.steps:
+        block = all_blocks().get(str(step.table.get("block")))
+        keys = ("from", *(block.saved_refs if block else ()))
+        used = {key: after for key in keys if step.table.get(key) == before}
+        content = content.with_step(step.number, {**step.table, **used})
+    return content
+
+
+def _line(key: str, text: str) -> str:
+    line = " ".join(text.split())
+    if len(line) > TEXTS[key] or not line.isprintable():
+        raise UsageError(key, f"is not a text of at most {TEXTS[key]} characters")
+    return line
+
+
+def _text(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value).lower() if value is not None else "none"

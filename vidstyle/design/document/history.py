@@ -1,0 +1,83 @@
+"""Undo and redo: the states of a document, one for each gesture."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+S = TypeVar("S")
+MAX_ENTRIES = 200
+
+
+@dataclass(frozen=True)
+class Entry(Generic[S]):
+    """A state, and what led to it.
+
+    Attributes:
+        number: by which it is known as long as it exists.
+        gesture: any value; changes of the same gesture are one entry. None: it is closed.
+    """
+
+    number: int
+    label: str
+    state: S
+    gesture: Hashable = None
+
+
+class History(Generic[S]):
+    """The states in the order in which they were made, and which of them is the present one.
+
+    >>> history = History("opened", "a")
+    >>> history.record("b", "typed", 1), history.record("c", "typed", 1), history.record("d", "cut", 2)
+    (None, None, None)
+    >>> history.step(-1), history.step(-1), history.step(-1), history.step(1)
+    ('c', 'a', None, 'c')
+    """
+
+    def __init__(self, label: str, state: S) -> None:
+        self.entries = [Entry(0, label, state)]
+        self._place = self._number = 0
+
+    @property
+    def present(self) -> Entry[S]:
+        return self.entries[self._place]
+
+    @property
+    def undo_label(self) -> str | None:
+        """What would be undone."""
+        return self.present.label if self._place else None
+
+    @property
+    def redo_label(self) -> str | None:
+        """What would be done again."""
+        later = self.entries[self._place + 1 :]
+        return later[0].label if later else None
+
+    def record(self, state: S, label: str, gesture: Hashable = None) -> None:
+        """Make this the present state; what was undone is forgotten, as are the oldest of many states."""
+        is_same = gesture is not None and gesture == self.present.gesture
+        del self.entries[self._place + (0 if is_same else 1) :]
+        self._number += 1
+        self.entries.append(Entry(self._number, label, state, gesture))
+        del self.entries[: max(0, len(self.entries) - MAX_ENTRIES)]
+        self._place = len(self.entries) - 1
+
+    def step(self, by: int) -> S | None:
+        """Go back (-1) or forth (1); returns the state, or None if there is no further one."""
+        if not 0 <= self._place + by < len(self.entries):
+            return None
+        return self._go(self._place + by)
+
+    def jump(self, number: int) -> S | None:
+        """Go to the entry of this number; returns its state, or None if there is none."""
+        places = [place for place, entry in enumerate(self.entries) if entry.number == number]
+        return self._go(places[0]) if places else None
+
+    def _go(self, place: int) -> S:
+        # What follows is another gesture, whatever number the page gives it.
+        for each in (self._place, place):
+            entry = self.entries[each]
+            self.entries[each] = Entry(entry.number, entry.label, entry.state)
+        self._place = place
+        return self.present.state

@@ -1,0 +1,69 @@
+"""What has not been saved is kept in a draft, and offered when the designer starts again."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from vidstyle.core.kernels import user_cache
+from vidstyle.core.regular_file import read_regular_file
+from vidstyle.errors import log
+
+MAX_DRAFT = 1 << 20
+
+
+@dataclass(frozen=True)
+class Draft:
+    """An unsaved style.
+
+    Attributes:
+        table: the style, as in a file.
+        text: of the file that it came from, whose comments it keeps; or None.
+        file: that file, if it is the user's own; else "".
+        when: time of the draft, ISO 8601.
+    """
+
+    table: dict[str, Any]
+    text: str | None
+    file: str
+    when: str
+
+
+class Drafts:
+    """The draft in a file, which is replaced at once or not at all."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        """`path`: of the file; None: in the user's cache folder."""
+        self._path = path or user_cache() / "design-draft.json"
+
+    def read(self) -> Draft | None:
+        """The draft of an earlier run, if there is one that can be read."""
+        try:
+            draft = Draft(**json.loads(read_regular_file(self._path, MAX_DRAFT)))
+        except (OSError, ValueError, TypeError, RecursionError):
+            return None
+        fields = (draft.table, dict), (draft.text or "", str), (draft.file, str), (draft.when, str)
+        return draft if all(isinstance(value, kind) for value, kind in fields) else None
+
+    def write(self, table: dict[str, Any], text: str | None, file: Path | None) -> None:
+        """Replace the draft; where that fails, a notice says so."""
+        when = datetime.now().astimezone().isoformat(timespec="seconds")
+        content = json.dumps(asdict(Draft(table, text, str(file or ""), when)))
+        partial = self._path.with_name(f"{self._path.name}.{os.getpid()}")
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            partial.write_text(content, encoding="utf-8")
+            os.replace(partial, self._path)
+        except OSError as error:
+            log.warning("the draft of the style cannot be kept: %s", error.strerror)
+
+    def remove(self) -> None:
+        """Remove the draft."""
+        try:
+            self._path.unlink(missing_ok=True)
+        except OSError as error:
+            log.warning("the draft of the style cannot be removed: %s", error.strerror)

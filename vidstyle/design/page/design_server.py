@@ -1,0 +1,198 @@
+"""The web server of the designer: one style, shown by one browser or a few."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from aiohttp import web
+
+import vidstyle.web
+from vidstyle.blocks import all_blocks
+from vidstyle.design.designer import Designer
+from vidstyle.design.page.design_page import DesignPage
+from vidstyle.design.page.jobs import Jobs
+from vidstyle.design.restyling import Restyler, StepPictures
+from vidstyle.design.samples import block_sample, style_sample
+from vidstyle.errors import InputError, OutputError, StyleError
+from vidstyle.export import RUNNER
+from vidstyle.preview.clip import Clip
+from vidstyle.preview.encode import encode
+from vidstyle.style import load_style, style_names
+
+STATIC = Path(__file__).parent.with_name("static")
+MAX_PAGES = 3
+STEP_SIDE = 120
+"""Shorter side of the small pictures of steps."""
+SETTLED_SECONDS = 0.12
+"""After so long without an edit the pictures of steps are made anew."""
+
+
+class DesignServer:
+    """Serves a designer. All coroutines run in the server's event loop.
+
+    Attributes:
+        url, one_time_url: as of `WebServer`.
+        designer: what is open.
+        pages: the browsers that are connected.
+        restyler, jobs: make pictures and files.
+    """
+
+    def __init__(self, designer: Designer, port: int = 0, device: str = "auto") -> None:
+        """Start serving.
+
+        Args:
+            port: of this machine; 0 chooses a free one.
+            device: which restyles for browsers that cannot, as for `open_renderer`.
+
+        Raises:
+            OutputError: the port is taken or needs privileges.
+        """
+        self.designer = designer
+        self.pages: list[DesignPage] = []
+        self.restyler, self.jobs = Restyler(device), Jobs(self)
+        self._steps = StepPictures()
+        self._work = ThreadPoolExecutor(1, "vidstyle design")
+        self._pictures = ThreadPoolExecutor(1, "vidstyle design pictures")
+        self._samples: dict[str, asyncio.Future[bytes]] = {}
+        self._settling: asyncio.Task[None] | None = None
+        handlers = {
+            "/socket": self._serve_socket,
+            "/style.jpg": self._send_sample(style_names, style_sample),
+            "/block.jpg": self._send_sample(all_blocks, block_sample),
+        }
+        try:
+            self._server = vidstyle.web.WebServer(
+                "vidstyle designer", handlers, [STATIC, RUNNER], "index.html", port
+            )
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise OutputError("designer", f"port {port}: {reason}", "give another with --port") from error
+        self.url, self.one_time_url = self._server.url, self._server.one_time_url
+
+    @property
+    def error(self) -> BaseException | None:
+        """The exception that ended the page, a fault of this program, or None."""
+        return self._server.error
+
+    def close(self) -> None:
+        """Keep a draft of what is not saved, and stop."""
+        self.jobs.cancel()
+        self._server.close()
+        self._work.shutdown()
+        self._pictures.shutdown()
+        self.designer.keep_draft()
+        self.restyler.close()
+        self._steps.close()
+        self.designer.clip.close()
+
+    async def run(self, function: Callable[..., Any], *values: Any) -> Any:
+        """Call a function that reads or changes what is open, one at a time."""
+        return await asyncio.get_running_loop().run_in_executor(self._work, function, *values)
+
+    async def picture(self, function: Callable[..., Any], *values: Any) -> Any:
+        """Call a function that makes pictures, one at a time."""
+        return await asyncio.get_running_loop().run_in_executor(self._pictures, function, *values)
+
+    def greeting(self) -> Iterator[dict[str, Any]]:
+        """What each page is told first, but for the state."""
+        yield {
+            "blocks": [
+                {"name": name, "kind": block.kind, "help": block.help, "picture": f"/block.jpg?of={name}"}
+                for name, block in all_blocks().items()
+            ]
+        }
+        yield {"styles": [_described(name) for name in style_names()]}
+        yield {"clip": clip_message(self.designer.clip)}
+
+    async def tell(self, message: dict[str, Any]) -> None:
+        """Send a message to all pages."""
+        for page in list(self.pages):
+            await page.tell(message)
+
+    async def changed(self) -> None:
+        """The document has changed: send its state and what follows from it to all pages."""
+        state = await self.run(lambda: self.designer.state)
+        for page in list(self.pages):
+            await page.show_state(state)
+        self.refresh_steps()
+
+    async def change_clip(self, clip: Clip) -> None:
+        """Show another clip."""
+        old, self.designer.clip = self.designer.clip, clip
+        for page in list(self.pages):
+            await page.show_clip(clip)
+        await self.run(old.close)
+        self.refresh_steps()
+
+    def refresh_steps(self) -> None:
+        """Make the small pictures of steps anew, once no edit has come for a moment; save a draft."""
+        if self._settling is not None:
+            self._settling.cancel()
+        self._settling = asyncio.get_running_loop().create_task(self._send_steps())
+
+    async def _send_steps(self) -> None:
+        await asyncio.sleep(SETTLED_SECONDS)
+        document = self.designer.document
+        if document is None or not self.pages:
+            return
+        await self.run(self.designer.keep_draft)
+        number = self.pages[0].number
+        revision, style, content = document.revision, document.style, document.content
+        if document.mistakes:
+            return
+        clip = self.designer.clip
+        try:
+            made = await self.picture(lambda: self._steps.of(style, clip.frame(number, STEP_SIDE)))
+        except (StyleError, InputError):  # is told where the whole picture is made
+            return
+        for (layer, place), picture in made.items():
+            data = await self.picture(encode, picture, "jpeg")
+            for page in list(self.pages):
+                await page.send_picture(3, content.layers[layer][place].number, revision, data)
+
+    def _send_sample(
+        self, names: Callable[[], Any], make: Callable[[str], bytes]
+    ) -> Callable[[web.Request], Any]:
+        async def handler(request: web.Request) -> web.StreamResponse:
+            name, key = request.query.get("of", ""), request.raw_path
+            if name not in names():
+                raise web.HTTPNotFound
+            key = f"{request.path} {name}"
+            if key not in self._samples:
+                self._samples[key] = asyncio.ensure_future(self.picture(make, name))
+            try:
+                data = await asyncio.shield(self._samples[key])
+            except StyleError as error:  # a file of the user's own that cannot be used
+                raise web.HTTPNotFound from error
+            return web.Response(body=data, content_type="image/jpeg")
+
+        return handler
+
+    async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
+        if len(self.pages) >= MAX_PAGES:
+            raise web.HTTPTooManyRequests(text=f"429: {MAX_PAGES} browsers show the page already\n")
+        page = DesignPage(self)
+        self.pages.append(page)
+        try:
+            socket = await self._server.accept(request)
+            await page.serve(socket)
+        finally:
+            self.pages.remove(page)
+        return socket
+
+
+def clip_message(clip: Clip) -> dict[str, Any]:
+    """What a page shows of a clip."""
+    return {"name": clip.name, "size": clip.size, "count": clip.count, "fps": clip.fps, "live": clip.live}
+
+
+def _described(name: str) -> dict[str, str]:
+    try:
+        note = load_style(name).note
+    except StyleError as error:
+        note = str(error)
+    return {"name": name, "note": note, "picture": f"/style.jpg?of={name}"}

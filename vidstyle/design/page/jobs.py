@@ -1,0 +1,122 @@
+"""What takes longer: a film rendered, a second of it steadied; with progress, and until it is cancelled."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from vidstyle.design.places import checked_path, refuse_existing
+from vidstyle.design.restyling import steadied
+from vidstyle.errors import UsageError, VidstyleError
+from vidstyle.preview.encode import encode
+
+if TYPE_CHECKING:
+    from vidstyle.design.page.design_page import DesignPage
+    from vidstyle.design.page.design_server import DesignServer
+    from vidstyle.pipeline.progress import Progress
+
+STEADIED = 6
+"""Kind of the pictures of a steadied second."""
+STEADY_SIDE = 270
+"""Shorter side of these pictures."""
+
+
+class Jobs:
+    """One job at a time."""
+
+    def __init__(self, server: DesignServer) -> None:
+        self._server = server
+        self._stop: threading.Event | None = None
+
+    def cancel(self) -> None:
+        """End the job, if there is one."""
+        if self._stop is not None:
+            self._stop.set()
+
+    async def render(self, name: str, overwrite: bool, frames: int | None) -> None:
+        """Render the clip into a file where the user started, and tell all pages how far it is.
+
+        Raises:
+            UsageError: the name is none, or taken; there is no style, or a camera instead of a film.
+            VidstyleError: it cannot be rendered.
+        """
+        from vidstyle.media.write.writer import WriteOptions
+        from vidstyle.pipeline.render import render
+
+        designer, loop = self._server.designer, asyncio.get_running_loop()
+        path = checked_path(designer.folder, name)
+        refuse_existing(path, overwrite)
+        style = designer.opened.valid_style()
+        source = await self._server.run(designer.clip.file)
+        if source is None:
+            raise UsageError(designer.clip.name, "is no film", "record it with vidstyle live")
+        stop = self._begin()
+
+        def told(progress: Progress) -> None:
+            asyncio.run_coroutine_threadsafe(self._tell(_rendered(progress)), loop)
+
+        def work() -> Any:
+            write = WriteOptions(overwrite=overwrite)
+            return render(
+                source, path, style, write=write, frames=frames or None, on_progress=told, stop=stop
+            )
+
+        try:
+            summary = await asyncio.to_thread(work)
+        except VidstyleError as error:
+            await self._tell({"kind": "render", "error": str(error), "finished": True})
+            raise
+        finally:
+            self._stop = None
+        text = "cancelled" if summary.stopped else ""
+        told_last = {"done": summary.frames, "total": summary.frames, "text": text, "finished": True}
+        await self._tell({"kind": "render", "file": path.name} | told_last)
+
+    async def steady(self, page: DesignPage) -> None:
+        """Send a page a second of the clip with the steadying of the style.
+
+        Raises:
+            UsageError: there is no style.
+        """
+        style = self._server.designer.opened.valid_style()
+        stop, clip = self._begin(), self._server.designer.clip
+        made = steadied(style, clip, page.number, min(page.side, STEADY_SIDE), stop.is_set)
+        try:
+            revision = self._server.designer.opened.revision
+            done = 0
+            while (item := await self._server.picture(next, made, None)) is not None:
+                number, count, picture = item
+                done += 1
+                data = await asyncio.to_thread(encode, picture, "jpeg")
+                await page.send_picture(STEADIED, number, revision, data)
+                await self._tell({"kind": "steady", "done": done, "total": count, "finished": False})
+        finally:
+            await self._server.picture(_close, made)
+            self._stop = None
+        await self._tell({"kind": "steady", "done": done, "total": done, "finished": True})
+
+    def _begin(self) -> threading.Event:
+        if self._stop is not None:
+            raise UsageError("the designer", "is at work already", "wait, or cancel it")
+        self._stop = threading.Event()
+        return self._stop
+
+    async def _tell(self, progress: dict[str, Any]) -> None:
+        await self._server.tell({"progress": progress})
+
+
+def _close(made: Iterator[Any]) -> None:
+    made.close()  # type: ignore[attr-defined]
+
+
+def _rendered(progress: Progress) -> dict[str, Any]:
+    return {
+        "kind": "render",
+        "done": progress.frames,
+        "total": progress.total_frames,
+        "speed": round(progress.rate, 2),
+        "text": progress.pace_text,
+        "finished": False,
+    }

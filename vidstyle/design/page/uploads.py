@@ -1,0 +1,99 @@
+"""A film or a picture that is dropped on the page: it comes in parts, into a folder of its own."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from vidstyle.design.places import checked_path
+from vidstyle.errors import OutputError, output_error
+from vidstyle.preview.clip import Clip, FilmClip
+from vidstyle.web.messages import MessageError
+
+if TYPE_CHECKING:
+    from vidstyle.design.page.design_page import DesignPage
+
+
+class FileUpload:
+    """A file on its way."""
+
+    def __init__(self, page: DesignPage, id: int, name: str, size: int) -> None:
+        """`id`: of the message that announced it; `size`: in bytes."""
+        self._page, self._id, self._name, self._missing = page, id, name, size
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._file: BinaryIO | None = None
+
+    def open(self) -> None:
+        """Make the file.
+
+        Raises:
+            UsageError: its name is none.
+            OutputError: it cannot be made.
+        """
+        self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
+        path = checked_path(Path(self._folder.name), self._name)
+        try:
+            self._file = path.open("xb")
+        except OSError as error:
+            self.drop()
+            raise output_error(path, error) from error
+
+    async def take(self, part: bytes) -> None:
+        """Take a part; with the last one the file becomes the clip, or the page is told why it cannot.
+
+        Raises:
+            MessageError: it is larger than was announced.
+        """
+        assert self._file is not None
+        if len(part) > self._missing:
+            raise MessageError("upload: more than was announced")
+        try:
+            await self._page.server.run(self._file.write, part)
+        except OSError as error:
+            await self._fail(output_error(self._name, error))
+            return
+        self._missing -= len(part)
+        if not self._missing:
+            await self._page.answer(self._id, self._finish)
+
+    def drop(self) -> None:
+        """Remove what has come."""
+        self._page.upload = None
+        if self._file is not None:
+            self._file.close()
+        if self._folder is not None:
+            self._folder.cleanup()
+
+    async def _fail(self, error: OutputError) -> None:
+        self.drop()
+        await self._page.tell({"answer": self._id, "error": str(error)})
+
+    async def _finish(self) -> None:
+        assert self._file is not None and self._folder is not None
+        self._file.close()
+        folder, self._page.upload = self._folder, None
+        try:
+            clip: Clip = await self._page.server.run(UploadedClip, Path(self._file.name), self._name, folder)
+        except BaseException:
+            folder.cleanup()
+            raise
+        await self._page.server.change_clip(clip)
+
+
+class UploadedClip(FilmClip):
+    """A clip whose file is removed with it."""
+
+    def __init__(self, path: Path, name: str, folder: tempfile.TemporaryDirectory[str]) -> None:
+        super().__init__(path, name)
+        self.source = name
+        self._path, self._folder = path, folder
+
+    def file(self) -> str:
+        """See `Clip`."""
+        return str(self._path)
+
+    def close(self) -> None:
+        """See `Clip`."""
+        super().close()
+        self._folder.cleanup()

@@ -1,0 +1,47 @@
+"""Where the designer may write, and under which names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from vidstyle.errors import OutputError, UsageError
+
+_NAME = re.compile(r"\w[\w .()+-]{0,98}")
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Names that are devices on Windows."""
+
+
+def checked_path(folder: Path, name: str, ending: str = "") -> Path:
+    """The path of a file in a folder that a page has named.
+
+    Args:
+        ending: what the name has to end with, and gets if it has none; "": any ending.
+
+    Raises:
+        UsageError: it is no plain file name, is hidden, has another ending, or is a link.
+    """
+    if ending and not name.lower().endswith(ending):
+        name += ending
+    if not _NAME.fullmatch(name) or name.endswith((" ", ".")) or ".." in name or _RESERVED.fullmatch(name):
+        raise UsageError(name, "is not a file name", "use letters, digits, spaces and - . _ ( ) +")
+    if not ending and not Path(name).suffix:
+        raise UsageError(name, "has no ending", "end it in .mp4, .png or another that render takes")
+    path = folder / name
+    if path.is_symlink():
+        raise UsageError(name, "is a link", "choose another name")
+    if not folder.is_dir():
+        raise OutputError(folder, "is not there any more")
+    return path
+
+
+def refuse_existing(path: Path, overwrite: bool) -> None:
+    """Refuse to write over a file unless that was asked for.
+
+    Raises:
+        UsageError: the file exists, and it was not.
+    """
+    if path.exists() and not overwrite:
+        raise UsageError(path.name, "exists in that folder", "confirm that it may be replaced")
+    if path.exists() and not path.is_file():
+        raise UsageError(path.name, "is not a file", "choose another name")

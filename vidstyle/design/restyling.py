@@ -1,0 +1,98 @@
+"""Pictures that the server makes: restyled frames, small pictures of all steps, and of styles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from fractions import Fraction
+from time import perf_counter
+
+import numpy as np
+
+from vidstyle.core.bands import CORES
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.cpu.step_pictures import step_pictures
+from vidstyle.design.working_size import WorkingSize
+from vidstyle.preview.clip import Clip
+from vidstyle.renderer import Backend, open_renderer
+from vidstyle.style import Style
+from vidstyle.style.nodes import StepKey
+
+_RGB = Encoding(full_range=True, depth=8, step=(1, 1))
+
+
+class Restyler:
+    """Restyles frames of one clip after another. Every method runs in one thread of the caller's.
+
+    Attributes:
+        size: the size for pictures that have to be there at once.
+    """
+
+    def __init__(self, device: str) -> None:
+        """`device`: as for `open_renderer`."""
+        self._device = device
+        self._backend: Backend | None = None
+        self.size = WorkingSize()
+
+    def quick(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
+        """A restyled frame, as large as is quick, at most `side`; H x W x 3 uint8."""
+        return self.whole(style, clip, number, self.size.side(side, max(clip.size) / min(clip.size)))
+
+    def whole(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
+        """A restyled frame that stands alone, by this shorter side; H x W x 3 uint8."""
+        style = replace(style, steady=0.0)
+        frame = clip.frame(number, side)
+        if self._backend is None:
+            self._backend = open_renderer(style, self._device, announce=False)
+        self._backend.change_style(style)
+        began = perf_counter()
+        restyled = _run(self._backend, frame, None)
+        self.size.measured(frame.shape[0] * frame.shape[1], perf_counter() - began)
+        return restyled
+
+    def close(self) -> None:
+        """Release the device."""
+        if self._backend is not None:
+            self._backend.close()
+
+
+class StepPictures:
+    """Makes small pictures of what leaves each step."""
+
+    def __init__(self) -> None:
+        self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-steps")
+
+    def of(self, style: Style, frame: np.ndarray) -> dict[StepKey, np.ndarray]:
+        """See `step_pictures`."""
+        return step_pictures(style, Picture.from_array(frame), self._pool)
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown()
+
+
+def exact(style: Style, frame: np.ndarray) -> np.ndarray:
+    """The frame, H x W x 3 uint8, restyled on the CPU, which defines what is right."""
+    with CpuRenderer(replace(style, steady=0.0)) as renderer:
+        return _run(renderer, frame, None)
+
+
+def steadied(
+    style: Style, clip: Clip, first: int, side: int, stopped: Callable[[], bool]
+) -> Iterator[tuple[int, int, np.ndarray]]:
+    """A second of the clip restyled as a film is, steadying included: number, of how many, picture."""
+    count = min(max(1, round(clip.fps)), clip.count - first if not clip.live else round(clip.fps))
+    with CpuRenderer(style) as renderer:
+        for number in range(count):
+            if stopped():
+                return
+            time = Fraction(first + number) / Fraction(clip.fps)
+            yield first + number, count, _run(renderer, clip.frame(first + number, side), float(time))
+
+
+def _run(backend: Backend, frame: np.ndarray, time: float | None) -> np.ndarray:
+    color = backend.run(Picture.from_array(frame), time, _RGB, rgb=True).color
+    assert color is not None
+    return color

@@ -1,0 +1,33 @@
+"""How large a picture the server restyles while values are dragged."""
+
+from __future__ import annotations
+
+SIDES = (1440, 1080, 900, 720, 600, 540, 480, 432, 360, 300, 270, 240, 216, 180)
+"""Shorter sides of pictures, from the largest."""
+MAX_SECONDS = 0.06
+"""The longest that restyling may take, so that the picture follows a slider within 0.1 s."""
+
+
+class WorkingSize:
+    """Chooses a size by the time that the last picture took.
+
+    >>> size = WorkingSize()
+    >>> size.measured(640 * 360, 0.24)
+    >>> size.side(720, 16 / 9)
+    180
+    >>> size.measured(320 * 180, 0.006)
+    >>> size.side(720, 16 / 9)
+    540
+    """
+
+    def __init__(self) -> None:
+        self._seconds_per_pixel = 5e-7
+
+    def measured(self, pixels: int, seconds: float) -> None:
+        """Record what a picture took."""
+        self._seconds_per_pixel = seconds / pixels
+
+    def side(self, most: int, aspect: float) -> int:
+        """The shorter side of the next picture, at most `most`; `aspect`: longer side over shorter."""
+        fitting = (side for side in SIDES if side * side * aspect * self._seconds_per_pixel <= MAX_SECONDS)
+        return min(most, next(fitting, SIDES[-1]))
