@@ -85,7 +85,7 @@ export class Player {
     this.onchange();
     const [first, last] = this.range ?? [0, this.clip.count - 1];
     const from = this.number < first || this.number >= last ? first : this.number;
-    await this.ask("play", { from, to: last, fps: this.clip.fps });
+    await this.ask("play", { at: from, from: first, to: last, fps: this.clip.fps });
   }
 
   async pause() {
