@@ -8,6 +8,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
 # Processes that share the tests: one more than two cores, as some tests wait for real clocks.
 JOBS ?= 3
+TYPESCRIPT := 7.0.2
 PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
 
 .PHONY: demo test thorough check docs clean
@@ -21,10 +22,11 @@ test: .venv/dev.stamp  ## run all tests
 thorough: .venv/dev.stamp  ## run every combination of what `test` tries a part of
 	$(PYTEST) -m thorough
 
-check: .venv/dev.stamp  ## look over the code: layout, lint, types
+check: .venv/dev.stamp  ## look over the code: layout, lint, types; those of JavaScript where Node.js is there
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	if command -v npx > /dev/null; then npx --yes --package typescript@$(TYPESCRIPT) tsc --project tsconfig.json; fi
 
 docs: .venv/dev.stamp  ## build the API reference, build/api/index.html
 	$(BIN)/python -m tools.api_reference

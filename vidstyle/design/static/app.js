@@ -14,13 +14,11 @@ import { describe, listen } from "./keys.js";
 import { PACKET, Preview } from "./preview.js";
 import { Palette } from "./palette.js";
 import { Session } from "./session.js";
-import { splitter } from "./splitter.js";
+import { Splitter } from "./splitter.js";
 import { Start } from "./start.js";
 import { Steps } from "./steps.js";
 import { StylePanel } from "./style_panel.js";
 import { shortcuts } from "./shortcuts.js";
-
-const SETTLED_MS = 200;
 
 for (const place of document.querySelectorAll("[data-icon]"))
   place.prepend(icon(String(/** @type {HTMLElement} */ (place).dataset.icon)));
@@ -31,11 +29,12 @@ const dialogs = new Dialogs(session, say);
 const preview = new Preview(session, { onchange: () => bar.show(), onsettled: settled });
 const bar = new Bar(preview, say);
 const steps = new Steps(session, palette, say, selected);
+const splitter = new Splitter(() => diagram.arrange());
 const diagram = new Diagram({
   select: (name) => choose(name),
   add: (layer, index, near) => steps.add(layer, index, near),
   move: (step, layer, index) => steps.move(step, layer, index),
-});
+}, () => splitter.room);
 const inspector = new Inspector(session, act);
 const stylePanel = new StylePanel(session);
 const history = new History(session);
@@ -47,8 +46,6 @@ const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
 
 /** How the document that comes next was asked for; "" once it is there. */
 let opening = "";
-/** @type {ReturnType<typeof setTimeout> | undefined} */
-let timer;
 /** @type {"step" | "style" | "history"} */
 let tab = "style";
 
@@ -76,7 +73,6 @@ function build(on) {
   if (!on && tab === "step") showTab("style");
   if (!on && preview.solo !== null) solo(null);
   diagram.arrange();
-  if (on) wishPictures();
 }
 
 /** Chooses a card and shows it in the panel. @param {import("./layout.js").CardName} name */
@@ -134,14 +130,6 @@ function shown(state) {
   }
   document.title = `${state.dirty ? "• " : ""}${state.name} · vidstyle design`;
   refresh();
-  wishPictures();
-}
-
-/** Asks for the small pictures of the steps once nothing changes any more. */
-function wishPictures() {
-  clearTimeout(timer);
-  if (!document.body.classList.contains("building")) return;
-  timer = setTimeout(() => session.state && !preview.player.playing && session.ask("thumbnails"), SETTLED_MS);
 }
 
 function settled() {
@@ -173,7 +161,9 @@ session.on("blocks", (blocks) => palette.fill(blocks));
 session.on("state", shown);
 session.on("settled", refresh);
 session.on("notice", (text) => say(text));
-session.on("clip", wishPictures);
+session.on("clip", ({ size, count }) => {
+  diagram.film = `${size.join(" × ")}${count > 1 ? "" : " photo"}`;
+});
 session.on("picture", ({ type, number, file }) => {
   if (type === PACKET.step) diagram.picture(number, file);
   if (type === PACKET.style) start.picture(number, file);
@@ -205,8 +195,6 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-splitter(() => diagram.arrange());
-
 const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, choose, solo });
 listen(keys);
 describe(keys);

@@ -34,6 +34,8 @@ export class Diagram {
   selected = null;
   /** The step whose picture is shown. @type {number | null} */
   solo = null;
+  /** What is restyled, in a few words. */
+  film = "";
   /** @type {State | null} */
   state = null;
   /** @type {Map<CardName, HTMLButtonElement>} */
@@ -41,9 +43,10 @@ export class Diagram {
   /** Addresses of the small pictures of steps. @type {Map<number, string>} */
   #pictures = new Map();
 
-  /** @param {Actions} actions */
-  constructor(actions) {
+  /** @param {Actions} actions @param {() => number} room the height that it may have, in CSS pixels */
+  constructor(actions, room) {
     this.actions = actions;
+    this.room = room;
     this.root = get("diagram");
     this.area = get("cards");
     this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
@@ -60,11 +63,11 @@ export class Diagram {
         card.remove();
         this.#cards.delete(name);
       }
-    this.#card("source");
+    this.#say(this.#card("source"), "Source", this.film);
     for (const [name, step] of steps) this.#fill(this.#card(name), /** @type {Step} */ (step));
     const { background, lines } = state.layers;
     const end = this.#card("result");
-    this.#say(end, lines.length ? (background.length ? "Ink over colour" : "Ink on paper") : "Result", "");
+    this.#say(end, "Result", lines.length ? (background.length ? "ink over colour" : "ink on paper") : "");
     this.arrange();
     this.mark();
   }
@@ -82,7 +85,6 @@ export class Diagram {
     card.addEventListener("pointerleave", () => this.#highlight(this.selected));
     this.#cards.set(name, card);
     this.area.append(card);
-    if (name === "source") this.#say(card, "Source", "");
     return card;
   }
 
@@ -95,7 +97,7 @@ export class Diagram {
 
   /** @param {HTMLButtonElement} card @param {Step} step */
   #fill(card, step) {
-    this.#say(card, title(step.block || step.save || "Saved picture"), step.main);
+    this.#say(card, title(step.block || step.save || "Saved picture"), words(step.main));
     card.classList.toggle("muted", step.muted);
     card.classList.toggle("wrong", Boolean(step.error));
     const badges = /** @type {HTMLElement} */ (card.querySelector(".badges"));
@@ -121,8 +123,9 @@ export class Diagram {
   /** Lays everything out anew for the present size. */
   arrange() {
     if (!this.state || !this.root.clientWidth) return;
-    const layout = layoutOf(this.state, this.root.clientWidth, this.root.clientHeight);
+    const layout = layoutOf(this.state, this.root.clientWidth, this.room());
     this.layout = layout;
+    document.documentElement.style.setProperty("--content", `${layout.height}px`);
     this.root.dataset.size = layout.size.name;
     const width = Math.max(layout.width, this.root.clientWidth);
     for (const part of [this.area, this.wires]) {

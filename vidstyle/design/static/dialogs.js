@@ -30,6 +30,15 @@ function asked(id) {
   return new Promise((done) => dialog.addEventListener("close", () => done(dialog.returnValue), { once: true }));
 }
 
+/** What errors say of a file that is there. */
+const EXISTS = /exists/;
+
+/** Asks whether a file may be replaced. @param {string} message */
+function confirmed(message) {
+  get("replace-text").textContent = message;
+  return asked("replace-dialog");
+}
+
 /** The dialogs of files. */
 export class Dialogs {
   /** @param {Session} session @param {(text: string) => void} say */
@@ -60,15 +69,30 @@ export class Dialogs {
     this.#text("save-name").value = this.session.state?.name ?? "";
     if ((await asked("save-dialog")) !== "save") return;
     const name = this.#text("save-name").value.trim();
-    const answer = await this.session.ask("save_as", { name });
-    if (answer) this.say(`Saved as ${answer.file ?? this.session.state?.file ?? name}.`);
+    if (await this.#write("save_as", { name })) this.say(`Saved as ${this.session.state?.file}.`);
+  }
+
+  /**
+   * Writes a file, if need be in the place of one.
+   * @param {string} kind
+   * @param {object} fields
+   */
+  async #write(kind, fields) {
+    try {
+      return await this.session.connection.ask(kind, { ...fields, overwrite: false });
+    } catch (error) {
+      const { message } = /** @type {Error} */ (error);
+      if (!EXISTS.test(message)) this.session.onerror(message);
+      else if ((await confirmed(message)) === "replace") return this.session.ask(kind, { ...fields, overwrite: true });
+      return null;
+    }
   }
 
   async export() {
     this.#text("export-name").value = this.session.state?.name ?? "";
     if ((await asked("export-dialog")) !== "export") return;
     const kind = /** @type {HTMLInputElement} */ (document.querySelector("input[name=kind]:checked")).value;
-    const answer = await this.session.ask("export", { kind, name: this.#text("export-name").value.trim() });
+    const answer = await this.#write("export", { kind, name: this.#text("export-name").value.trim() });
     if (answer) this.say(`Exported as ${answer.file}.`);
   }
 
@@ -86,7 +110,8 @@ export class Dialogs {
     get("render-state").textContent = "";
     try {
       const name = this.#text("render-name").value.trim();
-      await this.session.connection.ask("render", { name, overwrite });
+      const frames = Number(this.#text("render-frames").value) || null;
+      await this.session.connection.ask("render", { name, overwrite, frames });
     } catch (error) {
       this.#failed(/** @type {Error} */ (error).message);
     }
@@ -96,7 +121,7 @@ export class Dialogs {
   #failed(text) {
     this.#running(false);
     get("render-state").textContent = text;
-    get("render-again").hidden = !/exist/.test(text);
+    get("render-again").hidden = !EXISTS.test(text);
   }
 
   /** @param {boolean} running */
@@ -118,10 +143,10 @@ export class Dialogs {
     if (error) return this.#failed(error);
     const bar = /** @type {HTMLProgressElement} */ (get("render-bar"));
     if (total) [bar.max, bar.value] = [total, done];
-    get("render-state").textContent = finished ? `Written: ${file}.` : text ?? `Frame ${done} of ${total || "many"}`;
+    get("render-state").textContent = finished ? text || `Written: ${file}.` : text ?? `Frame ${done} of ${total || "many"}`;
     if (!finished) return;
     this.#running(false);
-    this.say(`Written: ${file}.`);
+    this.say(text || `Written: ${file}.`);
   }
 
   /** Copies the command that does the same. */

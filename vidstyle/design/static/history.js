@@ -15,8 +15,6 @@ const HEIGHT = 54;
 export class History {
   /** By the numbers of entries. @type {Map<number, HTMLCanvasElement>} */
   #pictures = new Map();
-  /** @type {Map<"a" | "b", number>} */
-  #kept = new Map();
   #shown = "";
 
   /** @param {import("./session.js").Session} session */
@@ -37,28 +35,27 @@ export class History {
   }
 
   /** @param {"a" | "b"} slot */
-  async keep(slot) {
-    if (!(await this.session.ask("snapshot", { slot }))) return;
-    this.#kept.set(slot, 1);
-    const use = /** @type {HTMLButtonElement} */ (this.slots.querySelector(`[data-slot=${slot}] button:last-child`));
-    use.disabled = false;
+  keep(slot) {
+    return this.session.ask("snapshot", { slot });
   }
 
   /** @param {"a" | "b"} slot */
   restore(slot) {
-    if (this.#kept.has(slot)) this.session.ask("restore", { slot });
+    if (this.session.state?.snapshots.includes(slot)) this.session.ask("restore", { slot });
   }
 
-  /** Another document: pictures and snapshots are of the one before. */
+  /** Another document: the pictures are those of the one before. */
   clear() {
     this.#pictures.clear();
-    this.#kept.clear();
-    for (const use of this.slots.querySelectorAll("button:last-child")) /** @type {HTMLButtonElement} */ (use).disabled = true;
   }
 
   /** @param {State} state */
   show(state) {
-    const present = this.#present(state);
+    const { present } = state;
+    for (const row of this.slots.children) {
+      const slot = /** @type {"a" | "b"} */ (/** @type {HTMLElement} */ (row).dataset.slot);
+      /** @type {HTMLButtonElement} */ (row.lastElementChild).disabled = !state.snapshots.includes(slot);
+    }
     const text = JSON.stringify([state.history, present]);
     if (text === this.#shown) return;
     this.#shown = text;
@@ -74,11 +71,6 @@ export class History {
     this.list.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
   }
 
-  /** The entry that the document stands at. @param {State} state */
-  #present(state) {
-    return /** @type {any} */ (state).entry ?? state.history.at(-1)?.entry ?? 0;
-  }
-
   /**
    * Draws the picture of the present entry.
    * @param {State} state
@@ -86,7 +78,7 @@ export class History {
    * @param {[number, number]} size
    */
   draw(state, picture, [width, height]) {
-    const canvas = this.#pictures.get(this.#present(state));
+    const canvas = this.#pictures.get(state.present);
     const scale = Math.max(WIDTH / width, HEIGHT / height);
     const [w, h] = [WIDTH / scale, HEIGHT / scale];
     canvas?.getContext("2d")?.drawImage(picture, (width - w) / 2, (height - h) / 2, w, h, 0, 0, WIDTH, HEIGHT);

@@ -87,9 +87,10 @@ export class Inspector {
   /** @param {Step} step @param {boolean} other than before */
   #links(step, other) {
     if (other) this.links.open = Boolean(step.from || step.save);
-    const options = [...new Set(["", ...step.from_options, step.from])];
+    const options = [...new Set([...step.from_options, step.from])];
     this.from.replaceChildren(...options.map((name) => new Option(name ? words(name) : "the step before", name)));
     this.from.value = step.from;
+    this.save.placeholder = step.implied ? `not saved by name, but as ${step.implied}` : "not saved";
     if (document.activeElement !== this.save) this.save.value = step.save;
   }
 }

@@ -23,22 +23,23 @@ import { LAYERS } from "./types.js";
  * @property {{layer: Layer, x: number, y: number}[]} labels
  * @property {number} width
  * @property {number} height
+ * @property {number} rows
  */
 
-/** @type {Size[]} */
-const SIZES = [
-  { name: "large", w: 144, h: 122, gap: 34, row: 30 },
-  { name: "medium", w: 112, h: 102, gap: 28, row: 24 },
-  { name: "small", w: 92, h: 88, gap: 24, row: 18 },
-];
-const MARGIN = 28;
+/** From large to small; a card has a picture and two lines of text below it. @type {Size[]} */
+const SIZES = [168, 156, 144, 132, 122, 112, 104].map((w) => {
+  const text = w > 125 ? 42 : w > 104 ? 40 : 33;
+  const flat = w > 104 ? 9 / 16 : 0.43;
+  return { name: w > 125 ? "large" : w > 104 ? "medium" : "small", w, h: Math.round(w * flat) + text, gap: 24 + (w - 104) / 6, row: 15 + (w - 104) / 4 };
+});
+const MARGIN = 36;
 const TRACK = 7;
 /** Room for the name of a layer, between the cards before it and its own. */
-const LABEL = { base: 74, background: 112, lines: 112 };
+const LABEL = { base: 78, background: 136, lines: 136 };
 const JOIN = 56;
 
 /**
- * The layout with the largest cards that fit, or with the smallest.
+ * The layout with the fewest rows, and the largest cards that fit then.
  * @param {import("./types.js").State} state
  * @param {number} width
  * @param {number} height
@@ -46,7 +47,10 @@ const JOIN = 56;
  */
 export function layoutOf(state, width, height) {
   const tried = SIZES.map((size) => new Arrangement(state, width, size).layout);
-  return tried.find((layout) => layout.height <= height && layout.width <= width) ?? tried[tried.length - 1];
+  const smallest = tried[tried.length - 1];
+  /** @param {Layout} layout */
+  const fits = (layout) => layout.rows === smallest.rows && layout.height <= height && layout.width <= width;
+  return tried.find(fits) ?? smallest;
 }
 
 /** Cards in rows, and the wires between them. */
@@ -79,7 +83,7 @@ class Arrangement {
     const width_ = Math.max(...[...this.cards.values()].map((card) => card.x + size.w)) + MARGIN;
     const height = this.tops[lanes.rows - 1] + size.h + this.depth(lanes.rows - 1) + 8;
     /** @type {Layout} */
-    this.layout = { size, cards: [...this.cards.values()], gaps: this.gaps, wires, labels: this.labels, width: width_, height };
+    this.layout = { size, cards: [...this.cards.values()], gaps: this.gaps, wires, labels: this.labels, width: width_, height, rows: lanes.rows };
   }
 
   /** @param {CardName} name @param {number} x @param {number} row */
@@ -109,7 +113,7 @@ class Arrangement {
     const counts = [this.state.layers.background.length, this.state.layers.lines.length];
     const empty = this.state.layers.base.length ? 0 : LABEL.base - 20;
     const behind = { x: end.x + this.size.w + LABEL.lines + empty, row: end.row };
-    const below = { x: MARGIN + LABEL.lines - 24, row: end.row + 1 };
+    const below = { x: MARGIN + LABEL.lines - 46, row: end.row + 1 };
     const plans = [behind, below].map(({ x, row }) => {
       const room = Math.floor((this.right - this.size.w - JOIN - x + this.size.gap) / this.pitch);
       const rows = counts.map((count) => Math.max(1, Math.ceil(count / Math.max(room, 1))));
@@ -175,7 +179,7 @@ class Arrangement {
   /** Gives every row its height. */
   place() {
     /** @type {number[]} */
-    this.tops = [20];
+    this.tops = [16];
     for (let row = 1; row <= this.gutters.length; row++) this.tops.push(this.tops[row - 1] + this.size.h + this.depth(row - 1));
     for (const card of this.cards.values()) card.y = this.tops[card.row];
   }
@@ -200,7 +204,7 @@ class Arrangement {
     const from = lanes.end.x + this.size.w;
     const below = lanes.starts[0] > lanes.end.row;
     const empty = layers.base.length ? 0 : LABEL.base - 20;
-    const fork = below ? MARGIN - 10 : from + 30 + empty;
+    const fork = below ? MARGIN - 16 : from + 30 + empty;
     const y = this.middle(lanes.end.row);
     this.gaps.push({ layer: "base", index: layers.base.length, x: from + 14 + (empty ? 46 : 0), y });
     const result = /** @type {Card} */ (this.cards.get("result"));
@@ -211,7 +215,7 @@ class Arrangement {
       /** @type {[number, number][]} */
       const way = below ? [[from, y], [from + 14, y], [from + 14, gutter], [fork, gutter], [fork, start]] : [[from, y], [fork, y], [fork, start]];
       const first = layers[layer][0];
-      this.labels.push({ layer, x: lanes.x - LABEL.lines + (below ? 26 : 40) + (below ? 0 : 0), y: start });
+      this.labels.push({ layer, x: fork + 8, y: start });
       this.gaps.push({ layer, index: 0, x: lanes.x - 16, y: start });
       const last = layers[layer].at(-1);
       const end = last ? this.cards.get(last.step) : null;
@@ -241,7 +245,7 @@ class Arrangement {
         this.gaps.push({ layer, index, x: card.x - this.size.gap / 2, y: to });
       } else if (!starts) {
         const gutter = card.y - this.size.row / 2;
-        const [turn, back] = [out + 12, card.x - 14];
+        const [turn, back] = [out + 12, card.x - 16];
         wires.push({ points: [[out, from], [turn, from], [turn, gutter], [back, gutter], [back, to], [card.x, to]], saved: "", used: !step.from });
         this.gaps.push({ layer, index, x: turn, y: from });
       }
@@ -264,7 +268,7 @@ class Arrangement {
     let points = [[exit, out], [exit, first], [entry, first], [entry, into]];
     if (margin >= 0) {
       const second = at(to.row - 1, tracks[1]);
-      const x = MARGIN - 14 - 4 * margin;
+      const x = MARGIN - 24 - 4 * margin;
       points = [[exit, out], [exit, first], [x, first], [x, second], [entry, second], [entry, into]];
     }
     return { points, saved: edge.name, used: true, from: edge.from, to: edge.to };

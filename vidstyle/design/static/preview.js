@@ -93,6 +93,7 @@ export class Preview {
     if (type !== PACKET.source && type !== PACKET.styled && type !== PACKET.steady) return;
     const picture = await createImageBitmap(file);
     if (type === PACKET.steady) return this.#show(picture);
+    if (this.player.playing && number < this.player.number) this.restyler.restart();
     this.player.shown(number);
     if (type === PACKET.source) {
       this.source?.close();
@@ -103,16 +104,6 @@ export class Preview {
       this.styled = picture;
     }
     this.restyle();
-    const [first, last] = this.player.range ?? [0, this.player.clip.count - 1];
-    if (this.player.playing && this.player.isFilm && number >= last) this.#loop(first);
-  }
-
-  /** @param {number} first */
-  #loop(first) {
-    this.player.playing = false;
-    this.player.number = first;
-    this.restyler.restart();
-    this.player.play();
   }
 
   /** Restyles the present frame. */

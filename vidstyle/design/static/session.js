@@ -124,11 +124,6 @@ export class Session {
     return this.#newest(path, "set", { step, name, value, gesture });
   }
 
-  /** @param {number} value how much of the source is restyled, 0 to 1 */
-  setStrength(value) {
-    return this.#newest("strength", "strength", { value, gesture: this.#gestures.of("strength") });
-  }
-
   /** @param {string} key @param {string} kind @param {object} fields */
   async #newest(key, kind, fields) {
     this.#busy.set(key, (this.#busy.get(key) ?? 0) + 1);

@@ -20,7 +20,8 @@
  * @property {boolean} [whole]
  * @property {string} [unit]
  * @property {string[]} [options]
- * @property {string} [about] the step that a knob belongs to
+ * @property {string} about the step that it belongs to; "" for the style
+ * @property {"" | "picture" | "file"} [picks] what the options are
  */
 
 /**
@@ -33,6 +34,7 @@
  * @property {string} main its most telling value
  * @property {boolean} muted
  * @property {string} save
+ * @property {string} implied the name under which the block itself saves
  * @property {string} from
  * @property {string[]} from_options
  * @property {boolean} recipe
@@ -53,10 +55,12 @@
  * @property {string} name
  * @property {string} note
  * @property {string[]} variants
- * @property {number} [strength]
+ * @property {string} variant the variant that the style is, or ""
  * @property {Entry[]} fields
  * @property {Entry[]} knobs
  * @property {{entry: number, label: string}[]} history
+ * @property {number} present the entry of the history at which the document stands
+ * @property {("a" | "b")[]} snapshots that are kept
  * @property {Record<Layer, Step[]>} layers
  * @property {Edge[]} edges
  * @property {string[]} errors
