@@ -28,10 +28,10 @@ const palette = new Palette();
 const dialogs = new Dialogs(session, say);
 const preview = new Preview(session, { onchange: () => bar.show(), onsettled: settled });
 const bar = new Bar(preview, say);
-const steps = new Steps(session, palette, say, selected);
+const steps = new Steps(session, palette, say, selected, (name) => diagram.focus(name));
 const splitter = new Splitter(() => diagram.arrange());
 const diagram = new Diagram({
-  select: (name) => choose(name),
+  select: (name) => steps.select(name),
   add: (layer, index, near) => steps.add(layer, index, near),
   move: (step, layer, index) => steps.move(step, layer, index),
 }, () => splitter.room);
@@ -75,12 +75,6 @@ function build(on) {
   diagram.arrange();
 }
 
-/** Chooses a card and shows it in the panel. @param {import("./layout.js").CardName} name */
-function choose(name) {
-  steps.select(name);
-  diagram.focus(name);
-}
-
 function selected() {
   diagram.selected = steps.selected;
   diagram.mark();
@@ -112,6 +106,7 @@ function shown(state) {
     build(fresh === "new" || state.knobs.length === 0);
     showTab("style");
     if (fresh === "new") steps.selected = "source";
+    requestAnimationFrame(() => fresh === "new" && diagram.focus("source"));
     preview.restyler.restart();
     preview.again();
   }
@@ -195,7 +190,7 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, choose, solo });
+const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo });
 listen(keys);
 describe(keys);
 bar.show();

@@ -80,6 +80,7 @@ export class Diagram {
     const card = make("button", { className: "card", type: "button", tabIndex: -1 }, picture,
       make("span", { className: "badges" }), make("span", { className: "name" }), make("span", { className: "main" }));
     card.dataset.card = String(name);
+    card.id = `card-${name}`;
     card.addEventListener("click", () => this.actions.select(name));
     card.addEventListener("pointerenter", () => this.#highlight(name));
     card.addEventListener("pointerleave", () => this.#highlight(this.selected));
@@ -136,7 +137,9 @@ export class Diagram {
       const card = /** @type {HTMLButtonElement} */ (this.#cards.get(name));
       Object.assign(card.style, { translate: `${x}px ${y}px`, width: `${layout.size.w}px`, height: `${layout.size.h}px` });
     }
-    this.wires.replaceChildren(...layout.wires.flatMap((wire) => this.#wire(wire)));
+    this.area.setAttribute("aria-owns", layout.cards.map(({ name }) => `card-${name}`).join(" "));
+    const wires = [...layout.wires].sort((one, other) => Number(one.used) - Number(other.used));
+    this.wires.replaceChildren(...wires.flatMap((wire) => this.#wire(wire)));
     this.area.querySelectorAll(".gap, .layer").forEach((old) => old.remove());
     for (const { layer, x, y } of layout.labels) {
       const label = make("span", { className: "layer", textContent: SHORT_LAYERS[layer] });
@@ -165,6 +168,7 @@ export class Diagram {
     const button = make("button", { className: "gap", type: "button", tabIndex: -1, title: "Add a step here" }, icon("plus"));
     button.setAttribute("aria-label", label);
     Object.assign(button.dataset, { layer, index });
+    if (!this.state?.layers[layer].length) button.dataset.card = layer;
     button.style.translate = `${x}px ${y}px`;
     button.addEventListener("click", () => this.actions.add(layer, index, button.getBoundingClientRect()));
     return button;
@@ -191,14 +195,14 @@ export class Diagram {
 
   /** @param {CardName} name */
   focus(name) {
-    const card = this.#cards.get(name);
+    const card = this.#cards.get(name) ?? /** @type {HTMLElement | null} */ (this.area.querySelector(`.gap[data-layer=${name}]`));
     card?.focus({ preventScroll: true });
     card?.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
 
   /** The card beside one in a direction, by the keys' names. @param {CardName} name @param {string} key @returns {CardName} */
   beside(name, key) {
-    const cards = this.layout?.cards ?? [];
+    const cards = this.layout?.stops ?? [];
     const at = cards.findIndex((card) => card.name === name);
     if (at < 0) return "source";
     if (key === "ArrowLeft") return cards[Math.max(0, at - 1)].name;

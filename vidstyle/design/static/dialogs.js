@@ -48,7 +48,10 @@ export class Dialogs {
     session.on("progress", (progress) => this.#progress(progress));
     get("render-stop").addEventListener("click", () => session.ask("cancel"));
     get("render-again").addEventListener("click", () => this.#start(true));
-    get("render-go").addEventListener("click", () => this.#start(false));
+    get("render-dialog").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#start(false);
+    });
     get("copy").addEventListener("click", () => this.copy());
     for (const button of document.querySelectorAll("dialog [value=cancel]"))
       button.addEventListener("click", () => /** @type {Element & {close: (value: string) => void}} */ (button.closest("dialog")).close(""));

@@ -8,7 +8,7 @@
 import { LAYERS } from "./types.js";
 
 /** @typedef {import("./types.js").Layer} Layer */
-/** @typedef {"source" | "result" | number} CardName */
+/** @typedef {"source" | "result" | number | Layer} CardName a step by its number; a layer where it is empty */
 /** @typedef {{name: CardName, x: number, y: number, row: number}} Card */
 /** @typedef {{layer: Layer, index: number, x: number, y: number}} Gap where a step can be added */
 /** @typedef {{points: [number, number][], saved: string, used: boolean, from?: CardName, to?: CardName}} Wire */
@@ -18,6 +18,7 @@ import { LAYERS } from "./types.js";
  * @typedef {object} Layout
  * @property {Size} size
  * @property {Card[]} cards
+ * @property {Card[]} stops what arrow keys walk through: cards, and the places of empty layers
  * @property {Gap[]} gaps
  * @property {Wire[]} wires
  * @property {{layer: Layer, x: number, y: number}[]} labels
@@ -83,7 +84,7 @@ class Arrangement {
     const width_ = Math.max(...[...this.cards.values()].map((card) => card.x + size.w)) + MARGIN;
     const height = this.tops[lanes.rows - 1] + size.h + this.depth(lanes.rows - 1) + 8;
     /** @type {Layout} */
-    this.layout = { size, cards: [...this.cards.values()], gaps: this.gaps, wires, labels: this.labels, width: width_, height, rows: lanes.rows };
+    this.layout = { size, cards: [...this.cards.values()], stops: this.stops(lanes), gaps: this.gaps, wires, labels: this.labels, width: width_, height, rows: lanes.rows };
   }
 
   /** @param {CardName} name @param {number} x @param {number} row */
@@ -227,6 +228,20 @@ class Arrangement {
       wires.push({ points: [[outX, outY], [lanes.join, outY], [lanes.join, into], [result.x, into]], saved: "", used });
     });
     return wires;
+  }
+
+  /** @param {ReturnType<Arrangement["lanes"]>} lanes */
+  stops(lanes) {
+    const cards = [...this.cards.values()];
+    const [result] = cards.splice(-1);
+    const first = this.state.layers.base.length + 1;
+    const background = first + this.state.layers.background.length;
+    /** @type {(layer: Layer, lane: number) => Card[]} */
+    const empty = (layer, lane) => {
+      const row = lanes.starts[lane];
+      return this.state.layers[layer].length ? [] : [{ name: layer, x: lanes.x - 16, y: this.middle(row), row }];
+    };
+    return [...cards.slice(0, first), ...empty("background", 0), ...cards.slice(first, background), ...empty("lines", 1), ...cards.slice(background), result];
   }
 
   /**

@@ -17,7 +17,6 @@
  * @property {import("./history.js").History} history
  * @property {import("./start.js").Start} start
  * @property {(on: boolean) => void} build
- * @property {(name: import("./layout.js").CardName) => void} choose
  * @property {(step: number | null) => unknown} solo
  */
 
@@ -25,32 +24,31 @@
  * @param {Parts} parts
  * @returns {import("./keys.js").Shortcut[]}
  */
-export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, choose, solo }) {
+export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
   /** The card that has the focus counts as chosen. */
   const focused = () => {
-    const card = /** @type {HTMLElement | null} */ (document.activeElement?.closest(".card"));
-    const name = card?.dataset.card;
-    const known = name === undefined ? steps.selected : name === "source" || name === "result" ? name : Number(name);
-    return known ?? "source";
+    const name = /** @type {HTMLElement | null} */ (document.activeElement?.closest("[data-card]"))?.dataset.card;
+    if (name === undefined) return steps.selected ?? "source";
+    return /** @type {import("./layout.js").CardName} */ (Number.isNaN(Number(name)) ? name : Number(name));
   };
-  const near = () => document.activeElement?.closest(".card")?.getBoundingClientRect() ?? null;
+  const near = () => document.activeElement?.closest("[data-card]")?.getBoundingClientRect() ?? null;
   /** @param {() => unknown} run */
   const onStep = (run) => () => {
     if (!isBuilding()) return false;
-    if (steps.selected !== focused()) choose(focused());
+    if (steps.selected !== focused()) steps.select(focused());
     return run();
   };
   /** @param {KeyboardEvent} event */
   const walk = (event) => {
-    const card = document.activeElement?.closest(".card");
+    const card = document.activeElement?.closest("[data-card]");
     if (!isBuilding() || (!card && document.activeElement !== document.body)) return false;
-    choose(diagram.beside(focused(), event.key));
+    steps.select(diagram.beside(focused(), event.key));
   };
   const inspect = () => {
     if (!document.activeElement?.closest(".card")) return false;
-    choose(focused());
+    steps.select(focused());
     /** @type {HTMLElement | null} */ (document.querySelector("#panel [role=tabpanel]:not([hidden]) :is(.values input, select)"))?.focus();
   };
   const leave = () => {
@@ -68,7 +66,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["Enter"], help: "Go to the values of the step", run: inspect },
     { keys: ["Escape"], help: "Back to the diagram", run: leave, typing: true },
     { keys: ["a"], help: "Add a step after this one", run: onStep(() => steps.addAfter(near())) },
-    { keys: ["Delete", "Backspace"], help: "Remove", run: onStep(() => steps.remove().then(() => diagram.focus(steps.selected ?? "source"))) },
+    { keys: ["Delete", "Backspace"], help: "Remove", run: onStep(() => steps.remove()) },
     { keys: ["m"], help: "Mute or unmute", run: onStep(() => steps.mute()) },
     { keys: ["s"], help: "Show what leaves the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
     { keys: ["d"], help: "Duplicate", run: onStep(() => steps.duplicate()) },

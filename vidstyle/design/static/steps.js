@@ -20,12 +20,14 @@ export class Steps {
    * @param {import("./palette.js").Palette} palette
    * @param {(text: string) => void} say
    * @param {() => void} onselect
+   * @param {(name: CardName) => void} focus
    */
-  constructor(session, palette, say, onselect) {
+  constructor(session, palette, say, onselect, focus) {
     this.session = session;
     this.palette = palette;
     this.say = say;
     this.onselect = onselect;
+    this.focus = focus;
   }
 
   /** The chosen step; null where none is. */
@@ -34,10 +36,11 @@ export class Steps {
     return (state && stepsOf(state).find((step) => step.step === this.selected)) ?? null;
   }
 
-  /** @param {CardName | null} name */
+  /** Chooses a card, and moves the focus to it. @param {CardName} name */
   select(name) {
     this.selected = name;
     this.onselect();
+    this.focus(name);
   }
 
   /** After another state has come: a step that is gone cannot be chosen. */
@@ -56,7 +59,7 @@ export class Steps {
       const { state } = this.session;
       if (!answer || !state) return;
       const added = answer.step ?? stepsOf(state).find(({ step }) => !known.has(step))?.step;
-      this.select(added ?? this.selected);
+      if (added !== undefined) this.select(added);
       this.say(`${title(block)} added to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
     });
   }
@@ -66,6 +69,7 @@ export class Steps {
     const { state } = this.session;
     if (!state) return;
     if (this.selected === "source" || this.selected === null) return this.add("base", 0, near);
+    if (this.selected === "base" || this.selected === "background" || this.selected === "lines") return this.add(this.selected, 0, near);
     if (this.selected === "result") return this.add("lines", state.layers.lines.length, near);
     const place = placeOf(state, this.selected);
     if (place) this.add(place.layer, place.index + 1, near);

@@ -49,7 +49,7 @@ export class ValueList {
     const id = `value-${this.pins ? "" : "knob-"}${entry.path}`;
     const shown = control(entry, id, (value) => this.#set(entry, value));
     const name = !this.pins && entry.about ? `${words(entry.about)}: ${words(entry.name)}` : words(entry.name);
-    const label = make("label", { htmlFor: id, textContent: title(name), title: `${entry.path}\nDouble click: ${entry.default}` });
+    const label = make("label", { htmlFor: id, textContent: title(name), title: `${entry.path}\nDouble click: ${entry.default ?? "not set"}` });
     const pin = this.pins ? this.#pin(entry) : null;
     const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.beside));
     const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
@@ -65,7 +65,7 @@ export class ValueList {
   #track(entry, inside) {
     const track = make("div", { className: "track" }, ...inside);
     const scale = scaleOf(entry);
-    track.style.setProperty("--default", String(scale.place(entry.default) / scale.notches));
+    if (entry.default !== null) track.style.setProperty("--default", String(scale.place(entry.default) / scale.notches));
     return track;
   }
 

@@ -93,16 +93,16 @@ function slider(entry, id, change) {
   const range = make("input", { type: "range", id, min: "0", max: String(scale.notches), step: whole ? "1" : "any" });
   const exact = make("input", { type: "number", step: "any", min: String(low), max: String(high) });
   exact.setAttribute("aria-label", `${words(entry.name)}, as a number`);
-  /** @param {number} value */
+  /** @param {number | null} value null: it is not set */
   const put = (value) => {
-    exact.value = String(value);
-    range.setAttribute("aria-valuetext", `${value} ${unit}`.trim());
+    exact.value = value === null ? "" : String(value);
+    range.setAttribute("aria-valuetext", value === null ? "not set" : `${value} ${unit}`.trim());
     range.style.setProperty("--part", String(Number(range.value) / scale.notches));
   };
-  /** @param {number} value */
+  /** @param {number | null} value */
   const show = (value) => {
-    range.value = String(scale.place(value));
-    put(Number(value.toPrecision(7)));
+    range.value = String(value === null ? 0 : scale.place(value));
+    put(value === null ? null : Number(value.toPrecision(7)));
   };
   /** @param {number} place */
   const move = (place) => {
