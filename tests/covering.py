@@ -1,10 +1,24 @@
-"""Covering arrays: few rows of settings in which any two values of two parameters meet at least once."""
+"""Few cases for many: covering arrays, in which any two values meet, and draws that change by the day."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, product
 from typing import Any
+
+import numpy as np
+import pytest
+
+DAY = int(os.environ["VIDSTYLE_TEST_SEED"])
+"""The seed of the day, by which a run draws its share of many cases."""
+
+
+def of_the_day(cases: Sequence[Any], count: int) -> list[Any]:
+    """Cases for `parametrize`: as many as said, others each day; thorough runs take those that are left."""
+    drawn = set(np.random.default_rng(DAY).choice(len(cases), count, replace=False).tolist())
+    marks = [() if number in drawn else pytest.mark.thorough for number in range(len(cases))]
+    return [pytest.param(case, marks=mark) for case, mark in zip(cases, marks, strict=True)]
 
 
 def covering_rows(factors: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -34,16 +33,6 @@ AGREEMENT = 0.999
 BIAS = 0.1
 """By how many levels a plane may be darker or brighter as a whole: to round down would make it 0.5 in 8 bits.
 Not less, because means of a few chroma codes often lie at a half, which a texture's rounding tips over."""
-
-DAY = int(os.environ["VIDSTYLE_TEST_SEED"])
-"""The seed of the day, by which a run draws its share of many cases."""
-
-
-def of_the_day(cases: Sequence[Any], count: int) -> list[Any]:
-    """Cases for `parametrize`: as many as said, others each day; thorough runs take those that are left."""
-    drawn = set(np.random.default_rng(DAY).choice(len(cases), count, replace=False).tolist())
-    marks = [() if number in drawn else pytest.mark.thorough for number in range(len(cases))]
-    return [pytest.param(case, marks=mark) for case, mark in zip(cases, marks, strict=True)]
 
 
 def device() -> Device:

@@ -36,6 +36,11 @@ def photograph(name: str = "coffee") -> np.ndarray:
     return np.ascontiguousarray(getattr(skimage.data, name)())
 
 
+@cache
+def _blurred(name: str, sigma: float) -> np.ndarray:
+    return cv2.GaussianBlur(photograph(name), (0, 0), sigma)
+
+
 def moving_frames(
     frames: int = 30, size: tuple[int, int] = (320, 180), name: str = "coffee"
 ) -> Iterator[np.ndarray]:
@@ -43,7 +48,7 @@ def moving_frames(
     still = photograph(name)
     width, height = size
     zoom = 1.3 * max(width / still.shape[1], height / still.shape[0])
-    still = cv2.GaussianBlur(still, (0, 0), max(0.6, 0.5 / zoom))
+    still = _blurred(name, max(0.6, 0.5 / zoom))
     for number in range(frames):
         turn = cv2.getRotationMatrix2D(
             (still.shape[1] / 2, still.shape[0] / 2), 3 * np.sin(number / 17), zoom
@@ -63,26 +68,26 @@ def planes_from_rgb(
 ) -> list[np.ndarray]:
     """Y, Cb and Cr of RGB 0..1 (H x W x 3 floats), chroma left-sited, as integers of `depth` bits."""
     red, blue = MATRICES[matrix]
-    luma = rgb @ np.array([red, 1 - red - blue, blue])
-    differences = (rgb[..., 2] - luma) / (2 - 2 * blue), (rgb[..., 0] - luma) / (2 - 2 * red)
+    weights = np.array([red, 1 - red - blue, blue])
+    differences = ([0, 0, 1] - weights) / (2 - 2 * blue), ([1, 0, 0] - weights) / (2 - 2 * red)
+    luma, *chroma = cv2.split(cv2.transform(rgb.astype(np.float32), np.array([weights, *differences])))
     top = 2.0**depth - 1
     unit = 2.0 ** (depth - 8)
     luma_low, luma_span, chroma_span = (0.0, top, top) if full_range else (16 * unit, 219 * unit, 224 * unit)
     planes = [luma_low + luma_span * luma]
-    planes += [128 * unit + chroma_span * subsample(plane, step) for plane in differences]
+    planes += [128 * unit + chroma_span * subsample(plane, step) for plane in chroma]
     return [np.clip(plane + 0.5, 0, top).astype(np.uint8 if depth == 8 else np.uint16) for plane in planes]
 
 
 def subsample(plane: np.ndarray, step: tuple[int, int]) -> np.ndarray:
     """The plane at every `step` pixels: cosited across (weights 1 2 1), the mean of pairs down."""
     across, down = step
-    height, width = plane.shape
     if down == 2:
-        plane = np.pad(plane, ((0, height % 2), (0, 0)), "edge")
+        plane = cv2.copyMakeBorder(plane, 0, plane.shape[0] % 2, 0, 0, cv2.BORDER_REPLICATE)
         plane = (plane[0::2] + plane[1::2]) / 2
     if across == 2:
-        wide = np.pad(plane, ((0, 0), (1, 1)), "edge")
-        plane = ((wide[:, :-2] + 2 * wide[:, 1:-1] + wide[:, 2:]) / 4)[:, ::2]
+        wide = cv2.copyMakeBorder(plane, 0, 0, 1, 1, cv2.BORDER_REPLICATE)
+        plane = (wide[:, :-2:2] + 2 * wide[:, 1:-1:2] + wide[:, 2::2]) / 4
     return plane
 
 
@@ -131,7 +136,8 @@ def frame_from_rgb(
         with_alpha = np.dstack([rgb, alpha_ramp(height, width)])
         return fill_frame(av.VideoFrame(width, height, "rgba"), [with_alpha]).reformat(format=pix_fmt)
     frame = av.VideoFrame(width, height, pix_fmt)
-    signal = hdr_signal(rgb / 255, transfer) if transfer else rgb / 255
+    signal = rgb.astype(np.float32) / 255
+    signal = hdr_signal(signal, transfer) if transfer else signal
     depth = next((int(bits) for bits in ("10", "12", "16") if f"{bits}le" in pix_fmt), 8)
     step = {"422": (2, 1), "444": (1, 1), "440": (1, 2)}.get(pix_fmt.replace("yuvj", "yuv")[3:6], (2, 2))
     planes = planes_from_rgb(signal, matrix, full_range, depth, step)
@@ -256,13 +262,13 @@ def make_picture(path: Path, *, size: tuple[int, int] = (320, 180), mode: str = 
 
 
 def rgb_from_frame(frame: av.VideoFrame) -> np.ndarray:
-    """The frame as a player shows it, by its tags (else by its size): H x W x 3 float64, 0..255.
+    """The frame as a player shows it, by its tags (else by its size): H x W x 3 floats, 0..255.
 
     Our own arithmetic again, chroma raised to full size with its left siting; 4:2:0, 4:2:2, 4:4:4 or gray,
     8 to 16 bits, planar.
     """
     if frame.format.name in ("rgb24", "rgba", "bgra", "gbrp", "pal8", "bgr8"):
-        return frame.to_ndarray(format="rgb24").astype(np.float64)
+        return frame.to_ndarray(format="rgb24").astype(np.float32)
     name = frame.format.name
     depth = frame.format.components[0].bits
     full = frame.color_range == 2 or name.startswith("yuvj")
@@ -297,7 +303,7 @@ def plane_samples(plane: av.video.plane.VideoPlane, depth: int) -> np.ndarray:
     dtype = np.uint8 if depth == 8 else np.uint16
     rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)[: plane.height]
     width = plane.width * np.dtype(dtype).itemsize
-    return np.ascontiguousarray(rows[:, :width]).view(dtype).astype(np.float64)
+    return np.ascontiguousarray(rows[:, :width]).view(dtype).astype(np.float32)
 
 
 def _raise(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from covering import of_the_day
 from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 
 from vidstyle.block import Block, Choice, LumaWeights, Measured, PageRegion, SavedRef, Slider, Switch
@@ -48,6 +49,7 @@ def style_of(block: Block, values: dict[str, Any]) -> Style:
 
 
 def sources(size: tuple[int, int]) -> dict[str, Picture]:
+    """Four kinds of pictures."""
     return {
         "gray": Picture(FLOAT, luma=noise(*size)),
         "color": Picture(FLOAT, color=noise(*size, 3)),
@@ -56,12 +58,21 @@ def sources(size: tuple[int, int]) -> dict[str, Picture]:
     }
 
 
+def settings_in_turn(block: Block, kind: int, turn: int) -> list[dict[str, Any]]:
+    """The defaults, and the settings whose turn it is on a kind of picture; four turns are all of them."""
+    return [each for number, each in enumerate(settings(block)) if not number or (number + kind) % 4 == turn]
+
+
+every_turn = pytest.mark.parametrize("turn", of_the_day(range(4), 1))
+
+
 @every_block
 @every_size
-def test_any_setting_on_any_picture_gives_numbers(block: Block, size: tuple[int, int]) -> None:
-    for kind, source in sources(size).items():
+@every_turn
+def test_any_setting_on_any_picture_gives_numbers(block: Block, size: tuple[int, int], turn: int) -> None:
+    for number, (kind, source) in enumerate(sources(size).items()):
         before = [plane.copy() for plane in planes(source)]
-        for values in settings(block):
+        for values in settings_in_turn(block, number, turn):
             result = run(style_of(block, values), source, target=FLOAT, rgb=True).color
             assert result is not None
             assert (result.shape, result.dtype) == ((*size, 3), np.float32), (kind, values)
@@ -110,9 +121,10 @@ def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size
 
 
 @every_block
-def test_bands_and_threads_change_no_bit(block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
-    for source in sources((97, 61)).values():
-        for values in settings(block):
+@every_turn
+def test_bands_and_threads_change_no_bit(block: Block, turn: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number, source in enumerate(sources((97, 61)).values()):
+        for values in settings_in_turn(block, number, turn):
             monkeypatch.setattr("vidstyle.core.bands.CORES", 1)
             monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1 << 30)
             whole = run(style_of(block, values), source, threads=1)

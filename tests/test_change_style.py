@@ -10,8 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from covering import of_the_day
 from films import RATE, still_film
-from gpu import FORMS, device, disagreements, film_picture, of_the_day
+from gpu import FORMS, device, disagreements, film_picture
 from pictures import VIDEO, codes, step, style
 
 from vidstyle.block import Slider
@@ -189,7 +190,7 @@ def moves(chosen: Style) -> Iterator[tuple[str, str, list[Style]]]:
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("name", of_the_day(style_names(), 5))
+@pytest.mark.parametrize("name", of_the_day(style_names(), 3))
 def test_no_slider_of_a_shipped_style_asks_for_another_shader(name: str, form: Form) -> None:
     chosen = load_style(name)
     before = texts(chosen, form)

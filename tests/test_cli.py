@@ -25,7 +25,7 @@ def run(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str
     return exit_code, *capfd.readouterr()
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["-h"], [], ["render", "--help"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["render", "--help"]])
 def test_help_loads_nothing_heavy(arguments):
     program = (
         "import sys; from vidstyle.cli import main; code = main(sys.argv[1:]);"

@@ -1,4 +1,4 @@
-"""Properties of comic pages of a hundred random films."""
+"""Properties of comic pages of random films."""
 
 from __future__ import annotations
 
@@ -34,11 +34,15 @@ class Case:
     seed: int
 
 
-@pytest.fixture(scope="module")
-def cases() -> list[Case]:
-    """A hundred films of 1 to 40 panels: mixed shapes, all papers, some seeds, both directions."""
+SOME = [number for number in range(100) if number % 7 in (1, 2)]
+"""Of all shapes, papers and directions."""
+
+
+@pytest.fixture(scope="module", params=[SOME, pytest.param(range(100), marks=pytest.mark.thorough)], ids=len)
+def cases(request: pytest.FixtureRequest) -> list[Case]:
+    """A hundred films of 1 to 40 panels, or some: mixed shapes, all papers, some seeds, both directions."""
     made = []
-    for number in range(100):
+    for number in request.param:
         count = 40 if number in (9, 59) else COUNTS[number % 10]
         moments = random_film(number, count, SHAPES[number // 10 % 5])
         page, seed, backwards = PAPERS[number % 4], number // 3 % 7, number % 3 == 0
@@ -147,26 +151,26 @@ def test_no_two_rows_that_follow_one_another_are_alike(cases: list[Case]) -> Non
                 pairs += 1
                 same = [(a.left, a.right) for a in one] == [(b.left, b.right) for b in other]
                 alike += same and abs(one[0].height - other[0].height) < 0.05 * case.paper.height
-    assert pairs > 150
+    assert pairs > 1.5 * len(cases)
     assert alike <= 0.01 * pairs
 
 
 def test_the_same_seed_gives_the_same_pages(cases: list[Case]) -> None:
-    for case in cases[:20]:
+    for case in cases[:4]:
         again = lay_out(case.moments, case.paper, seed=case.seed, right_to_left=case.backwards)
         assert again == case.layout
 
 
 def test_other_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -> None:
     others = Counter()
-    for case in cases[40:]:
+    for case in cases[-60:]:
         best = lay_out(case.moments, case.paper)
         most = GOOD_AT_ALL + GOOD * len(case.moments)
         assert -1e-9 <= case.layout.cost - best.cost <= most + 1e-9
         if len(case.moments) >= 5 and case.seed:
             mirrored = lay_out(case.moments, case.paper, right_to_left=case.backwards)
             others[case.layout.panels != mirrored.panels] += 1
-    assert others[True] >= 0.8 * others.total() > 20
+    assert others[True] >= 0.8 * others.total() > 0.2 * len(cases)
 
 
 def test_seeds_differ_from_one_another() -> None:

@@ -33,6 +33,11 @@ def six_shots(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_film(tmp_path_factory.mktemp("story") / "six_shots.mp4", story(6, 30))
 
 
+@pytest.fixture(scope="module")
+def six_moments(six_shots: Path) -> list[Moment]:
+    return moments_of(six_shots, panels=6)
+
+
 def moments_of(path: Path, **options: object) -> list[Moment]:
     return find_moments(open_film(path), KeyFrameOptions(**options))  # type: ignore[arg-type]
 
@@ -51,8 +56,8 @@ def doubles(candidates: Sequence[Candidate]) -> int:
     return int(np.triu(similarity([each.thumbnail for each in candidates]) > SIMILAR, 1).sum())
 
 
-def test_moments_tell_each_shot_in_order(six_shots: Path) -> None:
-    moments = moments_of(six_shots, panels=6)
+def test_moments_tell_each_shot_in_order(six_shots: Path, six_moments: list[Moment]) -> None:
+    moments = six_moments
     assert [each.scene for each in moments] == [0, 1, 2, 3, 4, 5]
     assert [int(each.time / 1.2) for each in moments] == [0, 1, 2, 3, 4, 5]
     assert all(each.shape == (144, 256) for each in moments)
@@ -61,11 +66,11 @@ def test_moments_tell_each_shot_in_order(six_shots: Path) -> None:
     assert doubles(seen_at(six_shots, moments)) == 0
 
 
-def test_the_same_film_gives_the_same_moments(six_shots: Path) -> None:
-    assert moments_of(six_shots) == moments_of(six_shots)
+def test_the_same_film_gives_the_same_moments(six_shots: Path, six_moments: list[Moment]) -> None:
+    assert moments_of(six_shots, panels=6) == six_moments
 
 
-@pytest.mark.parametrize("panels", [1, 3, 12])
+@pytest.mark.parametrize("panels", [1, 8])
 def test_as_many_as_wanted_are_chosen(six_shots: Path, panels: int) -> None:
     moments = moments_of(six_shots, panels=panels)
     assert len(moments) == panels
@@ -138,7 +143,7 @@ def test_the_sharpest_frame_close_by_is_taken(tmp_path: Path) -> None:
 
 def test_equal_pictures_are_shown_once(tmp_path: Path) -> None:
     """Two places in turn, seen three times each."""
-    frames = [frame for number in range(6) for frame in shot(PLACES[number % 2], 25, 0.1)]
+    frames = [frame for number in range(6) for frame in shot(PLACES[number % 2], 15, 0.1)]
     path = write_film(tmp_path / "film.mp4", frames)
     assert len(moments_of(path)) == 2
     assert len(moments_of(path, panels=5)) == 5

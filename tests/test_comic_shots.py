@@ -50,7 +50,7 @@ def noisy(frame: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return np.clip(frame + random.normal(0, 2, frame.shape), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("seeds", [[0, 1], pytest.param(range(8), marks=pytest.mark.thorough)], ids=len)
+@pytest.mark.parametrize("seeds", [[0], pytest.param(range(8), marks=pytest.mark.thorough)], ids=len)
 def test_joined_shots_are_told_apart(seeds: Sequence[int]) -> None:
     found = missed = wrong = 0
     for seed in seeds:

@@ -70,8 +70,8 @@ def test_blank_pictures_are_no_trouble() -> None:
 def test_no_view_comes_twice_as_long_as_there_are_others(tmp_path: Path) -> None:
     """A place is shown again from a little to the side, with somebody in it, two shots later."""
     first, other, third, last = PLACES[:4]
-    again = [with_ball(view(first, 16, -5), 0.3 + 0.01 * number) for number in range(30)]
-    film = [*shot(first, 30, 0.1), *shot(other, 30, 0.1), *again, *shot(third, 30, 0.1), *shot(last, 30, 0.1)]
+    again = [with_ball(view(first, 16, -5), 0.3 + 0.01 * number) for number in range(20)]
+    film = [*shot(first, 20, 0.1), *shot(other, 20, 0.1), *again, *shot(third, 20, 0.1), *shot(last, 20, 0.1)]
     path = write_film(tmp_path / "film.mp4", film)
     for panels in (None, 4):
         scenes = [each.scene for each in moments_of(path, panels)]
@@ -81,7 +81,7 @@ def test_no_view_comes_twice_as_long_as_there_are_others(tmp_path: Path) -> None
 
 def test_two_views_in_turn_give_two_panels_but_more_if_wanted(tmp_path: Path) -> None:
     """As two people are shown who talk."""
-    shots = [shot(PLACES[number % 2], 25, 0.1, 0.4 * number) for number in range(8)]
+    shots = [shot(PLACES[number % 2], 15, 0.1, 0.4 * number) for number in range(8)]
     path = write_film(tmp_path / "film.mp4", itertools.chain(*shots))
     assert len(moments_of(path)) == 2
     assert [each.scene % 2 for each in moments_of(path, 4)] in ([0, 1, 0, 1], [1, 0, 1, 0])

@@ -50,6 +50,7 @@ def full(tmp_path_factory) -> Path:
     return make_clip(
         path,
         frames=90,
+        size=(64, 48),
         audio_tracks=2,
         subtitles=["eng", "deu"],
         chapters=2,
@@ -114,7 +115,7 @@ def test_timed_text_of_mp4_becomes_subrip(tmp_path):
 
 @pytest.mark.parametrize(("ending", "codec"), [(".webm", "opus"), (".avi", "mp3"), (".ogv", "opus")])
 def test_sound_that_cannot_be_held_is_encoded_anew_in_time(tmp_path, caplog, ending, codec):
-    clip = make_clip(tmp_path / "clip.mp4", frames=60, audio_tracks=1)
+    clip = make_clip(tmp_path / "clip.mp4", frames=60, audio_tracks=1, size=(64, 48))
     target = copy(clip, tmp_path / f"out{ending}")
     assert "encoded anew" in caplog.text
     with av.open(str(target)) as container:

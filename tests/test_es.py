@@ -13,7 +13,8 @@ import pytest
 import test_blocks
 from browser import StyleBrowser
 from browser import style_browser as style_browser
-from gpu import ODD, SMALL, of_the_day, scene
+from covering import of_the_day
+from gpu import ODD, SMALL, scene
 from test_gpu_agreement import folder as folder
 from test_gpu_agreement import style_of
 

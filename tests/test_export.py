@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from browser import Browser
 from browser import browser as browser
-from gpu import of_the_day
+from covering import of_the_day
 from media import photograph
 
 import vidstyle

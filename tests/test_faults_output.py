@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from faults import Program, as_nobody, video
 from media import make_clip, make_picture
+from waiting import LONG
 
 NAMES = [
     "-x.mp4",
@@ -169,7 +170,7 @@ def test_30_a_full_disk_keeps_what_there_is(program: Program):
         [*command, str(clip), str(program.folder / "out.mp4")],
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=LONG,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
     )
     assert ended.returncode == 5 and ended.stderr.count("\n") == 1, ended.stderr

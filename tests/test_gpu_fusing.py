@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 import pytest
+from covering import DAY, of_the_day
 from gpu import (
-    DAY,
     FORMS,
     SMALL,
     Sessions,
@@ -17,7 +17,6 @@ from gpu import (
     film_picture,
     gray_picture,
     most_off,
-    of_the_day,
     packed_picture,
 )
 from pictures import VIDEO, run, step

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from gpu import FORMS, Sessions, disagreements, faults, film_picture
+from gpu import Sessions, disagreements, faults, film_picture
 from pictures import FLOAT, step, style
 
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
@@ -113,6 +113,8 @@ def shared_bytes(shader: Shader) -> int:
 
 
 sessions = Sessions.fixture()
+whole = Sessions.fixture()
+tiled = Sessions.fixture(max_side=64)
 
 
 @pytest.mark.parametrize("name", LOOKS)
@@ -125,18 +127,16 @@ def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) ->
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("max_side", [64, 8192])
 @pytest.mark.parametrize("name", LOOKS)
 def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
-    name: str, max_side: int, sessions: Sessions, monkeypatch: pytest.MonkeyPatch
+    name: str, sessions: Sessions, whole: Sessions, tiled: Sessions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     picture = film_picture(129, 199)
-    right = {form: sessions.run(form, LOOKS[name], picture) for form in FORMS}
+    right = sessions.run("compute", LOOKS[name], picture)
     monkeypatch.setattr(shared, "MAX_BYTES", 0)
     assert not any(rooms_in(shader) for shader in shaders_of(LOOKS[name]))
-    with Sessions(max_side=max_side) as without_room:
-        for form in FORMS:
-            assert disagreements(right[form], without_room.run(form, LOOKS[name], picture)) == []
+    for without_room in (whole, tiled):
+        assert disagreements(right, without_room.run("compute", LOOKS[name], picture)) == []
 
 
 def test_a_float_picture_is_shared_as_it_is(sessions: Sessions) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from gpu import FORMS, ODD, Sessions, film_picture, gray_picture, most_off, of_the_day, packed_picture
+from covering import of_the_day
+from gpu import FORMS, ODD, Sessions, film_picture, gray_picture, most_off, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
@@ -79,7 +80,7 @@ def test_tiles_are_what_is_tested(whole: Sessions, tiled: Sessions) -> None:
 SHIPPED = style_names()
 
 
-@pytest.mark.parametrize("name", [*of_the_day(SHIPPED, 4), *(name for name in STYLES if name not in SHIPPED)])
+@pytest.mark.parametrize("name", [*of_the_day(SHIPPED, 2), *(name for name in STYLES if name not in SHIPPED)])
 def test_no_seam_is_seen(name: str, whole: Sessions, tiled: Sessions) -> None:
     assert seams(whole, tiled, STYLES[name], film_picture(*SHAPE)) == []
 

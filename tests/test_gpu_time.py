@@ -16,7 +16,7 @@ from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style
 
-SHAPE = (121, 163)
+SHAPE = (91, 123)
 Frame = tuple[Picture, float | None]
 
 MEASURED = Style(

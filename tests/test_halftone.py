@@ -42,7 +42,7 @@ def coverage(ink: str, area: float, **values: Any) -> float:
 @pytest.mark.parametrize(("cell", "error"), [(3, 0.042), (6, 0.02), (8, 0.011), (11.3, 0.011), (20, 0.0065)])
 def test_a_flat_patch_gets_the_area_of_ink_that_it_asks_for(ink: str, cell: float, error: float) -> None:
     """Dots of a few pixels, all cut alike where a screen is not turned, cannot be so exact as large ones."""
-    for area in np.linspace(0, 1, 21):
+    for area in np.linspace(0, 1, 11):
         assert coverage(ink, area, cell=cell) == pytest.approx(area, abs=error), area
 
 

@@ -12,7 +12,8 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from gpu import ODD, of_the_day
+from covering import of_the_day
+from gpu import ODD
 from media import photograph
 
 import vidstyle

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gpu import of_the_day
+from covering import of_the_day
 from pictures import VIDEO, codes
 from waiting import LONG
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from media import make_clip
+from waiting import LONG
 
 FOLDER = Path(__file__).parent.parent
 RENDER = ("render", "--style", "plain", "-y", "--progress", "none")
@@ -43,7 +44,7 @@ def test_closed_and_full_streams(
 ) -> None:
     arguments = [str(tmp_path / "out.mp4") if each == "out.mp4" else each for each in arguments]
     with program(*arguments, redirect=redirect, stderr=subprocess.PIPE) as process:
-        _, error = process.communicate(timeout=60)
+        _, error = process.communicate(timeout=LONG)
     assert (process.returncode, error.decode()) == (exit_code, f"vidstyle: {said}\n" if said else "")
 
 
@@ -53,7 +54,7 @@ def test_a_reader_that_leaves_at_once(command: list[str]) -> None:
     os.close(read)
     with program(*command, stdout=write, stderr=subprocess.PIPE) as process:
         os.close(write)
-        assert b"Exception" not in process.communicate(timeout=60)[1]
+        assert b"Exception" not in process.communicate(timeout=LONG)[1]
     assert process.returncode == 5
 
 
@@ -62,7 +63,7 @@ def test_a_film_goes_on_when_nobody_reads_its_messages(clip: Path, tmp_path: Pat
     os.close(read)
     process = program(*RENDER, clip, tmp_path / "out.mp4", stdout=write, stderr=write)
     os.close(write)
-    process.communicate(timeout=60)
+    process.communicate(timeout=LONG)
     assert process.returncode == 0
     assert [path.name for path in tmp_path.iterdir()] == ["out.mp4"]
 
