@@ -192,6 +192,8 @@ class Designer:
         self._drafts.write(table_from_style(document.style), self._text, self.file)
 
     def _open(self, style: Style, text: str | None, file: Path | None) -> None:
+        # The paths of a style that is saved elsewhere would lead nowhere.
+        style = style if file else replace(style, folder=None)
         self.document = Document(style, self.document.revision if self.document else 0)
         self._text, self.file, self._start = text, file, None
 

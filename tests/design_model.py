@@ -1,0 +1,324 @@
+"""Random edits of the designer's document, and a plain model of a style that they are compared with."""
+
+from __future__ import annotations
+
+import copy
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from vidstyle.block import Asset, Choice, Color, SavedRef, Slider, Switch
+from vidstyle.blocks import all_blocks
+from vidstyle.design.document.document import Document
+from vidstyle.design.document.state import state_of
+from vidstyle.errors import StyleError, UsageError
+from vidstyle.gpu.compile.es import es_plan
+from vidstyle.style import LAYERS, Style, load_style, save_style, style_from_table
+from vidstyle.style.files import read_style_text
+from vidstyle.style.paths import find_value
+
+Random = random.Random
+Fields = dict[str, Any]
+SIZE = (64, 36)
+
+
+class Model:
+    """A style as lists of dictionaries, and all its earlier states, each a copy."""
+
+    def __init__(self, document: Document) -> None:
+        table = document.content.table()
+        numbers = [step.number for _, _, step in document.content.steps]
+        steps = iter(numbers)
+        self.layers = {
+            layer: [(next(steps), dict(step)) for step in table.get(layer, [])] for layer in LAYERS
+        }
+        self.fields = {
+            key: value for key, value in table.items() if key not in (*LAYERS, "knobs", "variants")
+        }
+        self.knobs = [named(table, self.layers, path) for path in table.get("knobs", [])]
+        self.past: list[Any] = []
+        self.future: list[Any] = []
+        self.gesture: object = None
+
+    def state(self) -> Any:
+        return copy.deepcopy((self.layers, self.fields, self.knobs))
+
+    def find(self, number: int) -> tuple[str, int, Fields]:
+        return next(
+            (layer, place, step)
+            for layer in LAYERS
+            for place, (each, step) in enumerate(self.layers[layer])
+            if each == number
+        )
+
+    def numbers(self) -> list[int]:
+        return [number for layer in LAYERS for number, _ in self.layers[layer]]
+
+    def table(self) -> Fields:
+        layers = {layer: [step for _, step in self.layers[layer]] for layer in LAYERS if self.layers[layer]}
+        return {name: value for name, value in self.fields.items() if value is not None} | layers
+
+
+def named(table: Fields, layers: dict[str, list[tuple[int, Fields]]], path: str) -> tuple[int | None, str]:
+    """The step and the parameter that a path names."""
+    found = find_value(table, path)
+    for layer in LAYERS:
+        for place, step in enumerate(table.get(layer, [])):
+            if step is found.table:
+                return layers[layer][place][0], found.parameter.name
+    return None, found.parameter.name
+
+
+def a_step(model: Model, choose: Random) -> int:
+    return choose.choice([*model.numbers(), 10**6])
+
+
+def add(model: Model, choose: Random) -> Fields:
+    layer, block = choose.choice(LAYERS), choose.choice(["", *all_blocks()])
+    index = choose.randint(0, len(model.layers[layer]) + (choose.random() < 0.05))
+    return {"layer": layer, "index": index, "block": block}
+
+
+def move(model: Model, choose: Random) -> Fields:
+    layer = choose.choice(LAYERS)
+    return {
+        "step": a_step(model, choose),
+        "layer": layer,
+        "index": choose.randint(0, len(model.layers[layer])),
+    }
+
+
+def step_alone(model: Model, choose: Random) -> Fields:
+    return {"step": a_step(model, choose)}
+
+
+def a_value(control: object, choose: Random, whole: bool) -> Any:
+    match control:
+        case Slider():
+            value = choose.uniform(control.low - 0.1, control.high)
+            return round(value) if whole else value
+        case Switch():
+            return choose.random() < 0.5
+        case Choice():
+            return choose.choice(control.options)
+        case Color():
+            return choose.choice(["#123456", "white", "no colour"])
+        case SavedRef():
+            return choose.choice(["source", "chroma", "kept"])
+        case Asset():
+            return choose.choice([*control.shipped(), "nowhere.npz"])
+    raise AssertionError(control)
+
+
+def set_value(model: Model, choose: Random) -> Fields:
+    step = a_step(model, choose)
+    block = all_blocks().get(model.find(step)[2].get("block", "")) if step < 10**6 else None
+    if block is None or not block.parameters:
+        return {"step": step, "name": "sigma", "value": 1.0}
+    parameter = choose.choice([*block.parameters.values()])
+    return {
+        "step": step,
+        "name": parameter.name,
+        "value": a_value(parameter.control, choose, parameter.is_integer),
+    }
+
+
+def set_field(model: Model, choose: Random) -> Fields:
+    name = choose.choice(["ink", "paper", "steady", "strength", "height", "inks"])
+    value = choose.choice(["#ff0000", "black", 0.5, 1, 720, None, "x"])
+    return {"name": name, "value": value}
+
+
+def refer(model: Model, choose: Random) -> Fields:
+    return {
+        "step": a_step(model, choose),
+        "name": choose.choice(["from", "save"]),
+        "value": choose.choice(["", "kept", "other", "source", "no name"]),
+    }
+
+
+def mute(model: Model, choose: Random) -> Fields:
+    return {"step": a_step(model, choose), "on": choose.random() < 0.5}
+
+
+def knob(model: Model, choose: Random) -> Fields:
+    made = set_value(model, choose)
+    return {"step": made["step"], "name": made["name"], "on": choose.random() < 0.7}
+
+
+def rename(model: Model, choose: Random) -> Fields:
+    return {"name": choose.choice(["one", "two", "x" * 200])}
+
+
+def note(model: Model, choose: Random) -> Fields:
+    return {"text": choose.choice(["", "A note.", "In\ntwo lines.", "\x00"])}
+
+
+MAKERS: dict[str, Callable[[Model, Random], Fields]] = {
+    "add": add,
+    "move": move,
+    "remove": step_alone,
+    "duplicate": step_alone,
+    "set": set_value,
+    "field": set_field,
+    "refer": refer,
+    "mute": mute,
+    "expand": step_alone,
+    "knob": knob,
+    "rename": rename,
+    "note": note,
+}
+
+
+def apply(model: Model, kind: str, new: int | None, fields: Fields) -> None:
+    """What an edit that was made does to the model."""
+    layers = model.layers
+    if kind == "add":
+        step = {"block": fields["block"]} if fields["block"] else {"from": "source"}
+        layers[fields["layer"]].insert(fields["index"], (new or 0, step))
+    elif kind in ("rename", "note"):
+        text = " ".join(fields.get("name", fields.get("text", "")).split())
+        model.fields["name" if kind == "rename" else "note"] = text
+    elif kind == "field":
+        value = getattr(Style, fields["name"]) if fields["value"] is None else fields["value"]
+        model.fields[fields["name"]] = "#000000" if value == "black" else value
+    elif kind == "knob":
+        ref = fields["step"], fields["name"]
+        model.knobs = [each for each in model.knobs if each != ref] if not fields["on"] else model.knobs
+        model.knobs += [ref] * (fields["on"] and ref not in model.knobs)
+    else:
+        layer, place, step = model.find(fields["step"])
+        if kind == "move":
+            moved = layers[layer].pop(place)
+            layers[fields["layer"]].insert(fields["index"], moved)
+        elif kind == "remove":
+            del layers[layer][place]
+            model.knobs = [ref for ref in model.knobs if ref[0] != fields["step"]]
+        elif kind == "duplicate":
+            copied = {key: value for key, value in step.items() if key != "save"}
+            layers[layer].insert(place + 1, (new or 0, copied or {"from": "source"}))
+        elif kind == "mute":
+            step.pop("mute", None)
+            step.update({"mute": True} if fields["on"] else {})
+        elif kind == "set":
+            value = fields["value"]
+            step[fields["name"]] = {"white": "#ffffff"}.get(value, value) if isinstance(value, str) else value
+        elif kind == "refer":
+            old = step.pop(fields["name"], None)
+            step.update({fields["name"]: fields["value"]} if fields["value"] else {})
+            step.update({} if step else {"from": "source"})
+            renamed = fields["name"] == "save" and old and fields["value"]
+            if renamed and not any(each.get("save") == old for each in model_steps(model)):
+                for each in model_steps(model):
+                    block = all_blocks().get(each.get("block", ""))
+                    for key in ("from", *(block.saved_refs if block else ())):
+                        if each.get(key) == old:
+                            each[key] = fields["value"]
+
+
+def model_steps(model: Model) -> list[Fields]:
+    return [step for layer in LAYERS for _, step in model.layers[layer]]
+
+
+def without_defaults(table: Fields) -> Fields:
+    """The table without values that a style file need not hold."""
+    table = copy.deepcopy(table)
+    for layer in LAYERS:
+        for step in table.get(layer, []):
+            block = all_blocks().get(step.get("block", ""))
+            for parameter in block.parameters.values() if block else ():
+                if parameter.name in step and step[parameter.name] == parameter.default:
+                    del step[parameter.name]
+    for name in ("note", "ink", "paper", "steady", "strength", "height"):
+        if name in table and table[name] == getattr(Style, name):
+            del table[name]
+    return {key: value for key, value in table.items() if value != ""}
+
+
+def check(document: Document, model: Model, file: Path | None) -> None:
+    """The document, what the page is told, the model and the file agree."""
+    table = document.content.table()
+    plain = {key: value for key, value in table.items() if key not in ("knobs", "variants")}
+    assert without_defaults(plain) == without_defaults(model.table())
+    assert [(ref.step, ref.name) for ref in document.content.knobs] == model.knobs
+    assert [named(table, model.layers, path) for path in table.get("knobs", [])] == model.knobs
+    state = state_of(document)
+    for layer in LAYERS:
+        shown = [
+            (node["step"], node["block"], node["muted"], node["save"]) for node in state["layers"][layer]
+        ]
+        assert shown == [
+            (number, step.get("block", ""), bool(step.get("mute")), step.get("save", ""))
+            for number, step in model.layers[layer]
+        ]
+        for node, (_, step) in zip(state["layers"][layer], model.layers[layer], strict=True):
+            for entry in node["entries"]:
+                assert entry["value"] == step.get(entry["name"], entry["default"])
+    assert (state["undo"] is None) == (not model.past) and (state["redo"] is None) == (not model.future)
+    try:
+        style = style_from_table(table, "style", folder=document.folder)
+    except StyleError as error:
+        told = [node["error"] for nodes in state["layers"].values() for node in nodes if node["error"]]
+        assert document.mistakes and (told or state["errors"])
+        assert len(error.mistakes) == len(document.mistakes)
+        return
+    assert document.mistakes == [] and document.style == style
+    if file is not None:
+        save_style(style, file, read_style_text(file) if file.exists() else None)
+        assert without_defaults(Document(load_style(file)).content.table()) == without_defaults(table)
+
+
+def run(start: str, count: int, choose: Random, file: Path) -> int:
+    """Make random edits; returns how many were made."""
+    document = Document(load_style(start))
+    model = Model(document)
+    made = 0
+    for number in range(count):
+        kind = choose.choice([*MAKERS, "add", "set", "set", "undo", "redo"])
+        if document.mistakes and choose.random() < 0.6:  # most edits of a style with mistakes leave them
+            kind = "undo"
+        if kind == "undo" or kind == "redo":
+            here, there = (model.past, model.future) if kind == "undo" else (model.future, model.past)
+            getattr(document, kind)()
+            if here:
+                model.gesture = None
+                there.append(model.state())
+                model.layers, model.fields, model.knobs = here.pop()
+        else:
+            before, gesture = model.state(), choose.randrange(3)
+            fields = MAKERS[kind](model, choose)
+            old = document.content
+            try:
+                new = document.edit(kind, gesture, **fields)
+            except UsageError:
+                assert document.content == old
+                continue
+            if document.content != old:
+                made += 1
+                if kind == "expand":
+                    follow_expansion(document, model, fields["step"], old.table())
+                else:
+                    apply(model, kind, new, fields)
+                if gesture != model.gesture or not model.past:
+                    model.past.append(before)
+                model.future, model.gesture = [], gesture
+        check(document, model, file if number % 10 == 0 else None)
+    return made
+
+
+def follow_expansion(document: Document, model: Model, step: int, before: Fields) -> None:
+    """Take the steps that the document has made of a recipe, if they make the same picture."""
+    layer, place, _ = model.find(step)
+    steps = document.content.layers[layer]
+    more = len(steps) - len(model.layers[layer]) + 1
+    assert more >= 1 and step not in [each.number for each in steps]
+    model.layers[layer][place : place + 1] = [
+        (each.number, dict(each.table)) for each in steps[place : place + more]
+    ]
+    model.knobs = [ref for ref in model.knobs if ref[0] != step]
+    before = {key: value for key, value in before.items() if key not in ("knobs", "variants")}
+    plans = [es_plan(style_from_table(each, "style"), *SIZE) for each in (before, model.table())]
+    for plan in plans:
+        plan["measures"] = [{**each, "step": ""} for each in plan["measures"]]
+    assert plans[0] == plans[1]

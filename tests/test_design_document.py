@@ -1,0 +1,168 @@
+"""The document of the designer: random edits against a plain model of a style, undo, snapshots."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+from design_model import SIZE, Fields, Random, run
+
+from vidstyle.blocks import all_blocks
+from vidstyle.design.document.document import Document
+from vidstyle.design.document.state import state_of
+from vidstyle.errors import StyleError, UsageError
+from vidstyle.gpu.compile.es import es_plan
+from vidstyle.style import Style, load_style, save_style, style_file, style_from_table, style_names
+from vidstyle.style.files import read_style_text
+
+
+@pytest.mark.parametrize("start", ["plain", "sketch"])
+def test_random_edits_agree_with_a_plain_model(start: str, tmp_path: Path) -> None:
+    assert run(start, 100, Random(random.randrange(2**32)), tmp_path / "style.toml") > 15
+
+
+@pytest.mark.thorough
+def test_a_thousand_random_edits_agree_with_a_plain_model(tmp_path: Path) -> None:
+    choose = Random(random.randrange(2**32))
+    for number, start in enumerate(["plain", "comic", "paint", "sketch"]):
+        assert run(start, 250, choose, tmp_path / f"{number}.toml") > 50
+
+
+@pytest.mark.parametrize("name", sorted(set(style_names()) - {"plain"}))
+def test_a_shipped_style_opened_and_saved_keeps_its_bytes(name: str, tmp_path: Path) -> None:
+    document = Document(load_style(name))
+    assert document.mistakes == [] and not document.is_changed
+    shipped = style_file(name)
+    assert shipped is not None
+    save_style(document.style, tmp_path / "copy.toml", read_style_text(shipped))
+    assert (tmp_path / "copy.toml").read_bytes() == shipped.read_bytes()
+
+
+def test_edits_of_one_gesture_are_undone_together() -> None:
+    document = Document(Style("new"))
+    step = document.edit("add", 1, layer="lines", index=0, block="flow_xdog")
+    for value in (2, 3, 4):
+        document.edit("set", 2, step=step, name="sigma", value=value)
+    document.edit("set", 3, step=step, name="p", value=9)
+    document.undo()
+    document.undo()
+    assert document.content.table()["lines"] == [{"block": "flow_xdog"}]
+    document.redo()
+    # Undoing has ended the gesture, whatever number the next one has.
+    document.edit("set", 2, step=step, name="sigma", value=5)
+    document.undo()
+    assert document.content.table()["lines"] == [{"block": "flow_xdog", "sigma": 4.0}]
+    assert document.history.redo_label == "flow_xdog sigma 5"
+
+
+def test_the_history_is_jumped_through_and_has_an_end() -> None:
+    document = Document(Style("new"))
+    for number in range(250):
+        document.edit("field", number, name="steady", value=number / 250)
+    entries = document.history.entries
+    assert len(entries) == 200
+    document.jump(entries[10].number)
+    assert document.content.fields["steady"] == entries[10].state.fields["steady"]
+    with pytest.raises(UsageError, match="is not in the history"):
+        document.jump(3)
+
+
+def test_a_snapshot_comes_back_and_that_can_be_undone() -> None:
+    document = Document(load_style("sketch"))
+    before = document.content
+    document.snapshot("a")
+    document.edit("field", 1, name="ink", value="red")
+    document.restore("a")
+    assert document.content == before
+    document.undo()
+    assert document.content.fields["ink"] == "#ff0000"
+    with pytest.raises(UsageError, match="has not been taken"):
+        document.restore("b")
+
+
+def test_a_knob_and_a_variant_follow_their_step() -> None:
+    table = {
+        "format": 1,
+        "knobs": ["posterize.levels", "ink"],
+        "lines": [{"block": "posterize"}],
+        "variants": {"flat": {"posterize.levels": 3, "ink": "#ff0000"}},
+    }
+    document = Document(style_from_table(table, "style"))
+    document.edit("add", 1, layer="base", index=0, block="posterize")
+    assert document.content.table()["knobs"] == ["lines.posterize.levels", "ink"]
+    document.edit("variant", 2, name="flat")
+    assert document.content.table()["lines"] == [{"block": "posterize", "levels": 3}]
+    assert document.content.fields["ink"] == "#ff0000"
+    assert state_of(document)["variant"] == "flat"
+    [(_, _, base), (_, _, lines)] = document.content.steps
+    document.edit("remove", 3, step=base.number)
+    assert document.content.table()["knobs"] == ["posterize.levels", "ink"]
+    document.edit("remove", 4, step=lines.number)
+    assert document.content.table()["knobs"] == ["ink"]
+    assert document.content.table()["variants"] == {"flat": {"ink": "#ff0000"}}
+
+
+def test_a_mistake_stands_at_its_step_and_the_last_good_style_is_shown() -> None:
+    document = Document(load_style("comic"))
+    good = document.style
+    saving = next(step.number for _, _, step in document.content.steps if step.table.get("save"))
+    document.edit("refer", 1, step=saving, name="save", value="")
+    assert document.style == good and document.mistakes
+    state = state_of(document)
+    told = [node["error"] for nodes in state["layers"].values() for node in nodes if node["error"]]
+    assert told and "no step before it saves" in told[0] and state["errors"] == []
+    with pytest.raises(StyleError):
+        document.valid_style()
+    document.undo()
+    assert document.mistakes == []
+
+
+def test_a_saved_picture_is_renamed_where_it_is_used() -> None:
+    document = Document(load_style("comic"))
+    step = next(step for _, _, step in document.content.steps if step.table.get("save"))
+    document.edit("refer", 1, step=step.number, name="save", value="renamed")
+    assert document.mistakes == []
+
+
+@pytest.mark.parametrize("name", ["abstraction", "comic", "crayon", "sketch"])
+def test_a_recipe_opens_into_steps_that_make_the_same_picture(name: str) -> None:
+    document = Document(load_style(name))
+    before = document.style
+    recipe = next(
+        step.number
+        for _, _, step in document.content.steps
+        if all_blocks()[str(step.table.get("block"))].kind == "recipe"
+    )
+    document.edit("expand", 1, step=recipe)
+    assert document.mistakes == [] and document.style.steps != before.steps
+    plans = [es_plan(style, *SIZE) for style in (before, document.style)]
+    assert plans[0]["values"] == plans[1]["values"] and plans[0]["shaders"] == plans[1]["shaders"]
+    with pytest.raises(UsageError, match="is not a recipe"):
+        document.edit("expand", 2, step=next(iter(document.content.steps))[2].number)
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "told"),
+    [
+        ("set", {"step": 1, "name": "sigma", "value": 99.0}, "sigma: 99 is outside"),
+        ("set", {"step": 1, "name": "sigmas", "value": 1.0}, "did you mean 'sigma'"),
+        ("set", {"step": 9, "name": "sigma", "value": 1.0}, "is not in the style any more"),
+        ("add", {"layer": "lines", "index": 9, "block": "hue"}, "is not in the layer"),
+        ("add", {"layer": "line", "index": 0, "block": "hue"}, "is not a layer"),
+        ("add", {"layer": "lines", "index": 0, "block": "hues"}, "did you mean 'hue'"),
+        ("refer", {"step": 1, "name": "save", "value": "a b"}, "is not a name"),
+        ("refer", {"step": 1, "name": "sigma", "value": "kept"}, "is not a picture or a file"),
+        ("variant", {"name": "red"}, "is not a variant"),
+        ("knob", {"step": None, "name": "inks", "on": True}, "did you mean 'ink'"),
+        ("strength", {"value": 2}, "strength: 2 is outside 0 to 1"),
+        ("rename", {"name": "\x07"}, "is not a text"),
+    ],
+)
+def test_an_edit_with_wrong_values_is_refused_in_a_sentence(kind: str, fields: Fields, told: str) -> None:
+    document = Document(Style("new"))
+    document.edit("add", 1, layer="lines", index=0, block="flow_xdog")
+    before = document.content
+    with pytest.raises(UsageError) as caught:
+        document.edit(kind, 2, **fields)
+    assert told in str(caught.value) and document.content is before
