@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -18,6 +19,8 @@ for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.S
 os.environ["XDG_CONFIG_HOME"] = os.devnull  # without the user's own styles
 SEED = os.environ.setdefault("VIDSTYLE_TEST_SEED", f"{datetime.now(UTC):%Y%m%d}")
 """What random tests draw their cases from: the date, unless the variable says otherwise."""
+SHARE = float(os.environ.get("VIDSTYLE_TEST_SHARE", "1"))
+"""The share of the thorough tests that runs, others by each seed."""
 
 import cv2  # noqa: E402
 import moderngl  # noqa: E402
@@ -29,6 +32,18 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 collect_ignore = ["gstreamer_pipeline.py"]
 """A program for the Python of GStreamer, which has modules that ours need not have."""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Draw a share of the thorough tests."""
+
+    def is_left_out(item: pytest.Item) -> bool:
+        is_thorough = item.get_closest_marker("thorough") is not None
+        return is_thorough and random.Random(f"{SEED} {item.nodeid}").random() >= SHARE
+
+    left_out = [item for item in items if is_left_out(item)]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [item for item in items if not is_left_out(item)]
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

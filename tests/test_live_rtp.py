@@ -1,4 +1,4 @@
-"""RTP on this machine: a stream can be joined at any time."""
+"""RTP on this machine: a stream can be joined at any time, and no sound ends it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import av
+import numpy as np
 import pytest
 from live import Kept, generated, session
 from waiting import LONG, eventually
 
 from vidstyle.live.targets import TargetOptions, target_maker
+from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.microphone import Microphone
 from vidstyle.media.capture.monotonic import MONOTONIC
+from vidstyle.media.write.stream import StreamOptions, open_stream
 
 SOCKETS = Path("/proc/net/udp")
 """The ports at which somebody listens for UDP."""
@@ -45,16 +48,24 @@ class Receiver:
         sizes: width and height of each picture.
         sounds: how many pieces of sound there were.
         missed: how many pictures were sent from its beginning to its first.
+        error: what ended it, or None.
     """
 
     def __init__(self, url: str, pictures: int, sent: Sequence[int]) -> None:
         self.sizes: list[tuple[int, int]] = []
         self.sounds = 0
         self.missed = 0
+        self.error: av.FFmpegError | None = None
         self._thread = threading.Thread(target=self._play, args=(url, pictures, sent), daemon=True)
         self._thread.start()
 
     def _play(self, url: str, pictures: int, sent: Sequence[int]) -> None:
+        try:
+            self._receive(url, pictures, sent)
+        except av.FFmpegError as error:
+            self.error = error
+
+    def _receive(self, url: str, pictures: int, sent: Sequence[int]) -> None:
         before = len(sent)
         with av.open(url, options=LOW_LATENCY_OPTIONS, timeout=LONG) as container:
             for frame in container.decode(video=0, audio=0):
@@ -67,9 +78,23 @@ class Receiver:
                     return
 
     def played(self) -> Receiver:
-        self._thread.join(LONG)
-        assert not self._thread.is_alive(), f"{len(self.sizes)} pictures came"
+        self._thread.join(2 * LONG)  # FFmpeg gives up after LONG without a packet
+        came = f"{len(self.sizes)} pictures and {self.sounds} pieces of sound came"
+        assert self.error is None and not self._thread.is_alive(), f"{came}: {self.error}"
         return self
+
+
+@pytest.mark.parametrize("first", [0, 20], ids=["ahead of its pictures", "behind them"])
+def test_sound_that_does_not_keep_up_with_the_pictures_ends_no_stream(first: int, caplog):
+    """As on a machine that is busy: a second of sound comes at once, before its pictures or after them."""
+    picture, silence = av.VideoFrame(160, 90, "yuv420p"), np.zeros((2, 48000), np.float32)
+    stream = open_stream(f"rtp://127.0.0.1:{free_port()}", StreamOptions(sound=True), picture)
+    for number in range(35):
+        stream.write(picture, number)
+        if number == first:
+            stream.push_audio(AudioChunk(silence, 0), 0.0)
+    stream.close()
+    assert ("too late is left out" in caplog.text) == (first > 0)
 
 
 @pytest.mark.skipif(not SOCKETS.exists(), reason="only Linux tells who listens")

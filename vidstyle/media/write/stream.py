@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+from collections import deque
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +13,7 @@ from typing import Any
 import av
 from av.bitstream import BitStreamFilterContext
 
-from vidstyle.errors import DeviceError, OutputError, UsageError, VidstyleError, error_reason
+from vidstyle.errors import DeviceError, OutputError, UsageError, VidstyleError, error_reason, log
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.codecs import find_encoder, open_encoder
 from vidstyle.media.color_tags import ColorTags
@@ -24,6 +26,8 @@ RAW_FORMATS = {"y4m": "yuv4mpegpipe", "nut": "nut", "raw": "rawvideo"}
 """Formats for pipes: names for `--format`, and FFmpeg's muxers."""
 JOINABLE_MUXERS = ("mpegts", "rtp_mpegts")
 """Muxers of streams that viewers may join at any time."""
+MAX_WAIT = 0.2
+"""Seconds that pictures wait for sound, which may have stopped."""
 REPEAT_HEADERS = "dump_extra=freq=all"
 ZERO_LATENCY = {
     "libx264": {"preset": "veryfast", "tune": "zerolatency"},
@@ -83,12 +87,13 @@ class Stream:
         self._size = (first.width, first.height) if any_size else _even(first)
         self._playlist = Path(target) if muxer == "hls" and not is_url(target) else None
         self._joined = muxer in JOINABLE_MUXERS
+        self._ordered = muxer == "rtp_mpegts"
+        self._sound: deque[av.Packet] = deque()
+        self._time = 0.0
         raw = muxer in (*RAW_FORMATS.values(), "v4l2")
         try:
-            # Pictures do not wait long for sound that has stopped.
-            settings = {"flush_packets": "1", "max_interleave_delta": "200000"} | (
-                HLS if muxer == "hls" else {}
-            )
+            settings = {"flush_packets": "1", "max_interleave_delta": str(round(MAX_WAIT * 1e6))}
+            settings |= HLS if muxer == "hls" else {}
             self._container = av.open(target, "w", muxer, container_options=settings)
             self._stream = self._add_stream("rawvideo" if raw else options.codec or "libx264", options, first)
             self._audio = AudioEncoder(self._container, "aac") if options.sound and not raw else None
@@ -131,16 +136,29 @@ class Stream:
         self._first = number if self._first is None else self._first
         own.pts, own.time_base, own.pict_type = number - self._first, self._stream.codec_context.time_base, 0
         try:
-            self._container.mux(self._encoded(own))
+            self._mux(own)
         except (av.FFmpegError, OSError) as error:
             raise self._failure("was lost", error) from error
         return float(own.pts * self._stream.codec_context.time_base)
 
-    def _encoded(self, frame: av.VideoFrame | None) -> list[av.Packet]:
-        packets = self._stream.encode(frame)
-        if self._repeat is None:
-            return packets
-        return [made for packet in packets for made in self._repeat.filter(packet)]
+    def _mux(self, frame: av.VideoFrame | None) -> None:
+        """Encode and write a frame, or the last ones, after the sound that is due before them."""
+        for packet in self._stream.encode(frame):
+            self._time = _time(packet)
+            self._mux_sound(self._time)
+            self._container.mux(packet if self._repeat is None else self._repeat.filter(packet))
+
+    def _mux_sound(self, end: float) -> None:
+        """Write the sound up to a time: none goes ahead of the pictures, after which RTP refuses those.
+
+        RTP takes no sound either that comes after its pictures have gone.
+        """
+        while self._sound and (time := _time(self._sound[0])) <= end:
+            packet = self._sound.popleft()
+            if not self._ordered or time >= self._time - MAX_WAIT:
+                self._container.mux(packet)
+            else:
+                log.warning("%s: sound that comes too late is left out", self.name, extra={"once": True})
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
         """Write audio that begins so many seconds after the first frame, if the stream has any.
@@ -151,7 +169,8 @@ class Stream:
         if self._audio is None:
             return
         try:
-            self._container.mux(self._audio.packets(chunk.samples, seconds))
+            self._sound += self._audio.packets(chunk.samples, seconds)
+            self._mux_sound(self._time)
         except (av.FFmpegError, OSError) as error:
             raise self._failure("was lost", error) from error
 
@@ -162,9 +181,10 @@ class Stream:
             OutputError: the end could not be written.
         """
         try:
-            self._container.mux(self._encoded(None))
+            self._mux(None)
             if self._audio is not None:
-                self._container.mux(self._audio.flush())
+                self._sound += self._audio.flush()
+                self._mux_sound(math.inf)
             self._container.close()
         except (av.FFmpegError, OSError) as error:
             raise self._failure("was lost", error) from error
@@ -178,6 +198,12 @@ class Stream:
         if isinstance(error, av.ProtocolNotFoundError):
             return UsageError(self.name, "the FFmpeg in this build does not speak it", "use RTMP or RTSP")
         return OutputError(self.name, f"{words}: {error_reason(error)}")
+
+
+def _time(packet: av.Packet) -> float:
+    """When an encoded packet is due, in seconds."""
+    assert packet.dts is not None
+    return float(packet.dts * packet.time_base)
 
 
 def _even(frame: av.VideoFrame) -> tuple[int, int]:
