@@ -1,4 +1,4 @@
-"""A minimal network in the format of YuNet models, which detects everything red as a face."""
+"""Minimal networks as ONNX files: one like YuNet, which detects everything red as a face, and a judge."""
 
 from __future__ import annotations
 
@@ -46,8 +46,34 @@ def red_finder() -> bytes:
             outputs.append((output, [1, (64 // stride) ** 2, channels]))
     # YuNet's own order: all of one kind, then the next.
     outputs.sort(key=lambda each: ("cls", "obj", "bbox", "kps").index(each[0].split("_")[0]))
-    graph = [_field(1, node) for node in nodes] + [_field(2, b"red")] + [_field(5, each) for each in tensors]
-    graph.append(_field(11, _value("input", [1, 3, 64, 64])))
+    return _model(b"red", nodes, tensors, ("input", [1, 3, 64, 64]), outputs)
+
+
+def brightness_judge(classes: int) -> bytes:
+    """A model that takes 1 x 3 x 224 x 224 and gives so many shares, the last ones for bright pictures."""
+    slopes = np.linspace(-2, 2, classes) if classes > 1 else np.ones(1)
+    weights = np.repeat(slopes[:, None], 3, 1).astype(np.float32)
+    nodes = [
+        _node("AveragePool", ["picture"], "mean", kernel_shape=[224, 224], strides=[224, 224]),
+        _node("Conv", ["mean", "weights", "biases"], "raw"),
+        _node("Sigmoid", ["raw"], "shares"),
+    ]
+    tensors = [
+        _tensor("weights", weights.reshape(classes, 3, 1, 1)),
+        _tensor("biases", np.zeros(classes, np.float32)),
+    ]
+    return _model(b"judge", nodes, tensors, ("picture", [1, 3, 224, 224]), [("shares", [1, classes, 1, 1])])
+
+
+def _model(
+    name: bytes,
+    nodes: list[bytes],
+    tensors: list[bytes],
+    given: tuple[str, list[int]],
+    outputs: list[tuple[str, list[int]]],
+) -> bytes:
+    graph = [_field(1, node) for node in nodes] + [_field(2, name)] + [_field(5, each) for each in tensors]
+    graph.append(_field(11, _value(*given)))
     graph += [_field(12, _value(*each)) for each in outputs]
     return _field(1, 7) + _field(8, _field(1, b"") + _field(2, 11)) + _field(7, b"".join(graph))
 

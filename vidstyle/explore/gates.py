@@ -7,12 +7,12 @@ streets, landscapes and a shop at night.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from vidstyle.explore.measure import Measures, Original
-from vidstyle.explore.random_steps import is_valid, without_idle_steps
+from vidstyle.explore.random_steps import is_valid, with_layers, without_idle_steps
 from vidstyle.style import LAYERS, Style
 
 
@@ -32,12 +32,14 @@ GATES = (
     Gate("range", 0.40, 1, "muddy"),
     Gate("contrast", 0.045, 1, "muddy"),
     Gate("sharp", 0.105, 1, "blurred"),
+    Gate("crisp", 0.075, 1, "blurred"),
     Gate("clutter", 0, 0.135, "cluttered"),
     Gate("noise", 0, 0.13, "cluttered"),
     Gate("tone", -0.30, 1, "a negative"),
     Gate("edges", 0.65, 1, "without the subject"),
     Gate("garish", 0, 0.47, "garish"),
     Gate("change", 0.06, 9, "like the source"),
+    Gate("photo", -1, 0.88, "like the source"),
 )
 """In the order in which they are tried; the first that fails is the reason."""
 
@@ -83,7 +85,7 @@ def _without(style: Style, layer: str, place: int) -> Style | None:
     steps = style.layers[layer]
     if place >= len(steps) or steps[place].save or steps[place].source:
         return None
-    shorter = without_idle_steps(replace(style, **{layer: steps[:place] + steps[place + 1 :]}))  # type: ignore[arg-type]
+    shorter = without_idle_steps(with_layers(style, {layer: steps[:place] + steps[place + 1 :]}))
     return shorter if is_valid(shorter) else None
 
 

@@ -23,6 +23,7 @@ from vidstyle.explore.random_steps import (
     near,
     step_drawn,
     step_near,
+    with_layers,
     without_idle_steps,
 )
 from vidstyle.explore.rules import COUNT, FILTERS, GRAY, GRAY_SHARE, HEIGHT, STEADY, FilterRule
@@ -95,7 +96,7 @@ def alter(style: Style, seed: int | str, locks: Iterable[str] = ()) -> Style:
     for _ in range(TRIES if layers and "steps" not in locks else 0):
         layer = random.choice(layers)
         steps = _altered(random, layer, style.layers[layer])
-        changed = replace(style, variants={}, **{layer: steps})  # type: ignore[arg-type]
+        changed = with_layers(style, {layer: steps})
         if steps != style.layers[layer] and is_valid(changed):
             return _made(changed, f"one step changed, seed {seed}")
     return mutate(style, seed, locks=locks)
@@ -258,7 +259,7 @@ def _with_layer(random: Random, style: Style, other: Style, layer: str, locks: f
     if "lines" not in (*names, *locks) and not is_valid(changed):
         # The lines have used pictures of the layers that are gone.
         changed = joined(style, layers | {"lines": closed_layer(style, "lines")})
-    return replace(changed, variants={})
+    return changed
 
 
 def _made(style: Style, how: str) -> Style:

@@ -46,6 +46,8 @@ class Measures(NamedTuple):
         color: colourfulness (Hasler and Suesstrunk 2003), 1 for 255 levels.
         garish: share of the picture with colours as pure as a screen shows them.
         sharp: 98 % percentile of the gradient of luma.
+        crisp: the same before the picture is reduced to `MEASURED_SIDE`.
+        photo: correlation of the finest detail of luma, at that size, with the source's: 1 for a photograph.
         change: mean distance to the source in Oklab.
     """
 
@@ -62,10 +64,12 @@ class Measures(NamedTuple):
     color: float
     garish: float
     sharp: float
+    crisp: float
+    photo: float
     change: float
 
 
-SPREADS = Measures(0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.12, 0.15, 0.15, 0.12)
+SPREADS = Measures(0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.12, 0.15, 0.15, 0.1, 0.3, 0.12)
 """How much measures usually differ between pictures: by it, differences are comparable."""
 
 
@@ -84,6 +88,7 @@ class Original:
         self._band = _band(self._luma)
         gradient = gradient_of(cv2.GaussianBlur(self._luma, (0, 0), 1))
         self._edges = gradient >= max(float(np.percentile(gradient, STRONG)), 0.01)
+        self._fine = _fine(luma_of(self.picture))
         self._flat = ~cv2.dilate(self._edges.astype(np.uint8), np.ones((5, 5))).astype(bool)
         height, width = self._luma.shape
         y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
@@ -98,6 +103,7 @@ class Original:
         small = cv2.resize(picture, self._luma.shape[::-1], interpolation=cv2.INTER_AREA)
         luma, lab = luma_of(small), oklab(small / 255.0)
         fine = np.abs(luma - cv2.GaussianBlur(luma, (0, 0), 1.5))
+        large = luma_of(cv2.resize(picture, self._fine.shape[::-1], interpolation=cv2.INTER_AREA))
         gradient = gradient_of(luma)
         low, high = np.percentile(luma, (5, 95))
         blurred = cv2.GaussianBlur(luma, (0, 0), 4)
@@ -118,26 +124,32 @@ class Original:
             color=_colorfulness(small / 255.0),
             garish=float(((top > 230) & (bottom < 40)).mean()),
             sharp=float(np.percentile(gradient, 98)),
+            crisp=float(np.percentile(gradient_of(large), 98)),
+            photo=correlation(_fine(large), self._fine),
             change=float(np.linalg.norm(lab - self._lab, axis=2).mean()),
         )
 
-    def signature(self, picture: np.ndarray) -> np.ndarray:
+    def signature(self, picture: np.ndarray, measures: Measures | None = None) -> np.ndarray:
         """The picture restyled, as a point: pictures that look alike are near; 1 apart is plainly different.
 
         It has the measures and a thumbnail in colour; distances are Euclidean.
         """
-        numbers = np.array(self.measures(picture)) / SPREADS
+        numbers = np.array(measures or self.measures(picture)) / SPREADS
         colors = thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL)
         return np.concatenate([0.5 * numbers / np.sqrt(len(numbers)), colors])
 
-    def steadiness(self, style: Style) -> float:
+    def steadiness(self, style: Style, picture: np.ndarray) -> float:
         """How much of the grain of a film a style shows: its change over three frames by that of the source.
 
-        The frames are the picture with grain, the same each time.
+        The frames are the original, and twice the original with grain, the same each time.
+
+        Args:
+            picture: the original in the style.
         """
-        noise = np.random.RandomState(1).normal(0, GRAIN, (3, *self.picture.shape[:2], 1))
-        frames = [np.clip(self.picture + each, 0, 255).round().astype(np.uint8) for each in noise]
-        return _changes(restyled(frame, style) for frame in frames) / max(_changes(frames), 1e-6)
+        noise = np.random.RandomState(1).normal(0, GRAIN, (2, *self.picture.shape[:2], 1))
+        grainy = [np.clip(self.picture + each, 0, 255).round().astype(np.uint8) for each in noise]
+        changes = _changes([picture, *(restyled(frame, style) for frame in grainy)])
+        return changes / max(_changes([self.picture, *grainy]), 1e-6)
 
 
 def reduced(picture: np.ndarray, side: int) -> np.ndarray:
@@ -174,6 +186,10 @@ def correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 def _band(luma: np.ndarray) -> np.ndarray:
     return cv2.GaussianBlur(luma, (0, 0), 1) - cv2.GaussianBlur(luma, (0, 0), 5)
+
+
+def _fine(luma: np.ndarray) -> np.ndarray:
+    return luma - cv2.GaussianBlur(luma, (0, 0), 1)
 
 
 def _colorfulness(color: np.ndarray) -> float:

@@ -14,11 +14,14 @@ from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.explore.phrases import BASE, names_used, saved_refs
 from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
+from vidstyle.style.paths import find_value
 
 DIGITS = 3
 """Significant digits of a random value: more could not be seen, and a file is read by people."""
 LEAST_SCALE = 0.2
 """The smallest working size in a random style: below it nothing is recognized."""
+EDGE_BLOCKS = ("luma_posterize", "posterize", "soft_threshold")
+"""Blocks that make edges where there were slopes."""
 BLUR_SCALE = 0.125
 """The working size of wide blurs."""
 
@@ -124,8 +127,27 @@ def joined(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
     for layer in LAYERS:
         if layer in layers:
             base = built.get("base", []) if layer != "base" else []
-            built[layer] = _on_base(numbered(_fitting(layers[layer], base), taken), base, taken)
-    return replace(style, **{layer: tuple(steps) for layer, steps in built.items()})  # type: ignore[arg-type]
+            steps = _fitting(layers[layer], base)
+            if layer != "base":
+                steps = _sharpened(steps, base)
+            built[layer] = _on_base(numbered(steps, taken), base, taken)
+    return with_layers(style, built)
+
+
+def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
+    """The style with other steps in these layers, without variants, and with those knobs that still exist."""
+    steps: dict[str, Any] = {layer: tuple(steps) for layer, steps in layers.items()}
+    changed = replace(style, **steps, variants={}, knobs=())
+    table = table_from_style(changed)
+
+    def exists(knob: str) -> bool:
+        try:
+            find_value(table, knob)
+        except ValueError:
+            return False
+        return True
+
+    return replace(changed, knobs=tuple(filter(exists, style.knobs)))
 
 
 def _on_base(steps: list[Step], base: Sequence[Step], taken: set[str]) -> list[Step]:
@@ -166,7 +188,7 @@ def without_idle_steps(style: Style) -> Style:
             if step.save or not (after and after.source):
                 kept.append(step)
         layers[layer] = tuple(kept)
-    cleaned = replace(style, **layers)  # type: ignore[arg-type]
+    cleaned = with_layers(style, layers)
     return cleaned if cleaned == style else without_idle_steps(cleaned)
 
 
@@ -209,6 +231,16 @@ def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
         if step.block != "scale" or factor != 1 or step.save or step.source:
             out.append(step)
     return out
+
+
+def _sharpened(steps: list[Step], base: Sequence[Step]) -> list[Step]:
+    """The steps of a layer, the last that makes edges at the size of the picture, as in shipped styles."""
+    last = max((place for place, step in enumerate(steps) if step.block in EDGE_BLOCKS), default=0)
+    size = _final_size([*base, Step("", save=BASE), *steps[:last]])
+    if not last or steps[last].source or size > 0.95:
+        return steps
+    factor = fitted(all_blocks()["scale"].parameters["factor"], 1 / size)
+    return [*steps[:last], Step("scale", {"factor": factor}), *steps[last:]]
 
 
 def _final_size(steps: Sequence[Step]) -> float:

@@ -1,0 +1,119 @@
+"""`vidstyle explore` without a page: random styles as files, with a sheet of what they make of a picture."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from vidstyle.errors import InputError, UsageError
+from vidstyle.explore.candidates import Found, RandomStyle, search
+from vidstyle.explore.generate import Rules
+from vidstyle.explore.measure import Original, reduced
+from vidstyle.explore.score import Judge
+from vidstyle.gallery.preview import page_of, read_still
+from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, sheet_of_samples
+from vidstyle.media.read.reader import ReadOptions
+from vidstyle.media.write.atomic import atomic_file, check_folder
+from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.style import save_style
+
+PAGE, SHEET, TABLE = "sheet.html", "sheet.png", "styles.json"
+SHOWN_SIDE = 640
+"""The longest side in pixels at which styles are drawn for the sheet; the picture itself may be smaller."""
+
+
+def explore_to_folder(
+    source: str | Path,
+    folder: Path,
+    count: int,
+    seed: int,
+    rules: Rules = "open",
+    tries: int | None = None,
+    judge: Path | None = None,
+    read: ReadOptions | None = None,
+    overwrite: bool = False,
+    on_step: OnStep = unwatched,
+    stop: Event | None = None,
+) -> Found:
+    """Write random styles that make something of a picture.
+
+    The folder gets a file for each style, named by its seed; a page and a sheet of what they make of the
+    picture, the best first; and a table with their scores and measures, and why others were thrown out.
+
+    Args:
+        source: a picture or a film, of which one picture is taken.
+        folder: new or empty.
+        count, seed, rules, tries, stop: as for `search`.
+        judge: a model that scores pictures.
+        overwrite: whether the folder may have files, which are replaced where names are the same.
+
+    Raises:
+        UsageError: the folder is a file, or has files.
+        InputError: the source or the model cannot be read, or no style makes anything of the picture.
+        OutputError: a file cannot be written.
+    """
+    check_folder(folder)
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(folder, "is a file", "name a folder")
+    if not overwrite and folder.is_dir() and any(folder.iterdir()):
+        raise UsageError(folder, "is not empty", "add -y to write into it, or choose another folder")
+    scorer = Judge(judge) if judge else None
+    picture = read_still(source, read)
+    found = search(Original(picture), seed, count, rules, tries, scorer, on_step, stop)
+    if not found.chosen:
+        raise InputError(
+            source, f"none of {found.tried} styles makes anything of it", "choose another picture"
+        )
+    folder.mkdir(exist_ok=True)
+    for candidate in found.chosen:
+        save_style(candidate.style, folder / f"{candidate.style.name}.toml")
+    facts = {"input": Path(source).name, "seed": seed, "rules": rules, "judge": judge and judge.name}
+    _write(folder / TABLE, (json.dumps(facts | _table(found), indent=1) + "\n").encode())
+    _write_sheets(
+        folder, f"{len(found.chosen)} styles of {Path(source).name}", picture, found.chosen, on_step
+    )
+    return found
+
+
+def _table(found: Found) -> dict[str, Any]:
+    passed = found.faults[""]
+    return {
+        "tried": found.tried,
+        "passed": passed,
+        "thrown out": {reason: number for reason, number in found.faults.most_common() if reason},
+        "styles": [_row(candidate) for candidate in found.chosen],
+    }
+
+
+def _row(candidate: RandomStyle) -> dict[str, Any]:
+    measures = {name: round(value, 4) for name, value in candidate.measures._asdict().items()}
+    return {
+        "name": candidate.style.name,
+        "file": f"{candidate.style.name}.toml",
+        "score": round(candidate.score, 4),
+        "steadiness": round(candidate.steadiness, 3),
+        "measures": measures,
+    }
+
+
+def _write_sheets(
+    folder: Path, heading: str, picture: np.ndarray, candidates: Sequence[RandomStyle], on_step: OnStep
+) -> None:
+    samples: list[StyleSample] = []
+    shown = reduced(picture, SHOWN_SIDE)
+    for sample in samples_of(shown, [candidate.style for candidate in candidates]):
+        samples.append(sample)
+        on_step("drawing the sheet", len(samples), len(candidates))
+    _write(folder / PAGE, page_of(heading, samples).encode("utf-8"))
+    sheet = sheet_of_samples([(each.style.name, reduced(each.picture, SHOWN_SIDE // 2)) for each in samples])
+    _write(folder / SHEET, encoded(sheet, ".png"))
+
+
+def _write(path: Path, content: bytes) -> None:
+    with atomic_file(path, None, overwrite=True) as write:
+        write(content)
