@@ -11,9 +11,9 @@ from vidstyle.assets import asset_folder
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.state import state_of
 from vidstyle.design.drafts import Drafts
-from vidstyle.design.places import checked_path, refuse_existing
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import Clip
+from vidstyle.preview.places import checked_path, refuse_existing
 from vidstyle.style import (
     Style,
     load_style,

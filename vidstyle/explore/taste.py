@@ -18,28 +18,20 @@ class Taste:
     Whoever takes one picture out of several prefers it to each of the others, with the probability
     1 / (1 + exp(u_other - u_taken)). The weights are the most probable ones, with a normal prior.
 
-    >>> taste = Taste(2)
+    >>> taste = Taste(np.zeros(2))
     >>> taste.learn(np.array([1.0, 0.0]), [np.array([0.0, 0.0]), np.array([0.0, 1.0])])
     >>> taste.utility(np.array([1.0, 0.0])) > taste.utility(np.array([0.0, 1.0]))
     True
     """
 
-    def __init__(self, features: int) -> None:
-        self._differences = np.empty((0, features))
-        self._strengths = np.empty(0)
-        self.weights = np.zeros(features)
+    def __init__(self, prior: np.ndarray) -> None:
+        """`prior`: the weights before the first choice."""
+        self._differences = np.empty((0, len(prior)))
+        self._prior = self.weights = prior
 
-    def learn(self, taken: np.ndarray, others: Sequence[np.ndarray], strength: float = 1.0) -> None:
-        """Record a choice.
-
-        Args:
-            taken, others: features, each a vector.
-            strength: how much the choice counts.
-        """
-        if not others:
-            return
-        self._differences = np.vstack([self._differences, taken - np.array(others)])
-        self._strengths = np.append(self._strengths, np.full(len(others), strength))
+    def learn(self, taken: np.ndarray, others: Sequence[np.ndarray]) -> None:
+        """Record a choice; `taken` and `others` are features, each a vector."""
+        self._differences = np.vstack([self._differences, *(taken - each for each in others)])
         self.weights = self._fitted(self.weights)
 
     def utility(self, features: np.ndarray) -> np.ndarray:
@@ -49,11 +41,11 @@ class Taste:
 
     def _fitted(self, weights: np.ndarray) -> np.ndarray:
         """The weights of the highest posterior probability, which is log-concave."""
-        prior = np.eye(len(weights)) / SPREAD**2
+        inverse = np.eye(len(weights)) / SPREAD**2
         for _ in range(STEPS):
             lost = 1 / (1 + np.exp(np.clip(self._differences @ weights, -50, 50)))
-            slope = (lost * self._strengths) @ self._differences - prior @ weights
-            bend = (self._differences.T * (lost * (1 - lost) * self._strengths)) @ self._differences + prior
+            slope = lost @ self._differences - inverse @ (weights - self._prior)
+            bend = (self._differences.T * (lost * (1 - lost))) @ self._differences + inverse
             step = np.linalg.solve(bend, slope)
             weights = weights + step
             if np.abs(step).max() < 1e-6:

@@ -7,10 +7,10 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from vidstyle.design.places import checked_path, refuse_existing
 from vidstyle.design.restyling import steadied
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.preview.encode import encode
+from vidstyle.preview.places import checked_path, refuse_existing
 
 if TYPE_CHECKING:
     from vidstyle.design.page.design_page import DesignPage

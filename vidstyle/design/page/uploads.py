@@ -6,9 +6,9 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from vidstyle.design.places import checked_path
 from vidstyle.errors import OutputError, output_error
 from vidstyle.preview.clip import Clip, FilmClip
+from vidstyle.preview.places import checked_path
 from vidstyle.web.messages import MessageError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Where the designer may write, and under which names."""
+"""Where a page may write, and under which names."""
 
 from __future__ import annotations
 

@@ -1,0 +1,201 @@
+"""Choosing: screens of nine that follow from what was taken, the taste learned from it, and the plane."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import pytest
+from media import photograph
+
+from tools.simulated_user import radius_of, screens_needed, seen
+from vidstyle.explore.chooser import ALIKE, FIRST, PLACES, Chooser, Tile
+from vidstyle.explore.generate import random_style
+from vidstyle.explore.look import Look, distance, look_of
+from vidstyle.explore.phrases import shipped_styles
+from vidstyle.explore.plane import plane_of
+from vidstyle.explore.taste import Taste
+from vidstyle.style import Style, load_style
+
+MIDDLE = 4
+PICTURE = cv2.resize(photograph("astronaut")[:340], (96, 64), interpolation=cv2.INTER_AREA)
+_known: dict[str, Look | None] = {}
+
+
+def looks(styles: Sequence[Style]) -> list[Look | None]:
+    """What styles make of a small photograph; each is tried once in all tests."""
+    for style in styles:
+        if repr(style) not in _known:
+            _known[repr(style)] = look_of(PICTURE, style)
+    return [_known[repr(style)] for style in styles]
+
+
+def chooser(seed: int = 1, **given: object) -> Chooser:
+    made = Chooser(looks, shipped_styles(), seed, **given)  # type: ignore[arg-type]
+    made.new_screen()
+    return made
+
+
+def names(tiles: Sequence[Tile]) -> list[str]:
+    return [tile.style.name for tile in tiles]
+
+
+def structure(style: Style) -> dict[str, list[str]]:
+    return {layer: [step.block for step in steps] for layer, steps in style.layers.items()}
+
+
+def test_the_first_screen_has_mutants_of_shipped_styles_and_nothing_that_fails() -> None:
+    screen = chooser().screen
+    assert [tile.kind for tile in screen.tiles] == list(FIRST)
+    shipped = {style.name for style in shipped_styles()}
+    mutants = [tile for tile in screen.tiles if tile.kind == "shipped"]
+    assert len(mutants) == 4 and {name for tile in mutants for name in tile.parents} <= shipped
+    assert not [tile.look.fault for tile in screen.tiles if tile.look.fault]
+
+
+def test_the_tile_that_was_taken_stays_in_the_middle_and_the_others_follow_from_it() -> None:
+    made = chooser()
+    taken = made.screen.tiles[2]
+    tiles = made.more_like(2).tiles
+    assert (tiles[MIDDLE].style, tiles[MIDDLE].kind) == (taken.style, "chosen")
+    assert Counter(tile.kind for tile in tiles) == Counter(PLACES)
+    for tile in tiles:
+        if tile.kind in ("values", "step", "cross"):
+            assert tile.parents[0] == taken.style.name
+        if tile.kind == "values":
+            assert structure(tile.style) == structure(taken.style) and tile.style != taken.style
+
+
+def test_no_two_tiles_look_alike_and_none_fails() -> None:
+    made = chooser()
+    for screen in (made.screen, made.more_like(2), made.more_like(MIDDLE)):
+        for place, one in enumerate(screen.tiles):
+            assert not one.look.fault or place == MIDDLE
+            assert all(distance(one.look, other.look) >= ALIKE for other in screen.tiles[:place])
+
+
+def test_the_same_seed_and_the_same_clicks_give_the_same_screens_and_others_do_not() -> None:
+    made, again = chooser(), chooser()
+    assert names(made.more_like(2).tiles) == names(again.more_like(2).tiles)
+    assert names(made.more_like(5).tiles) == names(again.more_like(5).tiles)
+    assert not set(names(chooser(2).screen.tiles)) & set(names(chooser().screen.tiles))
+
+
+def test_what_the_next_click_will_try_is_known_before_it() -> None:
+    tried: list[str] = []
+
+    def recorded(styles: Sequence[Style]) -> list[Look | None]:
+        tried.extend(style.name for style in styles)
+        return looks(styles)
+
+    made = chooser()
+    likely = [style.name for style in made.likely_styles(3)]
+    made.looks = recorded
+    made.more_like(3)
+    assert tried[: len(likely)] == likely
+
+
+@pytest.mark.parametrize("lock", ["lines", "background", "colors", "steps"])
+def test_what_is_locked_stays(lock: str) -> None:
+    made = chooser()
+    made.locks = frozenset({lock})
+    place = next(n for n, tile in enumerate(made.screen.tiles) if tile.style.lines and tile.style.background)
+    taken = made.screen.tiles[place].style
+    for tile in made.more_like(place).tiles:
+        if tile.kind != "wild" or lock == "steps":
+            same = {
+                "lines": tile.style.lines == taken.lines,
+                "background": tile.style.background == taken.background,
+                "colors": (tile.style.ink, tile.style.paper) == (taken.ink, taken.paper),
+                "steps": structure(tile.style) == structure(taken),
+            }
+            assert same[lock], tile.kind
+
+
+def test_with_everything_locked_there_are_nine_tiles_still() -> None:
+    made = chooser()
+    made.locks = frozenset({"lines", "background", "colors", "steps"})
+    assert len(made.more_like(0).tiles) == 9
+
+
+def test_far_is_farther_than_near() -> None:
+    def spread(near: float) -> float:
+        made = chooser(near=near)
+        tiles = made.more_like(0).tiles
+        apart = [distance(tiles[MIDDLE].look, tile.look) for tile in tiles if tile.kind == "values"]
+        return float(np.mean(apart))
+
+    assert spread(0.1) < spread(0.8)
+
+
+def test_one_goes_back_to_where_one_came_from_and_forward_again() -> None:
+    made = chooser()
+    first = made.screen
+    second = made.more_like(0)
+    made.back()
+    assert made.screen is first and first.taken == 0
+    made.back()  # there is none before
+    assert made.screen is first
+    made.forward()
+    assert made.screen is second
+    made.back()
+    other = made.more_like(3)
+    made.back()
+    assert made.screen is first and made.screens == [first, second, other]
+    made.forward()
+    assert made.screen is other
+
+
+def test_later_tiles_are_crossed_with_what_is_kept() -> None:
+    made = chooser()
+    kept = made.screen.tiles[0]
+    made.star(kept, True)
+    assert made.stars == [kept]
+    crossed = [each for each in made._draws(made.screen.tiles[2], 0) if each.kind == "cross"]
+    assert kept.style.name in crossed[0].parents
+    made.star(kept, False)
+    assert made.stars == []
+
+
+def test_taste_follows_clicks() -> None:
+    """Of pictures with four numbers, somebody always takes that with the largest first one."""
+    random = np.random.default_rng(5)
+    taste = Taste(np.array([0.0, 1.0, 0.0, 0.0]))
+    assert taste.utility(np.eye(4)).argmax() == 1
+    for _ in range(8):
+        shown = random.normal(size=(9, 4))
+        best = int(shown[:, 0].argmax())
+        taste.learn(shown[best], list(np.delete(shown, best, axis=0)))
+    shown = random.normal(size=(200, 4))
+    assert np.corrcoef(taste.utility(shown), shown[:, 0])[0, 1] > 0.9
+
+
+def test_a_plane_has_the_style_on_it_and_changes_what_is_seen() -> None:
+    style = load_style("ink")
+    plane = plane_of(style, looks)
+    assert plane is not None
+    assert {axis.path for axis in plane.axes} <= {
+        "lines.soft_threshold#1.epsilon", "minimum_range.dynamic_range", "blend.opacity", "flow_dog.p",
+        "scale.factor", "lines.soft_threshold#2.epsilon", "lines.soft_threshold#1.phi", "flow_dog.sigma",
+    }  # fmt: skip
+    (same,) = looks([plane.style_at(*plane.start)])
+    (own, *corners) = looks([style, *(plane.style_at(x, y) for x in (0, 1) for y in (0, 1))])
+    assert own is not None and same is not None and distance(own, same) < 0.02
+    assert all(each is not None and distance(own, each) > ALIKE for each in corners)
+
+
+def test_somebody_with_a_look_in_mind_finds_it() -> None:
+    """See `tools/simulated_user.py`, which does this for all shipped styles and for random ones."""
+    random = looks([random_style(seed) for seed in range(60)])
+    others = [seen(look.picture) for look in random if look is not None and not look.fault]
+    hidden = looks([load_style("sketch")])[0]
+    assert hidden is not None
+    target = seen(hidden.picture)
+    needed, nearest = screens_needed(chooser_without_screen(), target, radius_of(target, others), 8)
+    assert needed is not None, nearest
+
+
+def chooser_without_screen() -> Chooser:
+    return Chooser(looks, shipped_styles(), 3)

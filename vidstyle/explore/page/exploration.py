@@ -1,0 +1,257 @@
+"""What happens behind the page: candidates made ahead of the click, and pictures of the tiles."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vidstyle.core.closing import Closing
+from vidstyle.errors import UsageError
+from vidstyle.explore.chooser import Chooser, Tile
+from vidstyle.explore.look import SIDE, Look, look_of
+from vidstyle.explore.phrases import shipped_styles
+from vidstyle.explore.plane import Plane, plane_of
+from vidstyle.explore.workers import Workers
+from vidstyle.gallery.style_samples import restyled, sheet_of
+from vidstyle.preview.clip import Clip
+from vidstyle.preview.encode import encode
+from vidstyle.preview.plans import plan_message
+from vidstyle.style import Style
+
+NOW, SHOWN, AHEAD = 0, 1, 2
+"""How urgent work is: what a click waits for, pictures that are looked at, what the next click may need."""
+KEPT_LOOKS = 1000
+MOVING_SECONDS, MOVING_RATE = 3.0, 15.0
+"""Length of the part of a film that moves in the tiles, and its most frames a second."""
+GRID = 5
+"""Rows and columns of the small pictures behind a plane."""
+
+
+class Exploration(Closing):
+    """The choosing on a clip, and its pictures. Any thread may call; what chooses waits for its turn.
+
+    Attributes:
+        chooser: screens and favourites; to be read while nothing is chosen.
+        frames: the numbers of the frames that move in the tiles.
+        rate: how many of them are shown in a second.
+    """
+
+    def __init__(self, clip: Clip, seed: int = 0) -> None:
+        self.clip = clip
+        self._workers = Workers()
+        self._looks: OrderedDict[str, Future[Look | None]] = OrderedDict()
+        self._planes: dict[int, Plane | None] = {}
+        self._tiles: list[Tile] = []
+        self._numbers: dict[int, int] = {}
+        self._turn, self._lock = threading.Lock(), threading.RLock()
+        self._change = itertools.count()
+        self._latest = -1
+        self._ahead: list[tuple[str, Future[Look | None]]] = []
+        self.move_to(0.4)
+        self._picture = np.ascontiguousarray(clip.frame(self.frames[0], SIDE))
+        self.chooser = Chooser(self._looks_of, shipped_styles(), seed)
+
+    def close(self) -> None:
+        """End the processes."""
+        self._latest = -2
+        self._workers.close()
+
+    def move_to(self, part: float) -> None:
+        """Let the tiles show what follows this part of the clip, from 0 to 1."""
+        fps, count = self.clip.fps, self.clip.count
+        step = max(1, round(fps / MOVING_RATE))
+        length = min(count, max(1, round(MOVING_SECONDS * fps)))
+        first = round(part * (count - length))
+        self.frames = range(first, first + length, step)
+        self.rate = fps / step
+
+    # Tiles have numbers, by which the page names them.
+
+    def tile(self, number: int) -> Tile:
+        """A tile by its number.
+
+        Raises:
+            UsageError: there is none.
+        """
+        if not 0 <= number < len(self._tiles):
+            raise UsageError("tile", f"there is no tile {number}")
+        return self._tiles[number]
+
+    def number(self, tile: Tile) -> int:
+        """The number of a tile, which it keeps."""
+        with self._lock:
+            if id(tile) not in self._numbers:
+                self._numbers[id(tile)] = len(self._tiles)
+                self._tiles.append(tile)
+            return self._numbers[id(tile)]
+
+    # Choosing
+
+    def begin(self) -> None:
+        """Make the first screen, if there is none."""
+        with self._turn:
+            if not self.chooser.screens:
+                self.chooser.new_screen()
+        self._look_ahead()
+
+    def new_screen(self) -> None:
+        """Show nine others that follow from none."""
+        self._choose(self.chooser.new_screen)
+
+    def more_like(self, number: int) -> None:
+        """Show others like a tile."""
+        tile = self.tile(number)
+        tiles = self.chooser.screen.tiles
+        if tile in tiles:
+            self._choose(lambda: self.chooser.more_like(tiles.index(tile)))
+        else:
+            self._choose(lambda: self.chooser.again(tile))
+
+    def set_near(self, part: float) -> None:
+        """How far tiles are from the one that was taken, from the next screen on."""
+        self.chooser.near = part
+        self._look_ahead()
+
+    def lock(self, name: str, on: bool) -> None:
+        """What of the tile taken stays as it is, from the next screen on."""
+        self.chooser.locks = self.chooser.locks | {name} if on else self.chooser.locks - {name}
+        self._look_ahead()
+
+    def again(self) -> None:
+        """Show others like the tile in the middle."""
+        self._choose(self.chooser.again)
+
+    def star(self, number: int, on: bool) -> None:
+        """Keep a tile, or no longer."""
+        self.chooser.star(self.tile(number), on)
+
+    def back(self) -> None:
+        """Show the screen before."""
+        self._choose(self.chooser.back)
+
+    def forward(self) -> None:
+        """Show the screen from which one went back."""
+        self._choose(self.chooser.forward)
+
+    def jump(self, screen: int) -> None:
+        """Show a screen by its number.
+
+        Raises:
+            UsageError: there is none.
+        """
+        if screen >= len(self.chooser.screens):
+            raise UsageError("screen", f"there is no screen {screen}")
+        self._choose(lambda: setattr(self.chooser, "at", screen))
+
+    def _choose(self, action: Any) -> None:
+        with self._turn:
+            self._stop_looking_ahead()
+            action()
+        self._look_ahead()
+
+    # Looks
+
+    def _looks_of(self, styles: Sequence[Style]) -> list[Look | None]:
+        futures = [self._ordered(style, NOW)[1] for style in styles]
+        return [each.result() for each in futures]
+
+    def _ordered(self, style: Style, urgency: int) -> tuple[str, Future[Look | None]]:
+        """The look of a style, which is being made or will be."""
+        key = repr(style)
+        with self._lock:
+            future = self._looks.get(key)
+            if future is None or future.cancelled():
+                future = self._workers.submit(urgency, look_of, self._picture, style)
+                self._looks[key] = future
+                if len(self._looks) > KEPT_LOOKS:
+                    self._looks.popitem(last=False)
+            elif urgency == NOW and not future.done():
+                self._workers.hurry(future, NOW)
+            self._looks.move_to_end(key)
+        return key, future
+
+    def _look_ahead(self) -> None:
+        """Order what the next click may need, the likeliest first, in a thread of its own."""
+        self._latest = change = next(self._change)
+        threading.Thread(target=self._order_ahead, args=(change,), name="vidstyle ahead", daemon=True).start()
+
+    def _order_ahead(self, change: int) -> None:
+        with self._turn:
+            places = self.chooser.by_liking()
+        for place in places:
+            with self._turn:
+                if self._latest != change:
+                    return
+                styles = self.chooser.likely_styles(place)
+                self._ahead += [self._ordered(style, AHEAD) for style in styles]
+
+    def _stop_looking_ahead(self) -> None:
+        self._latest = -1
+        for key, future in self._ahead:
+            if future.cancel():
+                with self._lock:
+                    self._looks.pop(key, None)
+        self._ahead.clear()
+
+    # Pictures and plans
+
+    def source(self, frame: int, side: int) -> bytes:
+        """A frame as it is, as JPEG."""
+        return encode(self.clip.frame(frame, side), "jpeg")
+
+    def look(self, number: int) -> bytes:
+        """The small picture of a tile, as JPEG."""
+        return encode(self.tile(number).look.picture, "jpeg")
+
+    def styled(self, style: Style, frame: int, side: int) -> Future[bytes]:
+        """A frame in a style, as JPEG."""
+        picture = np.ascontiguousarray(self.clip.frame(frame, side))
+        return self._workers.submit(SHOWN, styled_jpeg, picture, style)
+
+    def plan(self, style: Style, side: int) -> Future[dict[str, Any]]:
+        """The plan of a style for pictures with this shorter side."""
+        height, width = self.clip.frame(self.frames[0], side).shape[:2]
+        return self._workers.submit(NOW, plan_message, replace(style, steady=0.0), width, height)
+
+    # Fine tuning
+
+    def plane(self, number: int) -> Plane:
+        """The plane of a tile.
+
+        Raises:
+            UsageError: the style has none.
+        """
+        if number not in self._planes:
+            self._planes[number] = plane_of(self.tile(number).style, self._looks_of)
+        plane = self._planes[number]
+        if plane is None:
+            raise UsageError(self.tile(number).style.name, "has no two values that change this picture")
+        return plane
+
+    def plane_picture(self, number: int) -> bytes:
+        """Small pictures of what the plane of a tile holds, as one JPEG."""
+        plane, places = self.plane(number), np.linspace(0, 1, GRID)
+        looks = self._looks_of([plane.style_at(x, 1 - y) for y in places for x in places])
+        pictures = [look.picture if look else np.zeros_like(self.tile(number).look.picture) for look in looks]
+        framed = [np.pad(each, ((1, 1), (1, 1), (0, 0))) for each in pictures]
+        return encode(sheet_of(framed, GRID), "jpeg")
+
+    def tuned(self, number: int, x: float, y: float) -> int:
+        """A new tile: the style at a point of the plane of a tile."""
+        style = self.plane(number).style_at(x, y)
+        style = replace(style, name=f"{style.name.partition('~')[0]}~tuned{len(self._tiles)}")
+        (look,) = self._looks_of([style])
+        assert look is not None
+        return self.number(Tile(style, "tuned", look, (self.tile(number).style.name,)))
+
+
+def styled_jpeg(picture: np.ndarray, style: Style) -> bytes:
+    """A picture, H x W x 3 uint8, in a style, as JPEG."""
+    return encode(restyled(picture, style), "jpeg")

@@ -1,0 +1,426 @@
+"""The server of the explorer's page."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from vidstyle.errors import OutputError, UsageError, VidstyleError, log
+from vidstyle.explore.chooser import Tile
+from vidstyle.explore.generate import LOCKS
+from vidstyle.explore.page import outputs
+from vidstyle.explore.page.exploration import Exploration
+from vidstyle.export import RUNNER
+from vidstyle.pipeline.progress import Progress
+from vidstyle.style import Style
+from vidstyle.web.messages import Fields, MessageError, is_bool, is_index, is_part, is_text, read_message
+from vidstyle.web.server import WebServer
+
+STATIC = Path(__file__).with_name("static")
+SIDES = (180, 270, 360, 540, 720, 1080)
+"""Shorter sides of pictures that the page may ask for."""
+MAX_VIEWERS, MAX_MESSAGES, MAX_UNDER_WAY = 4, 250, 40
+"""Browsers that show the page; messages of each in a second, and how many may wait for their answers."""
+
+OpenDesigner = Callable[[str | None, Style], str]
+"""Opens the designer on a source with a style; returns the page's address."""
+
+
+def _is_side(value: object) -> bool:
+    return value in SIDES
+
+
+def _is_lock(value: object) -> bool:
+    return value in LOCKS
+
+
+def _is_kind(value: object) -> bool:
+    return value in outputs.KINDS
+
+
+TILE: Fields = {"tile": is_index}
+POINT: Fields = {"tile": is_index, "x": is_part, "y": is_part}
+FIELDS: dict[str, Fields] = {
+    kind: {"id": is_index, **fields}
+    for kind, fields in {
+        "like": TILE,
+        "again": {},
+        "fresh": {},
+        "back": {},
+        "forward": {},
+        "jump": {"screen": is_index},
+        "near": {"part": is_part},
+        "lock": {"name": _is_lock, "on": is_bool},
+        "star": {"tile": is_index, "on": is_bool},
+        "move": {"part": is_part},
+        "plan": {"tile": is_index, "side": _is_side},
+        "plane": TILE,
+        "tune": {**POINT, "side": _is_side},
+        "keep": POINT,
+        "save": {"tile": is_index, "name": is_text, "overwrite": is_bool},
+        "export": {"tile": is_index, "name": is_text, "kind": _is_kind},
+        "render": {"tile": is_index, "name": is_text},
+        "cancel": {},
+        "design": TILE,
+    }.items()
+}
+"""The messages of the page. Each is answered, by its `id`."""
+
+
+class ExplorePage:
+    """Serves the page until it is closed.
+
+    Attributes:
+        url: address of the page, including the token that admits a browser.
+        one_time_url: one that admits a single browser.
+    """
+
+    def __init__(self, exploration: Exploration, port: int = 0, designer: OpenDesigner | None = None) -> None:
+        """Open the page.
+
+        Args:
+            exploration: what is explored; it is not closed with the page.
+            port: of this machine; 0 chooses a free one.
+            designer: opens the designer, where there is one.
+
+        Raises:
+            OutputError: the port is taken or needs privileges.
+        """
+        self.exploration, self.designer = exploration, designer
+        self._viewers: set[_Viewer] = set()
+        self._stop: threading.Event | None = None
+        self._failure: BaseException | None = None
+        handlers = {
+            "/socket": self._serve_socket,
+            "/frame.jpg": self._send_frame,
+            "/tile.jpg": self._send_tile,
+            "/look.jpg": self._send_look,
+            "/plane.jpg": self._send_plane,
+            "/tuned.jpg": self._send_tuned,
+        }
+        try:
+            self._server = WebServer("vidstyle page", handlers, [STATIC, RUNNER], "explore.html", port)
+        except OSError as error:
+            reason = f"port {port}: {error.strerror or error}"
+            raise OutputError("page", reason, "give another with --port") from error
+        self.url, self.one_time_url = self._server.url, self._server.one_time_url
+        threading.Thread(target=self._begin, name="vidstyle first screen", daemon=True).start()
+
+    @property
+    def error(self) -> BaseException | None:
+        """The exception that the page failed with, a fault of this program, or None."""
+        return self._failure or self._server.error
+
+    def close(self) -> None:
+        """Close the page, and stop what it renders."""
+        self.cancel()
+        self._server.close()
+
+    def _begin(self) -> None:
+        try:
+            self.exploration.begin()
+        except Exception as error:
+            self._failure = error
+        self._server.submit(self.tell_all)
+
+    def cancel(self) -> None:
+        """Stop rendering, if a film is rendered."""
+        if self._stop is not None:
+            self._stop.set()
+
+    # What is told
+
+    def clip(self) -> dict[str, Any]:
+        """The clip and what can be done here, for the page."""
+        exploration = self.exploration
+        return {
+            "name": Path(exploration.clip.name).name,
+            "size": exploration.clip.size,
+            "frames": list(exploration.frames),
+            "rate": exploration.rate,
+            "count": exploration.clip.count,
+            "render": exploration.clip.file() is not None,
+            "design": self.designer is not None,
+            "folder": str(Path.cwd()),
+        }
+
+    def state(self) -> dict[str, Any]:
+        """What is shown, for the page."""
+        chooser = self.exploration.chooser
+        if not chooser.screens:
+            return {"tiles": []}
+        screen = chooser.screen
+        return {
+            "at": chooser.at,
+            "tiles": [self._described(tile) for tile in screen.tiles],
+            "taken": screen.taken,
+            "back": screen.before is not None,
+            "forward": screen.after is not None,
+            "near": chooser.near,
+            "locks": sorted(chooser.locks),
+            "history": [self._face(each.tiles) for each in chooser.screens],
+            "stars": [self._described(tile) for tile in chooser.stars],
+        }
+
+    def _described(self, tile: Tile) -> dict[str, Any]:
+        layers = {layer: [step.block for step in steps] for layer, steps in tile.style.layers.items()}
+        return {
+            "tile": self.exploration.number(tile),
+            "name": tile.style.name,
+            "kind": tile.kind,
+            "parents": tile.parents,
+            "layers": {layer: blocks for layer, blocks in layers.items() if blocks},
+            "ink": tile.style.ink,
+            "paper": tile.style.paper,
+        }
+
+    def _face(self, tiles: tuple[Tile, ...]) -> list[int]:
+        """The tiles that stand for a screen: that in the middle, or four of a first one."""
+        middle = tiles[len(tiles) // 2]
+        return [
+            self.exploration.number(tile) for tile in ((middle,) if middle.kind == "chosen" else tiles[:4])
+        ]
+
+    async def tell_all(self) -> None:
+        """Tell all browsers what is shown."""
+        for viewer in list(self._viewers):
+            await viewer.send({"state": self.state()})
+
+    # Pictures
+
+    async def _send_frame(self, request: web.Request) -> web.StreamResponse:
+        frame = _number(request, "frame", self.exploration.clip.count)
+        return _jpeg(await asyncio.to_thread(self.exploration.source, frame, _side(request)))
+
+    async def _send_tile(self, request: web.Request) -> web.StreamResponse:
+        frame = _number(request, "frame", self.exploration.clip.count)
+        style = self._tile(request).style
+        future = await asyncio.to_thread(self.exploration.styled, style, frame, _side(request))
+        return _jpeg(await asyncio.wrap_future(future))
+
+    async def _send_look(self, request: web.Request) -> web.StreamResponse:
+        self._tile(request)
+        return _jpeg(await asyncio.to_thread(self.exploration.look, _number(request, "tile")))
+
+    async def _send_plane(self, request: web.Request) -> web.StreamResponse:
+        self._tile(request)
+        return _jpeg(await self._or_nothing(self.exploration.plane_picture, _number(request, "tile")))
+
+    async def _send_tuned(self, request: web.Request) -> web.StreamResponse:
+        self._tile(request)
+        plane = await self._or_nothing(self.exploration.plane, _number(request, "tile"))
+        style = plane.style_at(_part(request, "x"), _part(request, "y"))
+        frame = _number(request, "frame", self.exploration.clip.count)
+        future = await asyncio.to_thread(self.exploration.styled, style, frame, _side(request))
+        return _jpeg(await asyncio.wrap_future(future))
+
+    def _tile(self, request: web.Request) -> Tile:
+        try:
+            return self.exploration.tile(_number(request, "tile"))
+        except UsageError as error:
+            raise web.HTTPNotFound from error
+
+    async def _or_nothing(self, function: Callable[..., Any], *arguments: object) -> Any:
+        try:
+            return await asyncio.to_thread(function, *arguments)
+        except UsageError as error:
+            raise web.HTTPNotFound from error
+
+    # Messages
+
+    async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
+        if len(self._viewers) >= MAX_VIEWERS:
+            raise web.HTTPTooManyRequests(text=f"429: {MAX_VIEWERS} browsers show the page already\n")
+        viewer = _Viewer(self)
+        self._viewers.add(viewer)
+        try:
+            socket = await self._server.accept(request)
+            await viewer.serve(socket)
+        finally:
+            self._viewers.discard(viewer)
+        return socket
+
+    async def answer(self, message: Mapping[str, Any], sent: set[str]) -> dict[str, Any]:
+        """Do what a message asks for.
+
+        Args:
+            sent: keys of the plans that the browser has.
+
+        Raises:
+            VidstyleError: it cannot be done.
+        """
+        do, exploration = message["do"], self.exploration
+        fields = [message[name] for name in FIELDS[do] if name != "id"]
+        match do:
+            case "plan":
+                style = exploration.tile(message["tile"]).style
+                return _unsent(await asyncio.wrap_future(exploration.plan(style, message["side"])), sent)
+            case "tune":
+                plane = await asyncio.to_thread(exploration.plane, message["tile"])
+                style = plane.style_at(message["x"], message["y"])
+                return _unsent(await asyncio.wrap_future(exploration.plan(style, message["side"])), sent)
+            case "plane":
+                plane = await asyncio.to_thread(exploration.plane, message["tile"])
+                axes = [{"path": axis.path, "low": axis.low, "high": axis.high, "whole": axis.is_whole,
+                         "factor": axis.is_factor} for axis in plane.axes]  # fmt: skip
+                return {"axes": axes, "start": plane.start}
+            case "save":
+                tile, name, overwrite = fields
+                style = exploration.tile(tile).style
+                return {"file": str(await asyncio.to_thread(outputs.save, style, name, overwrite))}
+            case "export":
+                tile, name, kind = fields
+                style = exploration.tile(tile).style
+                return {"file": str(await asyncio.to_thread(outputs.export, style, name, kind))}
+            case "render":
+                return {"file": await asyncio.to_thread(self._render, *fields)}
+            case "cancel":
+                self.cancel()
+                return {}
+            case "design":
+                if self.designer is None:
+                    raise UsageError("designer", "cannot be opened from here")
+                style = exploration.tile(message["tile"]).style
+                return {"url": await asyncio.to_thread(self.designer, exploration.clip.file(), style)}
+        action = getattr(exploration, ACTIONS[do])
+        result = await asyncio.to_thread(action, *fields)
+        await self.tell_all()
+        return {"tile": result} if do == "keep" else {"clip": self.clip()} if do == "move" else {}
+
+    def _render(self, tile: int, name: str) -> str:
+        if self._stop is not None:
+            raise UsageError("render", "a film is being rendered", "wait for it, or cancel it")
+        self._stop = stop = threading.Event()
+        try:
+            style = self.exploration.tile(tile).style
+            return str(outputs.render_clip(self.exploration.clip, style, name, self._tell_progress, stop))
+        finally:
+            self._stop = None
+
+    def _tell_progress(self, progress: Progress) -> None:
+        self._server.submit(self._send_progress, progress.as_dict())
+
+    async def _send_progress(self, progress: dict[str, Any]) -> None:
+        for viewer in list(self._viewers):
+            await viewer.send({"progress": progress})
+
+
+ACTIONS = {
+    "like": "more_like",
+    "again": "again",
+    "fresh": "new_screen",
+    "back": "back",
+    "forward": "forward",
+    "jump": "jump",
+    "near": "set_near",
+    "lock": "lock",
+    "star": "star",
+    "move": "move_to",
+    "keep": "tuned",
+}
+"""The methods of `Exploration` that messages call, after which all browsers are told what is shown."""
+
+
+class _Viewer:
+    """Serves one WebSocket until it closes."""
+
+    def __init__(self, page: ExplorePage) -> None:
+        self._page = page
+        self._sent: set[str] = set()
+        self._under_way = asyncio.Semaphore(MAX_UNDER_WAY)
+        self._second, self._messages = 0, 0
+
+    async def serve(self, socket: web.WebSocketResponse) -> None:
+        """Answer messages until the socket closes."""
+        self._socket = socket
+        invalid = None
+        try:
+            await self.send({"clip": self._page.clip()})
+            await self.send({"state": self._page.state()})
+            async with asyncio.TaskGroup() as tasks:
+                invalid = await self._receive(tasks)
+                if invalid is not None:
+                    log.warning("page: a browser was disconnected: %s", invalid)
+                    code = WSCloseCode.POLICY_VIOLATION
+                    await socket.close(code=code, message=b"not a message of this page")
+        except* ConnectionError:  # the browser has gone without closing the socket
+            pass
+
+    async def send(self, message: dict[str, Any]) -> None:
+        """Send a message, unless the browser has gone."""
+        if not self._socket.closed:
+            await self._socket.send_str(json.dumps(message))
+
+    async def _receive(self, tasks: asyncio.TaskGroup) -> MessageError | None:
+        """Handle messages until the socket closes or a message is invalid; returns what is wrong with it."""
+        async for received in self._socket:
+            if received.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
+                break
+            try:
+                self._limit_rate()
+                message = read_message(received.data, FIELDS)
+            except MessageError as error:
+                return error
+            await self._under_way.acquire()
+            tasks.create_task(self._answer(message))
+        return None
+
+    async def _answer(self, message: dict[str, Any]) -> None:
+        answer: dict[str, Any] = {"answer": message["id"]}
+        try:
+            answer |= await self._page.answer(message, self._sent)
+        except VidstyleError as error:
+            answer["error"] = str(error)
+        finally:
+            self._under_way.release()
+        await self.send(answer)
+
+    def _limit_rate(self) -> None:
+        second = int(asyncio.get_running_loop().time())
+        self._messages = self._messages + 1 if second == self._second else 1
+        self._second = second
+        if self._messages > MAX_MESSAGES:
+            raise MessageError(f"more than {MAX_MESSAGES} messages in a second")
+
+
+def _unsent(plan: dict[str, Any], sent: set[str]) -> dict[str, Any]:
+    """The plan, without what the browser has already."""
+    if plan["key"] in sent:
+        return {name: plan[name] for name in ("key", "values")}
+    sent.add(plan["key"])
+    return plan
+
+
+def _number(request: web.Request, name: str, count: int = 2**31) -> int:
+    text = request.query.get(name, "")
+    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) < count):
+        raise web.HTTPNotFound
+    return int(text)
+
+
+def _side(request: web.Request) -> int:
+    side = _number(request, "side")
+    if side not in SIDES:
+        raise web.HTTPNotFound
+    return side
+
+
+def _part(request: web.Request, name: str) -> float:
+    """A number from 0 to 1."""
+    try:
+        part = float(request.query.get(name, ""))
+    except ValueError:
+        raise web.HTTPNotFound from None
+    if not 0 <= part <= 1:
+        raise web.HTTPNotFound
+    return part
+
+
+def _jpeg(data: bytes) -> web.Response:
+    return web.Response(body=data, content_type="image/jpeg")

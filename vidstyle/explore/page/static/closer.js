@@ -1,0 +1,399 @@
+/**
+ * One style, large: before and after, fine tuning on a plane of two values, and everything that is done with it.
+ *
+ * @module
+ */
+
+import { get, make, words } from "./elements.js";
+import { SourceFrames } from "./source_frames.js";
+import { origin, rootOf } from "./tiles.js";
+
+/** @typedef {import("./explore_types.js").Tile} Tile */
+/** @typedef {import("./explore_types.js").Clip} Clip */
+/** @typedef {import("./painters.js").Subject} Subject */
+/** @typedef {{path: string, low: number, high: number, whole: boolean, factor: boolean}} Axis */
+/** @typedef {(kind: string, fields?: object) => Promise<any>} Ask */
+
+const LAYERS = { base: "First", background: "Background", lines: "Lines" };
+const canvas = /** @type {HTMLCanvasElement} */ (get("large"));
+const dialog = /** @type {HTMLDialogElement} */ (get("closer"));
+const plane = get("plane");
+const point = get("point");
+
+/** The value at a place of an axis. @param {Axis} axis @param {number} place */
+function valueAt(axis, place) {
+  if (axis.factor) return axis.low * Math.pow(axis.high / axis.low, place);
+  const value = axis.low + place * (axis.high - axis.low);
+  return axis.whole ? Math.round(value) : value;
+}
+
+/** The large view. */
+export class Closer {
+  /** @type {Tile | null} */
+  tile = null;
+  /** What it is compared with; null: the clip as it is. @type {Tile | null} */
+  other = null;
+  /** Where the line between before and after is, from 0 to 1; null: after alone. @type {number | null} */
+  split = null;
+  held = false;
+  /** @type {Axis[]} */
+  axes = [];
+  /** The point of the plane, and whether it is the style's own. @type {[number, number]} */
+  at = [0.5, 0.5];
+  moved = false;
+  /** The style whose plane is shown. @type {Tile | null} */
+  planeOf = null;
+  /** The place of the frame that is shown. */
+  #place = -1;
+  #scratch = document.createElement("canvas");
+  #moving = false;
+  /** @type {Subject | null} what is shown; it stays until the next can be */
+  #shown = null;
+
+  /**
+   * @param {object} handlers
+   * @param {Ask} handlers.ask
+   * @param {(tile: number) => Subject} handlers.subjectOf
+   * @param {(source: SourceFrames) => import("./painters.js").PagePainter | import("./painters.js").ServerPainter} handlers.painterOf
+   * @param {() => number} handlers.side the shorter side at which it is drawn
+   * @param {(tile: number) => void} handlers.onlike
+   * @param {(tile: number) => Promise<boolean>} handlers.onstar keeps a tile or not; whether it is kept now
+   * @param {(tile: number) => boolean} handlers.isKept
+   */
+  constructor(handlers) {
+    this.handlers = handlers;
+    this.source = new SourceFrames(() => (this.dirty = true));
+    this.painter = handlers.painterOf(this.source);
+    this.dirty = true;
+    /** @type {Clip | null} */
+    this.clip = null;
+    this.#listen();
+  }
+
+  get isOpen() {
+    return dialog.open;
+  }
+
+  /**
+   * Shows a tile.
+   * @param {Tile} tile
+   * @param {Clip} clip
+   * @param {Tile | null} other what it is compared with; null: the clip as it is
+   */
+  open(tile, clip, other = null) {
+    const isNew = this.clip !== clip || !this.source.pictures.length;
+    Object.assign(this, { tile, other, clip, moved: false, split: other ? 0.5 : this.split });
+    this.#shown = null;
+    if (isNew) this.source.open(clip, this.handlers.side());
+    this.painter.keep(new Set());
+    this.#prepare(this.handlers.subjectOf(tile.tile));
+    if (other) this.painter.prepare(this.handlers.subjectOf(other.tile), this.handlers.side());
+    this.#describe(tile, clip);
+    if (!dialog.open) dialog.showModal();
+    get("like").focus();
+    this.#findPlane(tile);
+  }
+
+  /** @param {Tile} tile @param {Clip} clip */
+  #describe(tile, clip) {
+    get("closer-name").textContent = rootOf(tile.name);
+    const { other } = this;
+    get("how").textContent = other ? `${origin(tile)}, beside ${rootOf(other.name)} (${origin(other)})` : origin(tile);
+    const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
+      make("dt", { textContent: LAYERS[/** @type {keyof typeof LAYERS} */ (layer)] }),
+      make("dd", { textContent: blocks.filter(Boolean).map(words).join(", ") }),
+    ]);
+    get("layers").replaceChildren(...rows);
+    get("design").hidden = !clip.design;
+    const render = /** @type {HTMLButtonElement} */ (get("render"));
+    render.disabled = !clip.render;
+    render.textContent = clip.count > 1 ? "Render the whole film" : "Save the picture";
+    /** @type {HTMLInputElement} */ (get("name")).value = "";
+    get("told").textContent = "";
+    get("save").textContent = "Save";
+    this.#mark();
+  }
+
+  #mark() {
+    const kept = this.tile !== null && !this.moved && this.handlers.isKept(this.tile.tile);
+    get("keep").setAttribute("aria-pressed", String(kept));
+    get("split").setAttribute("aria-pressed", String(this.split !== null));
+    this.dirty = true;
+  }
+
+  /** Draws, if anything has changed or the film plays. */
+  draw() {
+    if (!dialog.open || !this.#shown || !this.clip) return;
+    const before = this.other && this.handlers.subjectOf(this.other.tile);
+    const counts = [this.painter.count(this.#shown), before ? this.painter.count(before) : this.source.ready];
+    const place = this.source.due(Math.min(...counts));
+    if (!this.dirty && place === this.#place) return;
+    [this.#place, this.dirty] = [place, false];
+    if (this.held) return this.#drawBefore(before, place, canvas);
+    this.painter.draw(this.#shown, place, canvas);
+    if (this.split === null) return this.#placeLine();
+    const left = Math.round(this.split * canvas.width);
+    [this.#scratch.width, this.#scratch.height] = [canvas.width, canvas.height];
+    this.#drawBefore(before, place, this.#scratch);
+    if (left) canvas.getContext("2d")?.drawImage(this.#scratch, 0, 0, left, canvas.height, 0, 0, left, canvas.height);
+    this.#placeLine();
+  }
+
+  /** @param {Subject | null} before @param {number} place @param {HTMLCanvasElement} onto */
+  #drawBefore(before, place, onto) {
+    const picture = this.source.pictures[place];
+    if (before) this.painter.draw(before, place, onto);
+    else if (picture) onto.getContext("2d")?.drawImage(picture, 0, 0, onto.width, onto.height);
+  }
+
+  #placeLine() {
+    const line = get("divider");
+    const names = [get("left-name"), get("right-name")];
+    line.hidden = this.split === null;
+    for (const name of names) name.hidden = this.split === null || !this.other;
+    if (this.split === null) return;
+    const box = this.#box();
+    Object.assign(line.style, { left: `${box.left + this.split * box.width}px`, top: `${box.top}px`, height: `${box.height}px` });
+    if (!this.other || !this.tile) return;
+    names[0].textContent = rootOf(this.other.name);
+    names[1].textContent = rootOf(this.tile.name);
+    Object.assign(names[0].style, { left: `${box.left + 10}px`, top: `${box.top + 10}px` });
+    Object.assign(names[1].style, { left: `${box.left + box.width - names[1].offsetWidth - 10}px`, top: `${box.top + 10}px` });
+  }
+
+  /** Where the picture lies within the view. */
+  #box() {
+    const { offsetLeft, offsetTop, offsetWidth, offsetHeight } = canvas;
+    const scale = Math.min(offsetWidth / canvas.width, offsetHeight / canvas.height);
+    const [width, height] = [canvas.width * scale, canvas.height * scale];
+    return { left: offsetLeft + (offsetWidth - width) / 2, top: offsetTop + (offsetHeight - height) / 2, width, height };
+  }
+
+  // Fine tuning
+
+  /** @param {Tile} tile */
+  async #findPlane(tile) {
+    this.axes = [];
+    this.planeOf = tile;
+    plane.classList.remove("ready");
+    plane.setAttribute("aria-busy", "true");
+    get("plane-note").textContent = "Looking for the two values that matter most";
+    get("axes").replaceChildren();
+    point.hidden = true;
+    try {
+      const { axes, start } = await this.handlers.ask("plane", { tile: tile.tile });
+      if (this.planeOf !== tile) return;
+      [this.axes, this.at] = [axes, start];
+      const samples = /** @type {HTMLImageElement} */ (get("samples"));
+      samples.src = `plane.jpg?tile=${tile.tile}`;
+      this.#placePoint();
+      await samples.decode();
+      if (this.planeOf === tile) plane.classList.add("ready");
+    } catch (error) {
+      if (this.planeOf === tile) get("plane-note").textContent = "No two values change this picture.";
+    }
+    plane.setAttribute("aria-busy", "false");
+  }
+
+  #placePoint() {
+    const [x, y] = this.at;
+    point.hidden = false;
+    Object.assign(point.style, { left: `${100 * x}%`, top: `${100 * (1 - y)}%` });
+    const texts = this.axes.map((axis, each) => [
+      `${each ? "↑" : "→"} ${words(axis.path.replace(/^\w+\.(?=\w+[#.])/, "").replace(/#\d+/, "").replace(".", " "))}`,
+      String(Number(valueAt(axis, this.at[each]).toPrecision(3))),
+    ]);
+    get("axes").replaceChildren(...texts.flatMap(([name, value]) => [make("dt", { textContent: name }), make("dd", { textContent: value })]));
+    plane.setAttribute("aria-description", texts.map((each) => each.join(" ")).join(", "));
+  }
+
+  /** @param {number} x @param {number} y */
+  async #moveTo(x, y) {
+    if (!this.axes.length) return;
+    const inside = (/** @type {number} */ part) => Math.min(1, Math.max(0, part));
+    this.at = [inside(x), inside(y)];
+    this.moved = true;
+    this.#placePoint();
+    this.#mark();
+    if (this.#moving) return;
+    this.#moving = true;
+    let drawn;
+    while (drawn !== this.at && this.planeOf) {
+      drawn = this.at;
+      await this.#prepare(this.#tunedSubject(this.planeOf.tile, drawn)).catch(() => {});
+    }
+    this.#moving = false;
+  }
+
+  /** @param {number} tile @param {[number, number]} at @returns {Subject} */
+  #tunedSubject(tile, [x, y]) {
+    return {
+      name: `${tile}@${x},${y}`,
+      plan: (side) => this.handlers.ask("tune", { tile, x, y, side }),
+      address: (frame, side) => `tuned.jpg?tile=${tile}&x=${x}&y=${y}&frame=${frame}&side=${side}`,
+    };
+  }
+
+  /** @param {Subject} subject */
+  async #prepare(subject) {
+    await this.painter.prepare(subject, this.handlers.side());
+    this.#shown = subject;
+    const before = this.other ? [this.handlers.subjectOf(this.other.tile).name] : [];
+    this.painter.keep(new Set([subject.name, ...before]));
+    this.dirty = true;
+  }
+
+  /** The number of the tile that is shown; a tuned style becomes a tile of its own. */
+  async #settled() {
+    if (!this.tile) throw new Error("Nothing is shown.");
+    if (this.moved && this.planeOf) {
+      const [x, y] = this.at;
+      const { tile } = await this.handlers.ask("keep", { tile: this.planeOf.tile, x, y });
+      this.tile = { ...this.tile, tile, kind: "tuned", parents: [this.planeOf.name] };
+      this.moved = false;
+    }
+    return this.tile.tile;
+  }
+
+  // What is done with it
+
+  /** @param {string} text @param {boolean} [alarm] */
+  #tell(text, alarm = false) {
+    get("told").textContent = text;
+    get("told").classList.toggle("alarm", alarm);
+  }
+
+  /** Does something with the tile, and tells what comes of it. @param {(tile: number) => Promise<string | void>} action */
+  async #act(action) {
+    try {
+      const text = await action(await this.#settled());
+      if (text) this.#tell(text);
+      this.#mark();
+    } catch (error) {
+      this.#tell(/** @type {Error} */ (error).message, true);
+    }
+  }
+
+  async save() {
+    const name = /** @type {HTMLInputElement} */ (get("name"));
+    const button = get("save");
+    if (!name.value.trim()) return name.focus();
+    const overwrite = button.textContent === "Replace";
+    await this.#act(async (tile) => {
+      try {
+        const { file } = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
+        button.textContent = "Save";
+        return `Saved as ${file}`;
+      } catch (error) {
+        if (/exists/.test(String(error))) button.textContent = "Replace";
+        throw error;
+      }
+    });
+  }
+
+  /** The name in the field, or one that the style suggests. */
+  get name() {
+    const given = /** @type {HTMLInputElement} */ (get("name")).value.trim();
+    return given || (this.tile?.name ?? "style").replace(/[^A-Za-z0-9_-]+/g, "-");
+  }
+
+  async render() {
+    const stem = (this.clip?.name ?? "film").replace(/\.\w+$/, "").replace(/[^A-Za-z0-9_-]+/g, "-").slice(0, 30);
+    get("progress").hidden = false;
+    await this.#act(async (tile) => `Rendered: ${(await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file}`);
+    get("progress").hidden = true;
+  }
+
+  /** @param {{fraction?: number | null, frame?: number, fps?: number}} progress */
+  progress(progress) {
+    const bar = /** @type {HTMLProgressElement} */ (document.querySelector("#progress progress"));
+    bar.value = progress.fraction ?? 0;
+    /** @type {HTMLElement} */ (bar.nextElementSibling).textContent = `${Math.round(100 * (progress.fraction ?? 0))} %`;
+  }
+
+  like() {
+    return this.#act(async (tile) => {
+      dialog.close();
+      this.handlers.onlike(tile);
+    });
+  }
+
+  star() {
+    return this.#act(async (tile) => void (await this.handlers.onstar(tile)));
+  }
+
+  toggleSplit() {
+    this.split = this.split === null ? 0.5 : null;
+    this.#mark();
+    this.#placeLine();
+  }
+
+  /** @param {boolean} on */
+  hold(on) {
+    this.held = on;
+    this.dirty = true;
+  }
+
+  #listen() {
+    get("close").onclick = () => dialog.close();
+    dialog.addEventListener("close", () => this.source.open({ .../** @type {Clip} */ (this.clip), frames: [] }, 180));
+    get("like").onclick = () => this.like();
+    get("keep").onclick = () => this.star();
+    get("split").onclick = () => this.toggleSplit();
+    for (const [event, on] of Object.entries({ pointerdown: true, pointerup: false, pointerleave: false })) get("hold").addEventListener(event, () => this.hold(on));
+    get("saving").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.save();
+    });
+    get("name").addEventListener("input", () => (get("save").textContent = "Save"));
+    get("render").onclick = () => this.render();
+    get("cancel").onclick = () => this.handlers.ask("cancel");
+    for (const kind of ["html", "hook"]) {
+      get(kind).onclick = () => this.#act(async (tile) => `Written: ${(await this.handlers.ask("export", { tile, name: this.name, kind })).file}`);
+    }
+    get("design").onclick = () => this.#act(async (tile) => void window.open((await this.handlers.ask("design", { tile })).url, "_blank", "noopener"));
+    this.#listenToPointer();
+    dialog.addEventListener("keydown", (event) => this.#key(event));
+    dialog.addEventListener("keyup", (event) => event.key.toLowerCase() === "x" && this.hold(false));
+    addEventListener("resize", () => this.#placeLine());
+  }
+
+  #listenToPointer() {
+    const onPlane = (/** @type {PointerEvent} */ event) => {
+      const box = plane.getBoundingClientRect();
+      this.#moveTo((event.clientX - box.left) / box.width, 1 - (event.clientY - box.top) / box.height);
+    };
+    const onPicture = (/** @type {PointerEvent} */ event) => {
+      if (this.split === null) return;
+      const box = this.#box();
+      const left = event.clientX - get("view").getBoundingClientRect().left;
+      this.split = Math.min(1, Math.max(0, (left - box.left) / box.width));
+      this.dirty = true;
+    };
+    for (const [element, follow] of /** @type {[HTMLElement, (event: PointerEvent) => void][]} */ ([[plane, onPlane], [canvas, onPicture]])) {
+      element.addEventListener("pointerdown", (event) => {
+        element.setPointerCapture(event.pointerId);
+        follow(event);
+      });
+      element.addEventListener("pointermove", (event) => element.hasPointerCapture(event.pointerId) && follow(event));
+    }
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const target = /** @type {HTMLElement} */ (event.target);
+    if (event.ctrlKey || event.metaKey || event.altKey || target.matches("input")) return;
+    const step = event.shiftKey ? 0.1 : 0.02;
+    const [x, y] = this.at;
+    const moves = { ArrowLeft: [x - step, y], ArrowRight: [x + step, y], ArrowUp: [x, y + step], ArrowDown: [x, y - step] };
+    const move = target === plane && moves[/** @type {keyof typeof moves} */ (event.key)];
+    if (move) this.#moveTo(move[0], move[1]);
+    else if (event.key === "Enter" && !target.matches("button")) this.like();
+    else if (event.key === "s" || event.key === "S") this.star();
+    else if (event.key === "v") this.toggleSplit();
+    else if (event.key === "x") this.hold(true);
+    else if (event.key === "p") this.source.playing = !this.source.playing;
+    else return;
+    event.preventDefault();
+  }
+}

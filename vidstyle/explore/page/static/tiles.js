@@ -1,0 +1,157 @@
+/**
+ * The nine tiles: what each shows, and how one goes from tile to tile.
+ *
+ * @module
+ */
+
+import { drawn, make } from "./elements.js";
+
+/** @typedef {import("./explore_types.js").Tile} Tile */
+/** @typedef {import("./painters.js").Subject} Subject */
+
+const COLUMNS = 3;
+const STAR = "m8 1.8 1.9 4 4.3.6-3.1 3.1.7 4.4L8 11.8l-3.8 2.1.7-4.4L1.8 6.4l4.3-.6z";
+const CLOSER = "M7 12A5 5 0 1 0 7 2a5 5 0 0 0 0 10Zm3.7-1.3L14 14M7 5v4M5 7h4";
+
+/** A drawing in a square of 16 units. @param {string} path */
+function icon(path) {
+  const drawing = drawn("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
+  drawing.append(drawn("path", { d: path }));
+  return drawing;
+}
+
+/** A style's name without what tells it from its sisters. @param {string} name */
+export function rootOf(name) {
+  return name.split("~")[0].replace(/^(open|paper)-(\d+)$/, "random $2").replaceAll("_", " ");
+}
+
+/** How a tile came about, in words. @param {Tile} tile */
+export function origin({ kind, parents }) {
+  const [one, other] = parents.map(rootOf);
+  switch (kind) {
+    case "chosen":
+      return "your choice";
+    case "values":
+      return "other values";
+    case "step":
+      return "one step changed";
+    case "cross":
+      return `crossed with ${other ?? one}`;
+    case "shipped":
+      return `near ${one}`;
+    case "tuned":
+      return `${one}, tuned`;
+    default:
+      return "wild card";
+  }
+}
+
+/** The grid of tiles. */
+export class Tiles {
+  /** What is shown at each place. @type {Tile[]} */
+  shown = [];
+
+  /**
+   * @param {HTMLElement} element
+   * @param {object} handlers
+   * @param {(place: number) => void} handlers.ontake
+   * @param {(place: number) => void} handlers.onstar
+   * @param {(place: number) => void} handlers.oncloser
+   */
+  constructor(element, { ontake, onstar, oncloser }) {
+    this.element = element;
+    this.cells = Array.from({ length: COLUMNS * COLUMNS }, (_, place) => {
+      const canvas = make("canvas", { width: 16, height: 9 });
+      const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas);
+      take.setAttribute("aria-keyshortcuts", String(place + 1));
+      const star = make("button", { title: "Keep (S)", onclick: () => onstar(place) }, icon(STAR));
+      const closer = make("button", { title: "Look closer (L)", onclick: () => oncloser(place) }, icon(CLOSER));
+      const tools = make("div", { className: "tools" }, closer, star);
+      const kind = make("span", { className: "kind" });
+      const number = make("span", { className: "number", textContent: String(place + 1) });
+      const cell = make("div", { className: "tile waiting" }, take, number, kind, tools);
+      element.append(cell);
+      return { cell, canvas, take, star, closer, kind };
+    });
+  }
+
+  /**
+   * Shows other tiles.
+   * @param {Tile[]} tiles
+   * @param {Set<number>} kept
+   */
+  show(tiles, kept) {
+    const before = this.shown;
+    this.shown = tiles;
+    for (const [place, tile] of tiles.entries()) {
+      const { cell, take, star, closer, kind } = this.cells[place];
+      if (before[place]?.tile !== tile.tile) cell.classList.add("waiting");
+      cell.classList.toggle("chosen", tile.kind === "chosen");
+      kind.textContent = origin(tile);
+      take.disabled = false;
+      take.setAttribute("aria-label", `${place + 1}: ${origin(tile)}`);
+      star.setAttribute("aria-pressed", String(kept.has(tile.tile)));
+      star.setAttribute("aria-label", `Keep ${place + 1}`);
+      closer.setAttribute("aria-label", `Look closer at ${place + 1}`);
+    }
+    this.element.setAttribute("aria-busy", String(!tiles.length));
+  }
+
+  /** The style at a place has been drawn. @param {number} place */
+  ready(place) {
+    this.cells[place].cell.classList.remove("waiting");
+  }
+
+  /** Fits the tiles into the space that is there. @param {number} aspect width by height */
+  fit(aspect) {
+    const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (this.element.parentElement);
+    const [gap, edge] = [7, 22];
+    const width = Math.floor(Math.min((clientWidth - edge - 2 * gap) / 3, ((clientHeight - edge - 2 * gap) / 3) * aspect));
+    this.size = [Math.max(40, width), Math.max(40, Math.floor(width / aspect))];
+    this.element.style.setProperty("--width", `${this.size[0]}px`);
+    this.element.style.setProperty("--height", `${this.size[1]}px`);
+  }
+
+  /** The tile with the keyboard's focus, or under the mouse; -1 for none. */
+  get current() {
+    const focused = this.cells.findIndex(({ cell }) => cell.contains(document.activeElement));
+    return focused >= 0 ? focused : this.cells.findIndex(({ cell }) => cell.matches(":hover"));
+  }
+
+  /** Moves the focus. @param {string} key of an arrow */
+  go(key) {
+    const now = this.current;
+    const last = COLUMNS - 1;
+    let [row, column] = now < 0 ? [1, 1] : [Math.floor(now / COLUMNS), now % COLUMNS];
+    if (now >= 0 || document.activeElement === document.body) {
+      if (key === "ArrowLeft") column = Math.max(0, column - 1);
+      if (key === "ArrowRight") column = Math.min(last, column + 1);
+      if (key === "ArrowUp") row = Math.max(0, row - 1);
+      if (key === "ArrowDown") row = Math.min(last, row + 1);
+    }
+    this.cells[row * COLUMNS + column].take.focus();
+  }
+
+  /** Lets the tile that was taken move to the middle, while the others go. @param {number} place */
+  leave(place) {
+    const middle = this.cells[4].cell.getBoundingClientRect();
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    for (const [each, { cell }] of this.cells.entries()) {
+      if (each !== place) cell.classList.add("waiting");
+      else if (!calm) {
+        const from = cell.getBoundingClientRect();
+        const [x, y] = [middle.left - from.left, middle.top - from.top];
+        cell.style.zIndex = "2";
+        cell.animate({ transform: ["none", `translate(${x}px, ${y}px)`] }, { duration: 240, easing: "ease-in-out" }).onfinish = () => (cell.style.zIndex = "");
+      }
+    }
+    const [from, to] = [this.cells[place].canvas, this.cells[4].canvas];
+    setTimeout(() => {
+      if (from === to) return;
+      [to.width, to.height] = [from.width, from.height];
+      to.getContext("2d")?.drawImage(from, 0, 0);
+      this.cells[4].cell.classList.remove("waiting");
+      this.cells[place].cell.classList.add("waiting");
+    }, calm ? 0 : 235);
+  }
+}
