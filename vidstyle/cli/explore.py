@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +16,9 @@ from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError, printable
 from vidstyle.pipeline.progress import StepProgress
 from vidstyle.pipeline.stopping import stop_on_signals
+
+if TYPE_CHECKING:
+    from vidstyle.style import Style
 
 
 @click.command(short_help="Find styles that nobody has designed.")
@@ -44,11 +49,14 @@ from vidstyle.pipeline.stopping import stop_on_signals
 def explore(source: str, output: Path | None, progress: str, **options: Any) -> int:
     """Find styles for INPUT, a picture or a film, that nobody has designed.
 
+    On a page in the browser you choose from nine at a time, and the next nine follow from what you took.
+    With -o they are written to a folder instead, with a sheet of them all.
+
     Random styles are drawn and measured; what is blank, muddy, blurred, cluttered, flickering, or like the
     source or another one is thrown out.
     """
     if output is None:
-        raise UsageError("explore", "needs -o FOLDER")
+        return _show_page(source, options)
     from vidstyle.explore.write_styles import explore_to_folder
     from vidstyle.media.read.reader import ReadOptions
 
@@ -66,3 +74,32 @@ def explore(source: str, output: Path | None, progress: str, **options: Any) -> 
     faults = {reason or "passed": number for reason, number in found.faults.items()}
     say(text, {"folder": str(output), "styles": passed, "tried": found.tried, "reasons": faults})
     return stop.exit_code
+
+
+def _show_page(source: str, options: dict[str, Any]) -> int:
+    """Show the page until the user ends it."""
+    unused = [name for name in ("tries", "judge", "start", "allow_url", "overwrite") if options[name]]
+    if unused or options["rules"] != "open":
+        option = "rules" if not unused else "at" if unused[0] == "start" else unused[0].replace("_", "-")
+        raise UsageError(f"--{option}", "belongs to -o FOLDER", "leave it out, or name a folder")
+    from vidstyle.explore.page import explore
+
+    browse = browser.open_page if browser.is_wanted(options["no_open"]) else None
+    with stop_on_signals() as stop:
+        seed, port = options["seed"], options["port"]
+        explore(source, stop=stop, seed=seed, port=port, browse=browse, designer=_designer(stop))
+    return stop.exit_code
+
+
+def _designer(stop: threading.Event) -> Callable[[str | None, Style], str]:
+    """What opens the designer with a style, on a page of its own, until `stop` is set."""
+
+    def opened(source: str | None, style: Style) -> str:
+        from vidstyle.design import serve
+
+        pages = serve(source, style, Path.cwd(), 0, "auto", None, stop)
+        address = next(pages)
+        threading.Thread(target=lambda: list(pages), name="vidstyle designer", daemon=True).start()
+        return address
+
+    return opened

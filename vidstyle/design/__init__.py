@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import vidstyle.web  # noqa: F401  # first of all: it says what to install if aiohttp is missing
+from vidstyle.style import Style, style_text
 
 
 def serve(
     source: str | None,
-    style: str | None,
+    style: str | Style | None,
     folder: Path,
     port: int,
     device: str,
@@ -22,7 +23,8 @@ def serve(
 
     Args:
         source: what is restyled, as for `open_clip`.
-        style: what to open, as for `load_style`; None: the page begins with a choice.
+        style: what to open: a name or a file, or a style that is not saved yet; None: the page begins with a
+            choice.
         folder: where files are written.
         port: of this machine; 0 chooses a free one.
         device: which restyles for browsers that cannot, as for `open_renderer`.
@@ -38,7 +40,9 @@ def serve(
 
     designer = Designer(open_clip(source), folder, Drafts())
     try:
-        if style is not None:
+        if isinstance(style, Style):
+            designer.open_text(style.name, style_text(style))
+        elif style is not None:
             designer.open_style(style)
         server = DesignServer(designer, port, device)
     except BaseException:
