@@ -169,8 +169,9 @@ def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bo
 def _details(style: Style, described: dict[str, Any]) -> Iterator[str]:
     from vidstyle.diagram.graph import graph_of
     from vidstyle.diagram.text import graph_text
+    from vidstyle.style import LAYERS
 
-    layers = {key: value for key, value in described.items() if isinstance(value, list)}
+    layers = {layer: described[layer] for layer in LAYERS}
     yield f"{described['name']}: {described['note']}" if described["note"] else described["name"]
     yield ""
     yield from graph_text(graph_of(style), get_terminal_size((100, 0)).columns, sys.stdout.encoding)
