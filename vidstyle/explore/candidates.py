@@ -110,7 +110,11 @@ def search(
     if passed:
         worth = _ranks([each.score for each in passed])
         order = spread_out(np.array([each.signature for each in passed]), worth, wanted)
-        found.chosen = [_pruned(original, passed[number]) for number in order]
+        with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
+            chosen = (passed[number] for number in order)
+            for candidate in pool.map(lambda each: _pruned(original, each), chosen):
+                found.chosen.append(candidate)
+                on_step("pruning styles", len(found.chosen), len(order))
     return found
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from vidstyle.explore.measure import Measures, Original
 from vidstyle.explore.random_steps import is_valid, with_layers, without_idle_steps
+from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import LAYERS, Style
 
 
@@ -67,7 +68,7 @@ def is_like_another(signature: np.ndarray, others: Sequence[np.ndarray]) -> bool
 
 
 def pruned(style: Style, original: Original, picture: np.ndarray) -> Style:
-    """The style without steps that change nothing.
+    """The style without steps that change nothing, neither in the small picture nor in the large one.
 
     Args:
         picture: the original in the style.
@@ -75,7 +76,10 @@ def pruned(style: Style, original: Original, picture: np.ndarray) -> Style:
     for layer in LAYERS:
         for place in reversed(range(len(style.layers[layer]))):
             shorter = _without(style, layer, place)
-            if shorter is not None and _changes_nothing(original.drawn(shorter), picture):
+            if shorter is None or not _is_same(original.drawn(shorter), picture):
+                continue
+            # Lengths of a pixel or two come to nothing in a small picture.
+            if _is_same(restyled(original.large, shorter), restyled(original.large, style)):
                 style = shorter
     return style
 
@@ -83,12 +87,12 @@ def pruned(style: Style, original: Original, picture: np.ndarray) -> Style:
 def _without(style: Style, layer: str, place: int) -> Style | None:
     """The style without a step; None where others need it."""
     steps = style.layers[layer]
-    if place >= len(steps) or steps[place].save or steps[place].source:
+    if place >= len(steps) or steps[place].save or steps[place].source or steps[place].block == "scale":
         return None
     shorter = without_idle_steps(with_layers(style, {layer: steps[:place] + steps[place + 1 :]}))
     return shorter if is_valid(shorter) else None
 
 
-def _changes_nothing(one: np.ndarray, other: np.ndarray) -> bool:
+def _is_same(one: np.ndarray, other: np.ndarray) -> bool:
     difference = np.abs(one.astype(np.int16) - other)
     return float(np.percentile(difference, 99)) < ONE_CODE

@@ -23,6 +23,7 @@ from vidstyle.explore.random_steps import (
     near,
     step_drawn,
     step_near,
+    with_fitting_sizes,
     with_layers,
     without_idle_steps,
 )
@@ -83,7 +84,7 @@ def mutate(style: Style, seed: int | str, distance: float = 0.4, locks: Iterable
         else steps
         for layer, steps in style.layers.items()
     }
-    changed = replace(style, variants={}, **layers)  # type: ignore[arg-type]
+    changed = with_fitting_sizes(with_layers(style, layers), _open_layers(locks))
     if "colors" not in locks:
         changed = _recolored(random, changed, distance)
     return _made(changed, f"other values, distance {distance:g}, seed {seed}")
@@ -96,7 +97,7 @@ def alter(style: Style, seed: int | str, locks: Iterable[str] = ()) -> Style:
     for _ in range(TRIES if layers and "steps" not in locks else 0):
         layer = random.choice(layers)
         steps = _altered(random, layer, style.layers[layer])
-        changed = with_layers(style, {layer: steps})
+        changed = with_fitting_sizes(with_layers(style, {layer: steps}), _open_layers(locks))
         if steps != style.layers[layer] and is_valid(changed):
             return _made(changed, f"one step changed, seed {seed}")
     return mutate(style, seed, locks=locks)

@@ -78,10 +78,11 @@ class Original:
 
     Attributes:
         picture: it, reduced to `DRAWN_SIDE`.
+        large: it, as it was given.
     """
 
     def __init__(self, picture: np.ndarray) -> None:
-        self.picture = reduced(picture, DRAWN_SIDE)
+        self.picture, self.large = reduced(picture, DRAWN_SIDE), picture
         small = reduced(picture, MEASURED_SIDE)
         self._lab = oklab(small / 255.0)
         self._luma = luma_of(small)

@@ -127,11 +127,20 @@ def joined(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
     for layer in LAYERS:
         if layer in layers:
             base = built.get("base", []) if layer != "base" else []
-            steps = _fitting(layers[layer], base)
+            steps = [step for step in _fitting(layers[layer], base) if not _is_idle(step)]
             if layer != "base":
                 steps = _sharpened(steps, base)
             built[layer] = _on_base(numbered(steps, taken), base, taken)
     return with_layers(style, built)
+
+
+def with_fitting_sizes(style: Style, layers: Iterable[str] = LAYERS) -> Style:
+    """The style with working sizes in these layers that are neither too small nor larger than the picture."""
+    for layer in LAYERS:
+        if layer in layers:
+            base = style.base if layer != "base" else ()
+            style = replace(style, **{layer: tuple(_fitting(style.layers[layer], base))})  # type: ignore[arg-type]
+    return style
 
 
 def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
@@ -228,9 +237,12 @@ def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
             now *= factor
             step = replace(step, values=step.values | {"factor": factor})
         sizes[step.save] = now
-        if step.block != "scale" or factor != 1 or step.save or step.source:
-            out.append(step)
+        out.append(step)
     return out
+
+
+def _is_idle(step: Step) -> bool:
+    return step.block == "scale" and step.values.get("factor") == 1 and not (step.save or step.source)
 
 
 def _sharpened(steps: list[Step], base: Sequence[Step]) -> list[Step]:
