@@ -23,6 +23,7 @@ from vidstyle.style import (
     style_names,
     table_from_style,
 )
+from vidstyle.style.check import TEXTS
 from vidstyle.style.files import read_style_text, style_from_text
 from vidstyle.style.panel import panel
 
@@ -100,7 +101,9 @@ class Designer:
         Raises:
             StyleError: it has mistakes.
         """
-        self._open(style_from_text(text, Path(name), None), text, None)
+        style = style_from_text(text, Path(name), None)
+        printed = "".join(filter(str.isprintable, style.name))[: TEXTS["name"]]
+        self._open(replace(style, name=printed), text, None)
         self.opened.mark_changed()
 
     def open_draft(self, accept: bool) -> None:

@@ -110,6 +110,7 @@ class FilmClip:
         self._at: SampledFrame
         self._next: SampledFrame | None
         self._number: int
+        self._is_closed = False
         self._lock = threading.Lock()
         self._cache: OrderedDict[tuple[int, int | None], np.ndarray] = OrderedDict()
         self._steps_forward = 1 if is_pattern(path) else STEPS_FORWARD
@@ -132,6 +133,8 @@ class FilmClip:
         side = None if side is None or side >= shorter else side
         with self._lock:
             if (number, side) not in self._cache:
+                if self._is_closed:
+                    raise InputError(self.name, "is closed")
                 self._move_to(number)
                 self._keep((number, side), self._picture(side))
             self._cache.move_to_end((number, side))
@@ -144,6 +147,7 @@ class FilmClip:
     def close(self) -> None:
         """See `Clip`."""
         with self._lock:
+            self._is_closed = True
             self._sampler.close()
 
     def _keep(self, key: tuple[int, int | None], picture: np.ndarray) -> None:

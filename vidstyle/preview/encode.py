@@ -11,7 +11,14 @@ PictureFormat = Literal["png", "jpeg"]
 
 _OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
     "png": (".png", [cv2.IMWRITE_PNG_COMPRESSION, 1]),  # it is sent once and not far
-    "jpeg": (".jpg", [cv2.IMWRITE_JPEG_QUALITY, 92]),
+    "jpeg": (
+        ".jpg",
+        # Subsampled chroma would wash out coloured dots and strokes.
+        [
+            *(cv2.IMWRITE_JPEG_QUALITY, 92),
+            *(cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444),
+        ],
+    ),
 }
 
 

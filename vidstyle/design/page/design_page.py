@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import struct
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any
 
 from aiohttp import WSCloseCode, WSMsgType, web
@@ -132,9 +132,9 @@ class DesignPage:
         await self.show_style()
         await self.frames.send()
 
-    def begin(self, work: Awaitable[None]) -> None:
+    def begin(self, work: Coroutine[Any, Any, None]) -> None:
         """Do something beside the next messages, at most until the page goes."""
-        task = asyncio.ensure_future(work)
+        task = self.server.begin(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -147,7 +147,7 @@ class DesignPage:
         await self.tell({"answer": id} | answer)
 
     async def _greet(self) -> None:
-        for message in self.server.greeting():
+        for message in await self.server.run(lambda: list(self.server.greeting())):
             await self.tell(message)
         await self.show_state(await self.server.run(lambda: self.server.designer.state))
         await self.tell({"draft": await self.server.run(lambda: self.server.designer.draft_offer)})

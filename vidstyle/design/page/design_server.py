@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -59,6 +59,7 @@ class DesignServer:
         self._pictures = ThreadPoolExecutor(1, "vidstyle design pictures")
         self._samples: dict[str, asyncio.Future[bytes]] = {}
         self._settling: asyncio.Task[None] | None = None
+        self._fault: BaseException | None = None
         handlers = {
             "/socket": self._serve_socket,
             "/style.jpg": self._send_sample(style_names, style_sample),
@@ -76,7 +77,7 @@ class DesignServer:
     @property
     def error(self) -> BaseException | None:
         """The exception that ended the page, a fault of this program, or None."""
-        return self._server.error
+        return self._fault or self._server.error
 
     def close(self) -> None:
         """Keep a draft of what is not saved, and stop."""
@@ -88,6 +89,17 @@ class DesignServer:
         self.restyler.close()
         self._steps.close()
         self.designer.clip.close()
+
+    def begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        """Do something beside all else; a fault in it ends the designer."""
+
+        async def watched() -> None:
+            try:
+                await work
+            except Exception as error:
+                self._fault = error
+
+        return asyncio.get_running_loop().create_task(watched())
 
     async def run(self, function: Callable[..., Any], *values: Any) -> Any:
         """Call a function that reads or changes what is open, one at a time."""
@@ -132,7 +144,7 @@ class DesignServer:
         """Make the small pictures of steps anew, once no edit has come for a moment; save a draft."""
         if self._settling is not None:
             self._settling.cancel()
-        self._settling = asyncio.get_running_loop().create_task(self._send_steps())
+        self._settling = self.begin(self._send_steps())
 
     async def _send_steps(self) -> None:
         await asyncio.sleep(SETTLED_SECONDS)
@@ -158,7 +170,7 @@ class DesignServer:
         self, names: Callable[[], Any], make: Callable[[str], bytes]
     ) -> Callable[[web.Request], Any]:
         async def handler(request: web.Request) -> web.StreamResponse:
-            name, key = request.query.get("of", ""), request.raw_path
+            name = request.query.get("of", "")
             if name not in names():
                 raise web.HTTPNotFound
             key = f"{request.path} {name}"

@@ -42,7 +42,7 @@ class FrameSender:
     def play(self, at: int, first: int, last: int, fps: float) -> None:
         """Play frames first..last over and over, beginning with `at`."""
         self.stop()
-        self._playing = asyncio.get_running_loop().create_task(self._play(at, first, last, fps))
+        self._playing = self._page.server.begin(self._play(at, first, last, fps))
 
     async def send(self) -> None:
         """Send the frame that is shown, exactly, and have it restyled where the server restyles."""
@@ -60,7 +60,7 @@ class FrameSender:
         self._wanted = True
         is_idle = self._restyling is None or self._restyling.done()
         if is_idle and self._playing is None:
-            self._restyling = asyncio.get_running_loop().create_task(self._restyle())
+            self._restyling = self._page.server.begin(self._restyle())
 
     async def _restyle(self) -> None:
         while self._wanted:

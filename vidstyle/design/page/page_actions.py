@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -111,7 +112,8 @@ async def _play(page: DesignPage, fields: Values) -> None:
 
 async def _pause(page: DesignPage, fields: Values) -> None:
     page.frames.stop()
-    await page.frames.send()
+    if not page.server.designer.clip.live:
+        await page.frames.send()
     page.server.refresh_steps()
 
 
@@ -142,7 +144,7 @@ async def _thumbnails(page: DesignPage, fields: Values) -> None:
 
 
 async def _export(page: DesignPage, fields: Values) -> Values:
-    return {"file": await page.server.run(partial(page.server.designer.export, **fields))}
+    return {"file": await asyncio.to_thread(page.server.designer.export, **fields)}
 
 
 async def _render(page: DesignPage, fields: Values) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
@@ -23,16 +24,24 @@ class FileUpload:
         self._page, self._id, self._name, self._missing = page, id, name, size
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._file: BinaryIO | None = None
+        self._error: OutputError | None = None
 
     def open(self) -> None:
         """Make the file.
 
         Raises:
             UsageError: its name is none.
-            OutputError: it cannot be made.
+            OutputError: it cannot be made, or there is no room for it.
         """
+        folder = Path(tempfile.gettempdir())
+        if shutil.disk_usage(folder).free < self._missing:
+            raise OutputError(self._name, f"does not fit into {folder}", "name it on the command line")
         self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
-        path = checked_path(Path(self._folder.name), self._name)
+        try:
+            path = checked_path(Path(self._folder.name), self._name)
+        except BaseException:
+            self.drop()
+            raise
         try:
             self._file = path.open("xb")
         except OSError as error:
@@ -48,12 +57,12 @@ class FileUpload:
         assert self._file is not None
         if len(part) > self._missing:
             raise MessageError("upload: more than was announced")
-        try:
-            await self._page.server.run(self._file.write, part)
-        except OSError as error:
-            await self._fail(output_error(self._name, error))
-            return
         self._missing -= len(part)
+        if self._error is None:  # what comes after it is on its way already
+            try:
+                await self._page.server.run(self._file.write, part)
+            except OSError as error:
+                self._error = output_error(self._name, error)
         if not self._missing:
             await self._page.answer(self._id, self._finish)
 
@@ -65,12 +74,11 @@ class FileUpload:
         if self._folder is not None:
             self._folder.cleanup()
 
-    async def _fail(self, error: OutputError) -> None:
-        self.drop()
-        await self._page.tell({"answer": self._id, "error": str(error)})
-
     async def _finish(self) -> None:
         assert self._file is not None and self._folder is not None
+        if self._error is not None:
+            self.drop()
+            raise self._error
         self._file.close()
         folder, self._page.upload = self._folder, None
         try:

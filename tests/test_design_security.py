@@ -1,0 +1,260 @@
+"""The designer against strangers: who may ask, what messages may be, and where files may be written."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from designing import Page, served, shown
+from live_page import Visitor
+from media import make_picture
+from waiting import LONG, eventually
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from vidstyle.design.designer import Designer
+from vidstyle.design.drafts import Drafts
+from vidstyle.design.page import design_page, kinds
+from vidstyle.design.page.design_server import MAX_PAGES, DesignServer
+from vidstyle.design.places import checked_path
+from vidstyle.errors import UsageError
+from vidstyle.preview.clip import open_clip
+from vidstyle.web.messages import MessageError, read_message
+
+
+@pytest.fixture(scope="module")
+def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_picture(tmp_path_factory.mktemp("photo") / "photo.png", size=(48, 32))
+
+
+@pytest.fixture
+def server(tmp_path: Path, photo: Path) -> Iterator[DesignServer]:
+    with served(tmp_path, open_clip(photo)) as server:
+        yield server
+
+
+def test_nobody_else_gets_a_page_a_picture_or_a_socket(server: DesignServer) -> None:
+    visitor = Visitor(server)
+    paths = ("/", "/runner.js", "/block.jpg?of=hue", "/style.jpg?of=ink", "/socket")
+    for path in paths:
+        assert visitor.ask(path, visitor.headers(cookie="none=1"))[0] == 403
+        assert visitor.ask(path, visitor.headers(host="evil.example"))[0] == 403
+        assert visitor.ask(path, visitor.headers(Origin="http://evil.example"))[0] == 403
+    assert visitor.ask("/", body=b"x")[0] in (0, 400)
+    for origin, cookie in (("http://evil.example", None), ("", "none=1")):
+        with pytest.raises(InvalidStatus), visitor.look(origin, cookie):
+            pass
+    assert [visitor.ask(path)[0] for path in paths[:4]] == [200] * 4
+
+
+def test_no_path_leads_out_of_the_pages_files(server: DesignServer) -> None:
+    visitor = Visitor(server)
+    for path in ("/../designer.py", "/%2e%2e/designer.py", "/block.jpg?of=../x", "/style.jpg?of=/etc/passwd"):
+        assert visitor.ask(path)[0] == 404
+
+
+def test_the_policy_allows_nothing_from_elsewhere(server: DesignServer) -> None:
+    policy = Visitor(server).ask("/")[1]["content-security-policy"]
+    assert "default-src 'none'" in policy and "unsafe" not in policy and "http:" not in policy
+
+
+def test_only_a_few_pages_are_served(server: DesignServer) -> None:
+    visitors = [shown(server) for _ in range(MAX_PAGES)]
+    pages = [each.__enter__() for each in visitors]
+    with pytest.raises(InvalidStatus) as caught, Visitor(server).look():
+        pass
+    assert caught.value.response.status_code == 429
+    for each in visitors:
+        each.__exit__(None, None, None)
+    assert len(pages) == MAX_PAGES
+
+
+def is_closed(page: Page) -> int:
+    """The code with which the server closes the socket."""
+    with pytest.raises(ConnectionClosed) as caught:
+        while True:
+            page.take(LONG)
+    return caught.value.rcvd.code if caught.value.rcvd else 0
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("", 1008),
+        ("[]", 1008),
+        ('{"do": "eval", "id": 1}', 1008),
+        ('{"do": "save"}', 1008),
+        ('{"do": "save", "id": 1, "path": "/etc/passwd"}', 1008),
+        ('{"do": "set", "id": 1, "gesture": 1, "step": 1, "name": "sigma", "value": [1]}', 1008),
+        ('{"do": "strength", "id": 1, "gesture": 1, "value": NaN}', 1008),
+        ('{"do": "watch", "id": 1, "solo": null, "side": 99999, "where": "page"}', 1008),
+        ("[" * 5000, 1008),
+        ("x" * 70_000, 1009),
+    ],
+)
+def test_a_message_that_the_page_does_not_send_ends_the_connection(
+    server: DesignServer, text: str, code: int
+) -> None:
+    with shown(server) as page:
+        page.socket.send(text)
+        assert is_closed(page) == code
+    with shown(server) as page:
+        assert page.error("new") == ""
+
+
+def test_parts_of_no_file_and_more_than_was_announced_end_the_connection(server: DesignServer) -> None:
+    with shown(server) as page:
+        page.socket.send(b"part")
+        assert is_closed(page) == 1008
+    with shown(server) as page:
+        page.ask("upload", name="a.png", size=3)
+        page.socket.send(b"part")
+        assert is_closed(page) == 1008
+
+
+def test_too_many_messages_end_the_connection(server: DesignServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(design_page, "MAX_MESSAGES", 20)
+    with shown(server) as page:
+        for _ in range(60):
+            page.say("command")
+        assert is_closed(page) == 1008
+
+
+NAMES = [
+    "../up", "a/b", "/etc/x", ".hidden", "a\\b", "", "-", "a\nb", "c:x", "con", "nul.toml", "a\0", "~",
+    "%05d", "*", "a?", "x" * 200, "a..b", " a", "link",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_files_are_written_under_plain_names_in_one_folder(tmp_path: Path, name: str) -> None:
+    (tmp_path / "link.toml").symlink_to(tmp_path.parent / "elsewhere.toml")
+    with pytest.raises(UsageError):
+        checked_path(tmp_path, name, ".toml")
+    with pytest.raises(UsageError):
+        checked_path(tmp_path, name)
+
+
+@pytest.mark.parametrize("name", ["ink", "My style (2)", "été-1.v2", "a.toml"])
+def test_usual_names_are_taken(tmp_path: Path, name: str) -> None:
+    path = checked_path(tmp_path, name, ".toml")
+    assert path.parent == tmp_path and path.suffix == ".toml" and path.name.count(".toml") == 1
+
+
+def test_nothing_but_a_style_is_written_over(server: DesignServer, tmp_path: Path) -> None:
+    (tmp_path / "notes.toml").mkdir()
+    with shown(server) as page:
+        page.ask("new")
+        assert "is not a file" in page.error("save_as", name="notes", overwrite=True)
+        for name in NAMES:
+            if 0 < len(name) <= 200 and name != "link":
+                for kind in ("save_as", "render", "export"):
+                    more = {"frames": 1} if kind == "render" else {}
+                    more |= {"kind": "html"} if kind == "export" else {}
+                    assert page.error(kind, name=name, overwrite=True, **more)
+    assert set(os.listdir(tmp_path)) - {"drafts"} == {"notes.toml"}
+
+
+def test_a_page_opens_styles_of_the_list_alone(server: DesignServer, tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text('format = 1\n[[base]]\nblock = "hue"\n')
+    with shown(server) as page:
+        for name in (str(tmp_path / "own.toml"), "own.toml", "../ink", "ink:dark-blue"):
+            assert "is not in the list of styles" in page.error("open", style=name)
+
+
+def test_a_style_from_a_stranger_reads_no_file_and_holds_no_code(
+    server: DesignServer, tmp_path: Path
+) -> None:
+    (tmp_path / "secret.npz").write_bytes(b"x")
+    with shown(server) as page:
+        for path in ("secret.npz", "../secret.npz", "/etc/passwd"):
+            text = f'format = 1\n[[base]]\nblock = "learned"\nbank = "{path}"\n'
+            told = page.error("open_text", name="x.toml", text=text)
+            assert "bank" in told and page.told["state"] is None
+        assert "is not TOML" in page.error("open_text", name="x.toml", text="import os")
+        assert "is not a block" in page.error(
+            "open_text", name="x.toml", text='format = 1\n[[base]]\nblock = "os.system"\n'
+        )
+        page.ask("open_text", name="\x07../x.toml", text="format = 1\n")
+        assert page.told["state"]["name"] == "x"
+
+
+def test_a_draft_that_somebody_has_written_is_no_draft(tmp_path: Path, photo: Path) -> None:
+    for content in ("", "[]", "{}", '{"table": 1, "text": null, "file": "", "when": ""}', "{" * 10**5):
+        (tmp_path / "draft.json").write_text(content)
+        assert Drafts(tmp_path / "draft.json").read() is None
+    draft = {"table": {"format": 1, "base": 5}, "text": None, "file": "", "when": "now"}
+    (tmp_path / "draft.json").write_text(json.dumps(draft))
+    designer = Designer(open_clip(photo), tmp_path, Drafts(tmp_path / "draft.json"))
+    with pytest.raises(ValueError, match="is not a list of steps"):
+        designer.open_draft(True)
+    designer.clip.close()
+
+
+VALUES = [
+    None,
+    True,
+    -1,
+    0,
+    1,
+    7,
+    0.5,
+    1e300,
+    2**60,
+    "",
+    "lines",
+    "hue",
+    "a" * 300,
+    "\ud800",
+    [],
+    {},
+    "ink",
+    "page",
+]
+
+
+def malformed(choose: random.Random) -> str:
+    """A message of the page with something wrong, or with values that make no sense."""
+    kind = choose.choice([*kinds.FIELDS, "nothing"])
+    fields = dict.fromkeys(kinds.FIELDS.get(kind, {"id": None}))
+    message = {"do": kind} | {name: choose.choice(VALUES) for name in fields}
+    if choose.random() < 0.7:
+        message["id"] = 1
+        if "gesture" in message:
+            message["gesture"] = 1
+    if choose.random() < 0.1:
+        message.pop(choose.choice(list(message)))
+    text = json.dumps(message)
+    if choose.random() < 0.1:
+        text = text[: choose.randrange(len(text))]
+    return text
+
+
+@pytest.mark.parametrize("count", [200, pytest.param(1000, marks=pytest.mark.thorough)])
+def test_malformed_messages_never_raise(server: DesignServer, count: int) -> None:
+    """Each is refused by the table, or answered; the first that is refused ends the connection."""
+    choose = random.Random(random.randrange(2**32))
+    refused = []
+    with shown(server) as page:
+        page.ask("new")
+        for text in (malformed(choose) for _ in range(count)):
+            try:
+                kind = read_message(text, kinds.FIELDS)["do"]
+            except MessageError:
+                refused.append(text)
+                continue
+            if kind == "upload":  # what follows it would be parts of a file
+                continue
+            page.socket.send(text)
+            page.say("command")
+            page.answer(json.loads(text)["id"])
+    assert len(refused) > count / 4
+    for text in refused[:3]:
+        with shown(server) as page:
+            page.socket.send(text)
+            assert is_closed(page) == 1008
+    eventually(lambda: not server.pages)
+    assert server.error is None
