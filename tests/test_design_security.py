@@ -19,9 +19,9 @@ from vidstyle.design.designer import Designer
 from vidstyle.design.drafts import Drafts
 from vidstyle.design.page import design_page, kinds
 from vidstyle.design.page.design_server import MAX_PAGES, DesignServer
-from vidstyle.design.places import checked_path
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import open_clip
+from vidstyle.preview.places import checked_path
 from vidstyle.web.messages import MessageError, read_message
 
 

@@ -68,7 +68,7 @@ def style_text(style: Style, like: Path | None = None) -> str:
     Raises:
         StyleError: the other file cannot be read.
     """
-    table = table_from_style(style)
+    table = _written_shortly(table_from_style(style))
     return tomlkit.dumps(table) if like is None else _edited_text(read_style_text(like), table, like)
 
 
@@ -83,7 +83,7 @@ def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
         OutputError: the file cannot be written.
     """
     path = Path(path)
-    table = table_from_style(style)
+    table = _written_shortly(table_from_style(style))
     style_from_table(table, style.name, folder=path.absolute().parent)
     if like is not None:
         text = _edited_text(like, table, path)
@@ -96,6 +96,15 @@ def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
     except OSError as error:
         partial.unlink(missing_ok=True)
         raise OutputError(path, f"cannot be written: {error.strerror}") from None
+
+
+def _written_shortly(value: Any) -> Any:
+    """The value, or table of values, with whole numbers as people write them: 55 for 55.0."""
+    if isinstance(value, dict):
+        return {key: _written_shortly(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_written_shortly(each) for each in value]
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _edit_file(path: Path, table: dict[str, Any]) -> str:
