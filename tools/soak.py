@@ -26,7 +26,6 @@ WARM_UP = 500
 """Frames after which every buffer has been made once."""
 MAX_MEGABYTES = 1.0
 """Memory growth in 10,000 frames at most; steps of the allocator count for more in shorter runs."""
-SAMPLE_RATE = 48000
 
 
 def main() -> None:
@@ -74,7 +73,7 @@ def soak(frames: int, style: str, size: tuple[int, int], kind: str, rate: int) -
 
     with tempfile.TemporaryDirectory() as folder:
         film, target = Path(folder, "film.mp4"), Path(folder, f"restyled.{kind}")
-        write_film(film, pictures(frames, *size), Fraction(rate), tune(frames // rate))
+        write_film(film, pictures(frames, *size), Fraction(rate), Tone())
         render(film, target, style, on_progress=sample)
         apart = max(abs(one - other) for one, other in zip(ends(film), ends(target), strict=True))
     # Near the end the reading thread is through already.
@@ -113,10 +112,12 @@ def pictures(count: int, width: int, height: int) -> Iterator[Picture]:
         yield Picture(encoding, luma=luma, chroma=(neutral, neutral))
 
 
-def tune(seconds: int) -> np.ndarray:
-    """A soft tone."""
-    second = 0.1 * np.sin(np.arange(SAMPLE_RATE) * np.pi / 50)
-    return np.tile(second.astype(np.float32), seconds)
+class Tone:
+    """A soft tone without end."""
+
+    def __getitem__(self, part: slice) -> np.ndarray:
+        samples = np.arange(part.start, part.stop) % 100
+        return (0.1 * np.sin(samples * np.pi / 50)).astype(np.float32)
 
 
 if __name__ == "__main__":

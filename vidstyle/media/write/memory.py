@@ -1,4 +1,4 @@
-"""Writes a film of pictures and sound that are in memory."""
+"""Writes a film of pictures and sound that are made as it is written."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -17,7 +18,14 @@ from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.write.writer import open_writer
 
 
-def write_film(path: Path, pictures: Iterable[Picture], rate: Fraction, sound: np.ndarray) -> None:
+class Samples(Protocol):
+    """An array, or what gives parts of one."""
+
+    def __getitem__(self, part: slice, /) -> np.ndarray:
+        """The samples of a part, which has a start and a stop."""
+
+
+def write_film(path: Path, pictures: Iterable[Picture], rate: Fraction, sound: Samples) -> None:
     """Write an MP4 with H.264 and AAC.
 
     Args:
