@@ -197,14 +197,15 @@ def test_sound_of_which_nothing_can_be_used_is_no_reason_to_fail(tmp_path, endin
     assert summary.exit_code == (0 if ending == ".mov" else 4)
 
 
-def test_aac_that_has_lost_its_headers_is_counted_once(tmp_path):
+@pytest.mark.parametrize("ending", [".mov", ".ts"])
+def test_aac_that_has_lost_its_headers_is_counted_once(tmp_path, ending):
     """It is tried in a file of its own before, where what is lost does not count."""
     source = make_clip(tmp_path / "in.flv", codec="flv", size=(64, 48), frames=10, audio_tracks=1)
     headers, packet = b"\xaf\x00", b"\xaf\x01"
     source.write_bytes(source.read_bytes().replace(headers, packet, 1))
     with av.open(str(source)) as container:
         count = sum(packet.size > 0 for packet in container.demux(audio=0))
-    summary = rendered(source, tmp_path / "out.mov")
+    summary = rendered(source, tmp_path / f"out{ending}")
     assert summary.damage == f"the input is damaged: {count} packets of stream 0 (audio) lost"
     assert summary.exit_code == 4
 

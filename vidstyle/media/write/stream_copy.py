@@ -43,6 +43,18 @@ class PlainCopy(CopiedStream):
         return [packet]
 
 
+class FramedCopy(CopiedStream):
+    """AAC with ADTS headers, as MPEG-TS has it; packets without, which cannot be decoded, are left out."""
+
+    def packets(self, packet: av.Packet) -> list[av.Packet]:
+        """The packet itself, or nothing if it has no header."""
+        if int.from_bytes(memoryview(packet)[:2]) & 0xFFF0 != 0xFFF0:
+            self.loss.add(packet)
+            return []
+        packet.stream = self.stream
+        return [packet]
+
+
 class AdtsCopy(CopiedStream):
     """AAC with ADTS headers, which are removed as MP4 and Matroska require (aac_adtstoasc)."""
 
@@ -248,8 +260,9 @@ def _copy(
 ) -> CopiedStream:
     stream = container.add_stream_from_template(template, opaque=True)  # type: ignore[type-var]
     context = template.codec_context
-    framed = name == "aac" and context is not None and context.extradata is None
-    return AdtsCopy(stream, template) if framed and kind.muxer != "mpegts" else PlainCopy(stream)
+    if name != "aac" or context is None or context.extradata is not None:
+        return PlainCopy(stream)
+    return FramedCopy(stream) if kind.muxer == "mpegts" else AdtsCopy(stream, template)
 
 
 def copy_chapters(
