@@ -34,6 +34,13 @@ FLAGS = (
     "--remote-debugging-port=0",
 )
 
+KEYS = {
+    "Enter": (13, "\r"), "Escape": (27, ""), "Tab": (9, ""), "Delete": (46, ""), "ArrowLeft": (37, ""),
+    "ArrowUp": (38, ""), "ArrowRight": (39, ""), "ArrowDown": (40, ""),
+}  # fmt: skip
+"""Their codes, and the texts that they enter."""
+MODIFIERS = {"Alt": 1, "Ctrl": 2, "Shift": 8}
+
 
 class Browser:
     """A running browser and one page in it."""
@@ -82,6 +89,53 @@ class Browser:
         self.call("Page.navigate", url=url)
         while not any(event["method"] == "Page.loadEventFired" for event in self.events):
             self.events.append(json.loads(self._socket.recv(LONG)))
+
+    def until(self, expression: str) -> None:
+        """Wait until an expression of the page holds."""
+        eventually(lambda: self.run(f"return Boolean({expression})"), f"it never came to be: {expression}")
+
+    def place(self, selector: str) -> tuple[float, float, float, float]:
+        """The middle, the width and the height of an element, which is scrolled into view."""
+        box = self.run(
+            """const element = document.querySelector(selector);
+            element.scrollIntoView({ block: "nearest" });
+            const { left, top, width, height } = element.getBoundingClientRect();
+            return [left + width / 2, top + height / 2, width, height];""",
+            selector=selector,
+        )
+        return tuple(box)
+
+    def mouse(self, kind: str, x: float, y: float) -> None:
+        """Press, release or move the mouse: "mousePressed", "mouseReleased", "mouseMoved"."""
+        held = {"button": "left", "buttons": 1, "clickCount": int(kind != "mouseMoved")}
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **held)
+
+    def click(self, selector: str) -> None:
+        x, y, *_ = self.place(selector)
+        for kind in ("mousePressed", "mouseReleased"):
+            self.mouse(kind, x, y)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float], parts: int = 4) -> None:
+        """Press the mouse at one point and release it at another."""
+        self.mouse("mousePressed", *start)
+        for part in range(1, parts + 1):
+            x, y = (a + (b - a) * part / parts for a, b in zip(start, end, strict=True))
+            self.mouse("mouseMoved", x, y)
+        self.mouse("mouseReleased", *end)
+
+    def press(self, *keys: str) -> None:
+        """Press keys one after another: a letter or a name such as "Enter", with "Alt+", "Ctrl+" or "Shift+"."""
+        for key in keys:
+            *held, name = key.split("+") if len(key) > 1 else [key]
+            code, text = KEYS.get(name, (ord(name.upper()) if len(name) == 1 else 0, ""))
+            what = {"key": name, "code": f"Key{name.upper()}" if name.isalpha() and len(name) == 1 else name}
+            what |= {"windowsVirtualKeyCode": code, "modifiers": sum(MODIFIERS[each] for each in held)}
+            self.call("Input.dispatchKeyEvent", type="keyDown" if text else "rawKeyDown", text=text, **what)
+            self.call("Input.dispatchKeyEvent", type="keyUp", **what)
+
+    def type(self, text: str) -> None:
+        """Enter a text where the focus is, in place of what is selected."""
+        self.call("Input.insertText", text=text)
 
     def close(self) -> None:
         self._socket.close()

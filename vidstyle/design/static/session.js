@@ -21,7 +21,8 @@ class Gestures {
 
   constructor() {
     addEventListener("pointerdown", () => this.#hold(true), true);
-    for (const kind of ["pointerup", "pointercancel", "blur"]) addEventListener(kind, () => this.#hold(false), true);
+    for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => this.#hold(false), true);
+    addEventListener("blur", () => this.#hold(false));
   }
 
   /** @param {boolean} held */

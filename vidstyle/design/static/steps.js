@@ -14,6 +14,8 @@ import { LAYERS, placeOf, stepsOf } from "./types.js";
 export class Steps {
   /** @type {CardName | null} */
   selected = null;
+  /** Keys that are pressed quickly each work on the state after the one before. @type {Promise<unknown>} */
+  #last = Promise.resolve();
 
   /**
    * @param {import("./session.js").Session} session
@@ -84,26 +86,45 @@ export class Steps {
     if (state) this.say(`${title(name || "step")} moved to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
   }
 
+  /** @param {() => unknown} run */
+  #next(run) {
+    this.#last = this.#last.then(run);
+    return this.#last;
+  }
+
   /** Moves the chosen step by places or layers. @param {string} key of an arrow */
   shift(key) {
+    return this.#next(() => this.#shift(key));
+  }
+
+  /** @param {string} key */
+  #shift(key) {
     const { state } = this.session;
     const place = state && typeof this.selected === "number" && placeOf(state, this.selected);
     if (!state || !place || typeof this.selected !== "number") return;
     const { layer, index } = place;
     const length = state.layers[layer].length;
-    if (key === "ArrowLeft" && index > 0) this.move(this.selected, layer, index - 1);
-    if (key === "ArrowRight" && index < length - 1) this.move(this.selected, layer, index + 1);
+    if (key === "ArrowLeft" && index > 0) return this.move(this.selected, layer, index - 1);
+    if (key === "ArrowRight" && index < length - 1) return this.move(this.selected, layer, index + 1);
     const other = LAYERS[LAYERS.indexOf(layer) + ({ ArrowUp: -1, ArrowDown: 1 }[key] ?? 0)];
-    if (other && other !== layer) this.move(this.selected, other, Math.min(index, state.layers[other].length));
+    if (other && other !== layer) return this.move(this.selected, other, Math.min(index, state.layers[other].length));
   }
 
-  async mute() {
+  mute() {
+    return this.#next(() => this.#mute());
+  }
+
+  async #mute() {
     const { step } = this;
     if (!step) return;
     if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${title(step.block)} ${step.muted ? "runs again" : "muted"}.`);
   }
 
-  async duplicate() {
+  duplicate() {
+    return this.#next(() => this.#duplicate());
+  }
+
+  async #duplicate() {
     const { step } = this;
     if (!step) return;
     const answer = await this.session.edit("duplicate", { step: step.step });
@@ -111,7 +132,11 @@ export class Steps {
     if (answer) this.say(`${title(step.block)} duplicated.`);
   }
 
-  async expand() {
+  expand() {
+    return this.#next(() => this.#expand());
+  }
+
+  async #expand() {
     const { step } = this;
     if (!step?.recipe) return;
     const { state } = this.session;
@@ -121,7 +146,11 @@ export class Steps {
     this.say(`${title(step.block)} replaced by its steps.`);
   }
 
-  async remove() {
+  remove() {
+    return this.#next(() => this.#remove());
+  }
+
+  async #remove() {
     const { step } = this;
     const { state } = this.session;
     const place = step && state && placeOf(state, step.step);
@@ -134,7 +163,12 @@ export class Steps {
   }
 
   /** @param {"undo" | "redo"} which */
-  async again(which) {
+  again(which) {
+    return this.#next(() => this.#again(which));
+  }
+
+  /** @param {"undo" | "redo"} which */
+  async #again(which) {
     const label = this.session.state?.[which];
     if (!label) {
       this.say(`Nothing to ${which}.`);

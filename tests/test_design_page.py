@@ -1,0 +1,259 @@
+"""The page of the designer in a browser: a style is built by mouse, and once more by keyboard alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from browser import Browser
+from browser import browser as browser
+from media import make_clip
+
+import vidstyle
+from vidstyle.design.designer import Designer
+from vidstyle.design.drafts import Drafts
+from vidstyle.design.page.design_server import DesignServer
+from vidstyle.preview.clip import open_clip
+from vidstyle.style import Step, Style, save_style, style_names
+
+WATCH = """
+globalThis.faults = [];
+globalThis.compiled = 0;
+addEventListener("error", (event) => faults.push(event.message));
+addEventListener("unhandledrejection", (event) => faults.push(String(event.reason)));
+addEventListener("securitypolicyviolation", (event) => faults.push(`${event.violatedDirective} ${event.blockedURI}`));
+addEventListener("beforeunload", (event) => event.stopImmediatePropagation());
+const compile = WebGL2RenderingContext.prototype.compileShader;
+WebGL2RenderingContext.prototype.compileShader = function (...all) {
+  globalThis.compiled += 1;
+  return compile.apply(this, all);
+};
+"""
+"""Counts shaders, notes what a page does wrong, and leaves it without a question."""
+FRAMES = 10
+CHOSEN = ".card.selected"
+
+
+class Page:
+    """A designer, and the browser that shows it."""
+
+    def __init__(self, browser: Browser, server: DesignServer, folder: Path) -> None:
+        self.browser, self.server, self.folder = browser, server, folder
+
+    def steps(self, layer: str) -> list[str]:
+        document = self.server.designer.opened
+        return [step.table["block"] for step in document.content.layers[layer]]
+
+    def value(self, layer: str, place: int, name: str) -> object:
+        return self.server.designer.opened.content.layers[layer][place].table[name]
+
+    def shows(self, text: str) -> None:
+        """Wait until the chosen card has this name, and the server has no more to say."""
+        self.browser.until(f"document.querySelector('{CHOSEN} .name')?.textContent === {text!r}")
+
+    def told(self, text: str) -> None:
+        """Wait for what a screen reader hears."""
+        self.browser.until(f"document.getElementById('toast').textContent.includes({text!r})")
+
+    def undone(self, label: str) -> None:
+        """Wait until undo would take this back."""
+        self.browser.until(f"document.getElementById('undo').title.includes({label!r})")
+
+
+@pytest.fixture
+def page(browser: Browser, tmp_path: Path) -> Iterator[Page]:
+    film = make_clip(tmp_path / "film.mp4", size=(128, 72), frames=FRAMES + 2)
+    server = DesignServer(Designer(open_clip(str(film)), tmp_path, Drafts(tmp_path / "draft.json")), 0, "cpu")
+    browser.call("Emulation.setDeviceMetricsOverride", width=1440, height=900, deviceScaleFactor=1, mobile=False)
+    browser.call("Network.disable")  # it tells every message of every socket
+    watching = browser.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH)["identifier"]
+    try:
+        browser.open(server.url)
+        browser.until("document.querySelector('.tile')")
+        yield Page(browser, server, tmp_path)
+        assert browser.run("return faults") == []
+        browser.open("about:blank")
+    finally:
+        browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=watching)
+        server.close()
+
+
+def by_hand(page: Page, **values: float) -> None:
+    """The style that the steps make, and its film, are those that the page has written."""
+    style = Style(
+        "hatched",
+        background=(Step("pattern", {"spacing": values["spacing"]}),),
+        lines=(Step("flow_dog", {"sigma": values["sigma"]}), Step("soft_threshold", {"epsilon": values["epsilon"]})),
+    )  # fmt: skip
+    save_style(style, page.folder / "by-hand.toml")
+    assert (page.folder / "hatched.toml").read_bytes() == (page.folder / "by-hand.toml").read_bytes()
+    vidstyle.render(page.folder / "film.mp4", page.folder / "by-hand.mp4", style, frames=FRAMES)
+    assert (page.folder / "hatched.mp4").read_bytes() == (page.folder / "by-hand.mp4").read_bytes()
+
+
+def test_a_style_is_built_by_mouse(page: Page) -> None:
+    browser = page.browser
+
+    def add(gap: str, block: str, name: str) -> None:
+        browser.click(f".gap{gap}")
+        browser.type(block)
+        browser.click("#blocks .option")
+        page.shows(name)
+
+    def slide(name: str, part: float) -> None:
+        x, y, width, _ = browser.place(f".inspector [data-path$='.{name}'] input[type=range]")
+        now = browser.run(
+            "return Number(document.querySelector(`.inspector [data-path$='.${name}'] input[type=range]`).style"
+            ".getPropertyValue('--part'))",
+            name=name,
+        )
+        browser.drag((x + (now - 0.5) * (width - 16), y), (x + (part - 0.5) * (width - 16), y))
+
+    def choose(name: str) -> None:
+        number = browser.run(
+            "return [...document.querySelectorAll('.card')].find((each) => each.children[2].textContent === name).id",
+            name=name,
+        )
+        browser.click(f"#{number}")
+
+    browser.click(".tile.new")
+    browser.until("document.querySelectorAll('.gap').length === 3")
+    add("[data-layer=background]", "pattern", "Pattern")
+    add("[data-layer=lines]", "threshold", "Soft threshold")
+    add("[data-layer=base]", "flow dog", "Flow dog")
+    # The lines of the paper's third style: the filter belongs in front of the threshold.
+    start, end = (browser.place(each)[:2] for each in (CHOSEN, ".gap[data-layer=lines][data-index='0']"))
+    browser.drag(start, end)
+    page.undone("move")
+    assert (page.steps("base"), page.steps("background")) == ([], ["pattern"])
+    assert page.steps("lines") == ["flow_dog", "soft_threshold"]
+    compiled = browser.run("return compiled")
+    slide("sigma", 0.4)
+    page.undone("sigma")
+    by_hand_values = {"sigma": page.value("lines", 0, "sigma")}
+    choose("Soft threshold")
+    slide("epsilon", 0.3)
+    page.undone("epsilon")
+    by_hand_values["epsilon"] = page.value("lines", 1, "epsilon")
+    choose("Pattern")
+    slide("spacing", 0.6)
+    page.undone("spacing")
+    by_hand_values["spacing"] = page.value("background", 0, "spacing")
+    assert browser.run("return compiled") == compiled
+    for name, pressed in (("mute", "true"), ("unmute", "false")):
+        browser.click(".actions button[aria-label=Mute]")
+        browser.until(f"document.querySelector('.actions [aria-label=Mute]').ariaPressed === '{pressed}'")
+        page.undone(name)
+    for name, part in (("levels", 0.9), ("angle", 0.2), ("wobble", 0.9)):
+        slide(name, part)
+        page.undone(name)
+    for label in ("angle", "levels", "unmute", "mute", "spacing"):
+        browser.click("#undo")
+        page.undone(label)
+    browser.click("#save")
+    browser.type("hatched")
+    browser.click("#save-dialog .strong")
+    page.told("Saved as hatched.toml")
+    browser.click("#render")
+    browser.click("#render-frames")
+    browser.type(str(FRAMES))
+    browser.click("#render-go")
+    page.told("Written: hatched.mp4")
+    by_hand(page, **by_hand_values)
+
+
+def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
+    browser = page.browser
+
+    def add(block: str, name: str) -> None:
+        browser.press("a")
+        browser.until("document.activeElement.id === 'search'")
+        browser.type(block)
+        browser.press("Enter")
+        page.shows(name)
+        browser.until(f"document.activeElement === document.querySelector('{CHOSEN}')")
+
+    def enter(label: str, *numbers: float) -> None:
+        """Values of the step, from its first on; None goes past one."""
+        browser.press("Enter")
+        for number in numbers:
+            if number is not None:
+                browser.type(str(number))
+                browser.press("Enter")
+            browser.press("Tab", "Tab", "Tab")
+        page.undone(label)
+        browser.press("Escape")
+
+    browser.until("document.activeElement.classList.contains('new')")
+    browser.press("Enter")
+    browser.until("document.activeElement.id === 'card-source'")
+    browser.press("ArrowRight")
+    add("pattern", "Pattern")
+    enter("spacing", None, 9)
+    browser.press("ArrowRight")
+    add("soft", "Soft threshold")
+    enter("epsilon", None, 55)
+    browser.press("ArrowLeft", "ArrowLeft")
+    page.shows("Source")
+    add("flow dog", "Flow dog")
+    browser.press("Alt+ArrowDown", "Alt+ArrowDown")
+    page.told("Flow dog moved to lines, place 1 of 2")
+    enter("sigma", 1.5)
+    for label in ("mute", "unmute"):
+        browser.press("m")
+        page.undone(label)
+    enter("p ", None, 30)
+    enter("sigma", 2)
+    enter("p ", None, 31)
+    for label in ("sigma", "p ", "unmute", "mute", "sigma"):
+        browser.press("Ctrl+z")
+        page.undone(label)
+    browser.press("Ctrl+s")
+    browser.type("hatched")
+    browser.press("Enter")
+    page.told("Saved as hatched.toml")
+    browser.press("Ctrl+Enter")
+    browser.press("Tab")
+    browser.type(str(FRAMES))
+    browser.press("Enter")
+    page.told("Written: hatched.mp4")
+    by_hand(page, spacing=9.0, sigma=1.5, epsilon=55.0)
+
+
+OVERLAPS = """
+const boxes = [...document.querySelectorAll(".card, .gap")].map((element) => {
+  const { left, top, right, bottom } = element.getBoundingClientRect();
+  return { name: element.id || element.ariaLabel, card: element.matches(".card"), left, top, right, bottom };
+});
+const found = [];
+for (const [at, one] of boxes.entries())
+  for (const other of boxes.slice(at + 1)) {
+    const across = Math.min(one.right, other.right) - Math.max(one.left, other.left);
+    const down = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
+    const room = one.card && other.card ? 0 : 4;
+    if (across > room && down > room) found.push(`${one.name} and ${other.name}`);
+  }
+const diagram = document.getElementById("diagram");
+if (diagram.scrollWidth > diagram.clientWidth) found.push(`${diagram.scrollWidth} > ${diagram.clientWidth} wide`);
+return found;
+"""
+
+
+@pytest.mark.parametrize("sizes", [[(1440, 900)], pytest.param([(1024, 768), (820, 1180)], marks=pytest.mark.thorough)])
+def test_every_style_is_drawn_without_overlaps(page: Page, sizes: list[tuple[int, int]]) -> None:
+    browser = page.browser
+    for name in style_names():
+        browser.run("[...document.querySelectorAll('.tile')].find((tile) => tile.firstChild.src?.endsWith(`=${name}`) ||"
+                    " tile.querySelector('b').textContent.toLowerCase() === name).click()", name=name)  # fmt: skip
+        browser.until(f"document.getElementById('start').hidden && document.getElementById('name').value === {name!r}")
+        browser.run("if (!document.body.classList.contains('building')) document.getElementById('to-diagram').click()")
+        steps = len(page.server.designer.opened.style.steps)
+        browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
+        for width, height in sizes:
+            size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+            browser.call("Emulation.setDeviceMetricsOverride", **size)
+            browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            browser.run("document.getAnimations().forEach((each) => each.finish())")
+            assert browser.run(OVERLAPS) == [], (name, width)
+        browser.click("#to-styles")
