@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations, product
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from vidstyle.design.designer import Designer
 from vidstyle.design.drafts import Drafts
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.preview.clip import open_clip
-from vidstyle.style import Step, Style, save_style, style_names
+from vidstyle.style import Step, Style, load_style, save_style, style_names
 
 WATCH = """
 globalThis.faults = [];
@@ -148,7 +149,7 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
     for name, part in (("levels", 0.9), ("angle", 0.2), ("wobble", 0.9)):
         slide(name, part)
         page.undone(name)
-    for label in ("angle", "levels", "unmute", "mute", "spacing"):
+    for label in ("angle", "levels", "unmute", ": mute", "spacing"):
         browser.click("#undo")
         page.undone(label)
     browser.click("#save")
@@ -206,7 +207,7 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     enter("p ", None, 30)
     enter("sigma", 2)
     enter("p ", None, 31)
-    for label in ("sigma", "p ", "unmute", "mute", "sigma"):
+    for label in ("sigma", "p ", "unmute", ": mute", "sigma"):
         browser.press("Ctrl+z")
         page.undone(label)
     browser.press("Ctrl+s")
@@ -221,39 +222,51 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     by_hand(page, spacing=9.0, sigma=1.5, epsilon=55.0)
 
 
-OVERLAPS = """
-const boxes = [...document.querySelectorAll(".card, .gap")].map((element) => {
-  const { left, top, right, bottom } = element.getBoundingClientRect();
-  return { name: element.id || element.ariaLabel, card: element.matches(".card"), left, top, right, bottom };
-});
-const found = [];
-for (const [at, one] of boxes.entries())
-  for (const other of boxes.slice(at + 1)) {
-    const across = Math.min(one.right, other.right) - Math.max(one.left, other.left);
-    const down = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
-    const room = one.card && other.card ? 0 : 4;
-    if (across > room && down > room) found.push(`${one.name} and ${other.name}`);
-  }
-const diagram = document.getElementById("diagram");
-if (diagram.scrollWidth > diagram.clientWidth) found.push(`${diagram.scrollWidth} > ${diagram.clientWidth} wide`);
-return found;
-"""
+def overlaps(boxes: list[dict[str, float]]) -> list[tuple[float, ...]]:
+    """Pairs of boxes that share some of the page."""
+    edges = [(box["x"], box["y"], box["x"] + box["w"], box["y"] + box["h"]) for box in boxes]
+    return [
+        (*one, *other)
+        for one, other in combinations(edges, 2)
+        if one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+    ]
 
 
-@pytest.mark.parametrize("sizes", [[(1440, 900)], pytest.param([(1024, 768), (820, 1180)], marks=pytest.mark.thorough)])
-def test_every_style_is_drawn_without_overlaps(page: Page, sizes: list[tuple[int, int]]) -> None:
+SPACES = [(1153, 450), (772, 380), (820, 400)]
+"""What the diagram has in windows of 1440 x 900, 1024 x 768 and 820 x 1180."""
+
+
+def test_no_style_is_laid_out_with_overlaps(page: Page) -> None:
+    for name, (width, height) in product(style_names(), SPACES):
+        page.server.designer.open(name)
+        layout = page.browser.run(
+            "return (await import('/layout.js')).layoutOf(state, width, height)",
+            state=page.server.designer.state, width=width, height=height,
+        )  # fmt: skip
+        size = layout["size"]
+        cards = [card | {"w": size["w"], "h": size["h"]} for card in layout["cards"]]
+        gaps = [{"x": gap["x"] - 9, "y": gap["y"] - 9, "w": 18, "h": 18} for gap in layout["gaps"]]
+        assert len(cards) == len(page.server.designer.opened.style.steps) + 2
+        assert len(gaps) == len(cards) + 1
+        assert overlaps(cards + gaps) == [], name
+        assert layout["width"] <= width, name
+
+
+def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
     browser = page.browser
-    for name in style_names():
-        browser.run("[...document.querySelectorAll('.tile')].find((tile) => tile.firstChild.src?.endsWith(`=${name}`) ||"
-                    " tile.querySelector('b').textContent.toLowerCase() === name).click()", name=name)  # fmt: skip
-        browser.until(f"document.getElementById('start').hidden && document.getElementById('name').value === {name!r}")
-        browser.run("if (!document.body.classList.contains('building')) document.getElementById('to-diagram').click()")
-        steps = len(page.server.designer.opened.style.steps)
-        browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
-        for width, height in sizes:
-            size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-            browser.call("Emulation.setDeviceMetricsOverride", **size)
-            browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-            browser.run("document.getAnimations().forEach((each) => each.finish())")
-            assert browser.run(OVERLAPS) == [], (name, width)
-        browser.click("#to-styles")
+    browser.run("[...document.querySelectorAll('.tile b')].find((each) => each.textContent === 'Paint').click()")
+    steps = len(load_style("paint").steps)
+    browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
+    browser.click("#to-diagram")
+    browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    boxes = browser.run(
+        """document.getAnimations().forEach((each) => each.finish());
+        return [...document.querySelectorAll(".card")].map((card) => {
+          const { x, y, width: w, height: h } = card.getBoundingClientRect();
+          return { x, y, w, h };
+        });"""
+    )
+    assert len(boxes) == steps + 2
+    assert overlaps(boxes) == []
+    wide, seen = browser.run("const { scrollWidth, clientWidth } = document.getElementById('diagram'); return [scrollWidth, clientWidth]")
+    assert wide <= seen

@@ -50,7 +50,7 @@ export class Diagram {
     this.root = get("diagram");
     this.area = get("cards");
     this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
-    new ResizeObserver(() => this.arrange()).observe(this.root);
+    new ResizeObserver(() => requestAnimationFrame(() => this.arrange())).observe(this.root);
     dragging(this);
   }
 

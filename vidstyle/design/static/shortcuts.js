@@ -49,7 +49,9 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
   const inspect = () => {
     if (!document.activeElement?.closest(".card")) return false;
     steps.select(focused());
-    /** @type {HTMLElement | null} */ (document.querySelector("#panel [role=tabpanel]:not([hidden]) :is(.values input, select)"))?.focus();
+    const first = document.querySelector("#panel [role=tabpanel]:not([hidden]) :is(.values input, select)");
+    /** @type {HTMLElement | null} */ (first)?.focus();
+    if (first?.matches("input[type=number]")) /** @type {HTMLInputElement} */ (first).select();
   };
   const leave = () => {
     if (start.isOpen) return start.show(false);
