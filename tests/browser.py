@@ -124,7 +124,7 @@ class Browser:
         self.mouse("mouseReleased", *end)
 
     def press(self, *keys: str) -> None:
-        """Press keys one after another: a letter or a name such as "Enter", with "Alt+", "Ctrl+" or "Shift+"."""
+        """Press keys one after another: letters or names, such as "a", "Enter" or "Ctrl+z"."""
         for key in keys:
             *held, name = key.split("+") if len(key) > 1 else [key]
             code, text = KEYS.get(name, (ord(name.upper()) if len(name) == 1 else 0, ""))

@@ -82,7 +82,7 @@ export class Dialogs {
    */
   async #write(kind, fields) {
     try {
-      return await this.session.connection.ask(kind, { ...fields, overwrite: false });
+      return await this.session.attempt(kind, { ...fields, overwrite: false });
     } catch (error) {
       const { message } = /** @type {Error} */ (error);
       if (!EXISTS.test(message)) this.session.onerror(message);
@@ -114,7 +114,7 @@ export class Dialogs {
     try {
       const name = this.#text("render-name").value.trim();
       const frames = Number(this.#text("render-frames").value) || null;
-      await this.session.connection.ask("render", { name, overwrite, frames });
+      await this.session.attempt("render", { name, overwrite, frames });
     } catch (error) {
       this.#failed(/** @type {Error} */ (error).message);
     }

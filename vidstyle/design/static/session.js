@@ -11,6 +11,8 @@ import { Connection } from "./socket.js";
 
 /** Milliseconds after which the next key press is a step of its own to undo. */
 const PAUSE = 900;
+/** Messages that have nothing to do with the document. */
+const BESIDE = new Set(["watch", "frame", "play", "pause"]);
 
 /** Tells which edits belong together: those of one value while the pointer is down, or in quick succession. */
 class Gestures {
@@ -52,7 +54,7 @@ export class Session {
   #gestures = new Gestures();
   /** @type {Map<string, ((value: any) => void)[]>} */
   #listeners = new Map();
-  /** Values on their way. @type {Map<string, number>} */
+  /** Values on their way. @type {Map<string, Promise<void>>} */
   #busy = new Map();
 
   /** @param {(text: string) => void} onerror is told the sentence of an error */
@@ -91,18 +93,29 @@ export class Session {
   }
 
   /**
-   * Asks the server; an error is told to the user.
+   * Asks the server, what concerns the document after all values that are on their way; an error is told to the user.
    * @param {string} kind
    * @param {object} [fields]
    * @returns {Promise<any>} null after an error
    */
   async ask(kind, fields = {}) {
     try {
-      return await this.connection.ask(kind, fields);
+      return await this.attempt(kind, fields);
     } catch (error) {
       this.onerror(/** @type {Error} */ (error).message);
       return null;
     }
+  }
+
+  /**
+   * As `ask`, but an error is the caller's.
+   * @param {string} kind
+   * @param {object} fields
+   * @returns {Promise<any>}
+   */
+  async attempt(kind, fields) {
+    if (!BESIDE.has(kind)) await Promise.all(this.#busy.values());
+    return this.connection.ask(kind, fields);
   }
 
   /**
@@ -121,20 +134,23 @@ export class Session {
    */
   set({ step, name, path }, value) {
     const gesture = this.#gestures.of(path);
-    if (step === null) return this.#newest(path, "field", { name, value, gesture });
-    return this.#newest(path, "set", { step, name, value, gesture });
+    if (step === null) this.#newest(path, "field", { name, value, gesture });
+    else this.#newest(path, "set", { step, name, value, gesture });
   }
 
   /** @param {string} key @param {string} kind @param {object} fields */
-  async #newest(key, kind, fields) {
-    this.#busy.set(key, (this.#busy.get(key) ?? 0) + 1);
-    await this.connection.newest(key, kind, fields, (error) => this.onerror(error.message));
-    this.#busy.set(key, (this.#busy.get(key) ?? 1) - 1);
-    if (this.state) this.#tell("settled", key);
+  #newest(key, kind, fields) {
+    const sent = this.connection.newest(key, kind, fields, (error) => this.onerror(error.message));
+    if (this.#busy.has(key)) return;
+    const settled = sent.then(() => {
+      this.#busy.delete(key);
+      this.#tell("settled", key);
+    });
+    this.#busy.set(key, settled);
   }
 
   /** Whether a change of this value is on its way. @param {string} path */
   isBusy(path) {
-    return Boolean(this.#busy.get(path));
+    return this.#busy.has(path);
   }
 }

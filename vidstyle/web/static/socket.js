@@ -112,7 +112,7 @@ export class Connection {
     }
     const next = this.#newest.get(key);
     this.#newest.delete(key);
-    if (next) this.newest(key, ...next, onerror);
+    if (next) await this.newest(key, ...next, onerror);
   }
 
   /**
