@@ -20,6 +20,8 @@ from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import Style
 from vidstyle.style.nodes import StepKey
 
+CAREFUL_SECONDS = 0.5
+"""How long a picture may take that is made while nothing changes."""
 _RGB = Encoding(full_range=True, depth=8, step=(1, 1))
 
 
@@ -37,11 +39,16 @@ class Restyler:
         self.size = WorkingSize()
 
     def quick(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        """A restyled frame, as large as is quick, at most `side`; H x W x 3 uint8."""
-        return self.whole(style, clip, number, self.size.side(side, max(clip.size) / min(clip.size)))
+        """A restyled frame, as large as follows a slider, at most `side`; H x W x 3 uint8."""
+        aspect = max(clip.size) / min(clip.size)
+        return self._restyled(style, clip, number, self.size.side(side, aspect))
 
-    def whole(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        """A restyled frame that stands alone, by this shorter side; H x W x 3 uint8."""
+    def careful(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
+        """A restyled frame, as large as does not keep the next slider waiting for long."""
+        aspect = max(clip.size) / min(clip.size)
+        return self._restyled(style, clip, number, self.size.side(side, aspect, CAREFUL_SECONDS))
+
+    def _restyled(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
         style = replace(style, steady=0.0)
         frame = clip.frame(number, side)
         if self._backend is None:

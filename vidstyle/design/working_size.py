@@ -13,8 +13,8 @@ class WorkingSize:
 
     >>> size = WorkingSize()
     >>> size.measured(640 * 360, 0.24)
-    >>> size.side(720, 16 / 9)
-    180
+    >>> size.side(720, 16 / 9), size.side(720, 16 / 9, seconds=0.6)
+    (180, 540)
     >>> size.measured(320 * 180, 0.006)
     >>> size.side(720, 16 / 9)
     540
@@ -27,7 +27,13 @@ class WorkingSize:
         """Record what a picture took."""
         self._seconds_per_pixel = seconds / pixels
 
-    def side(self, most: int, aspect: float) -> int:
-        """The shorter side of the next picture, at most `most`; `aspect`: longer side over shorter."""
-        fitting = (side for side in SIDES if side * side * aspect * self._seconds_per_pixel <= MAX_SECONDS)
+    def side(self, most: int, aspect: float, seconds: float = MAX_SECONDS) -> int:
+        """The shorter side of the next picture.
+
+        Args:
+            most: the largest that is wanted.
+            aspect: longer side over shorter.
+            seconds: how long it may take.
+        """
+        fitting = (side for side in SIDES if side * side * aspect * self._seconds_per_pixel <= seconds)
         return min(most, next(fitting, SIDES[-1]))

@@ -72,7 +72,8 @@ class _BlockList:
             current = self.find(step.source)
         block = all_blocks().get(step.block)
         if block is not None:
-            added = GraphBlock(layer, block.name, block.kind, _settings(step), step.source)
+            name = f"{block.name} (muted)" if step.mute else block.name
+            added = GraphBlock(layer, name, block.kind, _settings(step), step.source)
             added.add_input(current, step.source)
             for parameter in block.saved_refs:
                 if name := step.values.get(parameter, block.parameters[parameter].default):

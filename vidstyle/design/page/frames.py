@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 SOURCE, STYLED = 1, 2
 """Kinds of pictures."""
 IDLE_SECONDS = 0.35
-"""After so long without a change a picture that was made small to be quick is made in full."""
+"""After so long without a change a picture that was made small to be quick is made larger."""
 
 
 class FrameSender:
@@ -71,19 +71,19 @@ class FrameSender:
                     continue
                 await asyncio.sleep(IDLE_SECONDS)
                 if not self._wanted:
-                    await self._restyled(whole=True)
+                    await self._restyled(careful=True)
             except VidstyleError as error:
                 await self._page.tell({"notice": str(error)})
 
-    async def _restyled(self, whole: bool = False) -> bool:
+    async def _restyled(self, careful: bool = False) -> bool:
         """Send the frame restyled; returns whether it is smaller than it might be."""
         page, server, clip = self._page, self._page.server, self._page.server.designer.clip
         style, side = page.style, min(page.side, *clip.size)
         if style is None:
             return False
-        make = server.restyler.whole if whole else server.restyler.quick
+        make = server.restyler.careful if careful else server.restyler.quick
         picture = await server.picture(make, style, clip, self.number, side)
-        await self._send(STYLED, picture, exact=whole)
+        await self._send(STYLED, picture, exact=careful)
         return min(picture.shape[:2]) < side
 
     async def _play(self, at: int, first: int, last: int, fps: float) -> None:
