@@ -32,8 +32,8 @@ AGREEMENT = 0.999
 """The share of the samples of each plane that must not differ by more than one level of 255."""
 BIAS = 0.1
 """By how many levels a plane may be darker or brighter as a whole: to round down would make it 0.5 in 8 bits.
-Not less, because means of a few chroma codes often lie at a half, which a texture's rounding tips over; and each
-tone counts once, because a flat color may lie there, too."""
+Not less, because means of a few chroma codes often lie at a half, which a texture's rounding tips over; and
+each tone counts once, because a flat color may lie there, too."""
 
 
 def device() -> Device:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from covering import of_the_day
+from covering import DAY, of_the_day
 from gpu import FORMS, ODD, Sessions, film_picture, gray_picture, most_off, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
@@ -112,7 +112,8 @@ def seams_by_encoding(
 def test_no_seam_is_seen_in_any_kind_of_picture(
     name: str, first: int, whole: Sessions, tiled: Sessions
 ) -> None:
-    assert seams_by_encoding(whole, tiled, name, ENCODINGS[first::2], ODD) == []
+    encoding = ENCODINGS[(DAY + first) % len(ENCODINGS)]
+    assert seams_by_encoding(whole, tiled, name, [encoding], ODD) == []
     pictures = gray_picture(*ODD), packed_picture(*ODD)
     assert seams(whole, tiled, STYLES[name], pictures[first], target=VIDEO) == []
     assert seams(whole, tiled, STYLES[name], pictures[1 - first], target=RGB8, rgb=True) == []
