@@ -28,8 +28,10 @@ GENTLE, FAR_OFF = 0.25, 0.6
 """How far mutants of shipped styles are from them: on a first screen, and as wild cards."""
 NOVELTY = 0.8
 """What it counts that a tile is unlike those chosen before it, beside liking."""
-FAR = 1.5
+FAR = 0.7
 """Distance above which more counts no more."""
+NARROWER = 0.7
+"""Factor of distances each time that the same tile is taken again: nothing was better."""
 LIKING = 4.0
 """Utility above the mean at which liking is nearly certain."""
 
@@ -182,10 +184,10 @@ class Chooser:
     def _draws(self, taken: Tile, number: int) -> list[Proposal]:
         """Candidates made from a tile; farther from it with each round."""
         seeds, style, own = self._seeds(number), taken.style, (taken.style.name,)
-        far = self.near * (1 + number) * np.linspace(0.5, 1.5, DRAWN["values"])
+        middle = self.near * NARROWER ** self._repeats(taken) * (1 + number)
         made = [
             Proposal(mutate(style, next(seeds), min(1.0, float(each)), self.locks), "values", own)
-            for each in far
+            for each in middle * np.linspace(0.5, 1.5, DRAWN["values"])
         ]
         if "steps" not in self.locks:
             altered = (alter(style, next(seeds), self.locks) for _ in range(DRAWN["step"]))
@@ -198,6 +200,13 @@ class Chooser:
         order = np.random.default_rng(next(seeds)).permutation(len(self.shipped))
         wild += [mutate(self.shipped[each], next(seeds), FAR_OFF) for each in order[: DRAWN["wild"]]]
         return made + [Proposal(self._with_locks(each, style, next(seeds)), "wild") for each in wild]
+
+    def _repeats(self, taken: Tile) -> int:
+        """How many screens in a row have had this tile in the middle."""
+        count, screen = 0, self.screen
+        while screen.before is not None and screen.tiles[len(PLACES) // 2].style == taken.style:
+            count, screen = count + 1, self.screens[screen.before]
+        return count
 
     def _with_locks(self, wild: Style, style: Style, seed: int) -> Style:
         """A wild card that has what is locked."""

@@ -92,8 +92,11 @@ function takeClip(next) {
   document.title = `${next.name}: vidstyle explore`;
   const [width, height] = next.size;
   document.documentElement.style.setProperty("--aspect", `${width} / ${height}`);
+  get("moment").hidden = next.frames.length === next.count || next.count < 2;
   tiles.fit(width / height);
+  painter.keep(new Set());
   source.open(next, tileSide());
+  prepare();
 }
 
 /** @param {State} next */
@@ -265,6 +268,10 @@ for (const [name, label] of Object.entries(LOCKS)) {
   get("locks").append(button);
 }
 get("near").addEventListener("change", () => connection.ask("near", { part: Number(/** @type {HTMLInputElement} */ (get("near")).value) }));
+get("moment").addEventListener("change", async () => {
+  const part = Number(/** @type {HTMLInputElement} */ (get("moment")).value);
+  takeClip((await connection.ask("move", { part })).clip);
+});
 get("back").onclick = () => ask("back");
 get("forward").onclick = () => ask("forward");
 get("fresh").onclick = () => ask("fresh");

@@ -123,7 +123,7 @@ export class Tiles {
     const now = this.current;
     const last = COLUMNS - 1;
     let [row, column] = now < 0 ? [1, 1] : [Math.floor(now / COLUMNS), now % COLUMNS];
-    if (now >= 0 || document.activeElement === document.body) {
+    if (now >= 0) {
       if (key === "ArrowLeft") column = Math.max(0, column - 1);
       if (key === "ArrowRight") column = Math.min(last, column + 1);
       if (key === "ArrowUp") row = Math.max(0, row - 1);

@@ -1,0 +1,352 @@
+"""The explorer's page: what its server answers, whom it admits, and the page in a browser."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from browser import Browser, browser  # noqa: F401
+from live_page import Visitor, Window
+from media import make_clip
+from waiting import eventually
+from websockets.exceptions import ConnectionClosed
+
+from vidstyle.errors import UsageError
+from vidstyle.explore.look import SIDE
+from vidstyle.explore.page import explore_page, outputs
+from vidstyle.explore.page.exploration import Exploration
+from vidstyle.explore.page.explore_page import FIELDS, STATIC, ExplorePage
+from vidstyle.preview.clip import open_clip
+from vidstyle.style import load_style, user_styles
+from vidstyle.web import server
+
+SIZE = (192, 108)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The working folder, and that of the user's styles."""
+    folder = tmp_path_factory.mktemp("explore")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setenv("XDG_CONFIG_HOME", str(folder / "config"))
+        yield folder
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> Iterator[ExplorePage]:
+    """A page with a film of half a second, whose first screen is there."""
+    film = make_clip(folder / "film.mp4", size=SIZE, frames=15)
+    clip = open_clip(film)
+    with Exploration(clip, 3) as exploration:
+        page = ExplorePage(exploration)
+        eventually(lambda: page.state()["tiles"] or page.error)
+        yield page
+        page.close()
+        assert page.error is None
+    clip.close()
+
+
+@pytest.fixture
+def visitor(page: ExplorePage) -> Visitor:
+    return Visitor(page)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def window(visitor: Visitor) -> Iterator[Window]:
+    with visitor.look() as window:
+        yield window
+
+
+def answer(window: Window, do: str, **fields: Any) -> dict[str, Any]:
+    """The answer to a message."""
+    answer.number += 1  # type: ignore[attr-defined]
+    window.say(do=do, id=answer.number, **fields)  # type: ignore[attr-defined]
+    while True:
+        told = json.loads(window._next(lambda data: isinstance(data, str) and "answer" in json.loads(data)))
+        if told["answer"] == answer.number:  # type: ignore[attr-defined]
+            return dict(told)
+
+
+answer.number = 0  # type: ignore[attr-defined]
+
+
+def picture(visitor: Visitor, address: str) -> np.ndarray:
+    status, headers, data = visitor.ask(address)
+    assert (status, headers["content-type"]) == (200, "image/jpeg")
+    found = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert found is not None
+    return found
+
+
+def test_the_page_is_told_of_the_clip_and_of_nine_tiles(window: Window) -> None:
+    clip, state = window.news("clip"), window.news("state")
+    assert (clip["name"], clip["size"], clip["count"]) == ("film.mp4", list(SIZE), 15)
+    assert len({tile["tile"] for tile in state["tiles"]}) == 9 and state["locks"] == []
+
+
+def test_a_tile_is_drawn_by_the_server_as_the_style_draws_it(page: ExplorePage, visitor: Visitor) -> None:
+    tile = page.state()["tiles"][0]["tile"]
+    frame = page.exploration.frames[0]
+    drawn = picture(visitor, f"/tile.jpg?tile={tile}&frame={frame}&side=180")
+    assert drawn.shape == (SIZE[1], SIZE[0], 3)
+    look = page.exploration.tile(tile).look.picture[..., ::-1]
+    assert look.shape[1] <= SIDE
+    assert np.abs(cv2.resize(drawn, look.shape[1::-1]).astype(float) - look).mean() < 12
+    source = picture(visitor, f"/frame.jpg?frame={frame}&side=180")
+    assert np.abs(source.astype(float) - drawn).mean() > 8
+    assert picture(visitor, f"/look.jpg?tile={tile}").shape[:2] == look.shape[:2]
+
+
+def test_a_plan_is_sent_once_and_then_its_values(page: ExplorePage, visitor: Visitor) -> None:
+    tile = page.state()["tiles"][0]["tile"]
+    with visitor.look() as one, visitor.look() as other:
+        first = answer(one, "plan", tile=tile, side=180)
+        again = answer(one, "plan", tile=tile, side=180)
+        assert first["plan"]["size"] == list(SIZE) and "plan" not in again
+        assert first["key"] == again["key"] and first["values"] == again["values"]
+        assert "plan" in answer(other, "plan", tile=tile, side=180)
+
+
+def test_a_click_is_answered_and_all_browsers_see_it(page: ExplorePage, visitor: Visitor) -> None:
+    with visitor.look() as one, visitor.look() as other:
+        before = one.news("state")
+        other.news("state")
+        taken = before["tiles"][2]["tile"]
+        assert "error" not in answer(one, "like", tile=taken)
+        state = other.news("state")
+        assert state["tiles"][4]["kind"] == "chosen" and state["back"] and len(state["history"]) > 1
+        assert "error" not in answer(one, "back")
+        assert other.news("state")["tiles"] == before["tiles"]
+        assert "error" not in answer(one, "jump", screen=0)
+        assert "no screen 999" in answer(one, "jump", screen=999)["error"]
+        assert "error" not in answer(one, "star", tile=taken, on=True)
+        assert page.state()["stars"][0]["tile"] == taken
+        assert "error" not in answer(one, "lock", name="colors", on=True)
+        assert page.state()["locks"] == ["colors"]
+        assert "error" not in answer(one, "lock", name="colors", on=False)
+        assert "error" not in answer(one, "near", part=0.5)
+        assert page.state()["near"] == 0.5
+
+
+def test_a_tuned_style_is_that_of_the_point_and_is_saved_as_it_is_shown(
+    page: ExplorePage, window: Window, visitor: Visitor
+) -> None:
+    tile = page.state()["tiles"][2]["tile"]
+    told = answer(window, "plane", tile=tile)
+    assert len(told["axes"]) == 2 and all(0 <= part <= 1 for part in told["start"])
+    assert answer(window, "tune", tile=tile, x=0.9, y=0.1, side=180)["values"]
+    assert picture(visitor, f"/plane.jpg?tile={tile}").shape[0] > 0
+    kept = answer(window, "keep", tile=tile, x=0.9, y=0.1)["tile"]
+    saved = answer(window, "save", tile=kept, name="my look", overwrite=False)["file"]
+    style = load_style("my look")
+    assert Path(saved) == user_styles() / "my look.toml"
+    shown = page.exploration.plane(tile).style_at(0.9, 0.1)
+    assert (style.layers, style.ink, style.paper) == (shown.layers, shown.ink, shown.paper)
+    assert "exists" in answer(window, "save", tile=tile, name="my look", overwrite=False)["error"]
+    assert "error" not in answer(window, "save", tile=tile, name="my look", overwrite=True)
+
+
+def test_a_film_is_rendered_with_progress_and_exported(
+    page: ExplorePage, window: Window, folder: Path
+) -> None:
+    tile = page.state()["tiles"][0]["tile"]
+    file = Path(answer(window, "render", tile=tile, name="out")["file"])
+    assert file == folder / "out.mp4" and file.stat().st_size > 1000
+    assert {"frames", "fraction"} <= window.news("progress").keys()
+    assert "exists" in answer(window, "render", tile=tile, name="out")["error"]
+    exported = answer(window, "export", tile=tile, name="out", kind="toml")["file"]
+    assert load_style(Path(exported)).layers == page.exploration.tile(tile).style.layers
+    assert "cannot be opened" in answer(window, "design", tile=tile)["error"]
+
+
+@pytest.mark.parametrize(
+    "name", ["../x", "/etc/x", "a/b", ".hidden", "..", "x\n", "x\0", "con", " ", "a" * 150, "~/x", "x:y"]
+)
+def test_a_name_is_a_name_and_no_path(window: Window, folder: Path, name: str) -> None:
+    before = sorted(folder.rglob("*"))
+    for kind, more in {"save": {"overwrite": True}, "export": {"kind": "html"}, "render": {}}.items():
+        assert "is not a file name" in answer(window, kind, tile=0, name=name, **more)["error"]
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize("name", ["ink", "plain"])
+def test_a_shipped_style_keeps_its_name(name: str, folder: Path) -> None:
+    with pytest.raises(UsageError, match="comes with vidstyle"):
+        outputs.save(load_style("sketch"), name, overwrite=True)
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/tile.jpg", "/tile.jpg?tile=0&frame=0&side=181", "/tile.jpg?tile=0&frame=99&side=180",
+     "/tile.jpg?tile=99999&frame=0&side=180", "/tile.jpg?tile=-1&frame=0&side=180", "/frame.jpg?frame=0&side=99999",
+     "/frame.jpg?frame=1e3&side=180", "/look.jpg?tile=٣", "/look.jpg?tile=../../x", "/plane.jpg?tile=99999",
+     "/tuned.jpg?tile=0&x=2&y=0&frame=0&side=180", "/tuned.jpg?tile=0&x=nan&y=0&frame=0&side=180",
+     "/exploration.py", "/explore.html"],
+)  # fmt: skip
+def test_no_other_picture_is_to_be_had(visitor: Visitor, path: str) -> None:
+    assert visitor.ask(path.encode("ascii", "backslashreplace").decode())[0] == 404
+
+
+@pytest.mark.parametrize("path", ["/", "/explore.js", "/tile.jpg?tile=0&frame=0&side=180", "/socket"])
+def test_only_who_has_the_secret_is_admitted(visitor: Visitor, path: str) -> None:
+    assert visitor.ask(path, visitor.headers(cookie="none=1"))[0] == 403
+    assert visitor.ask(path, visitor.headers(host="evil.example"))[0] == 403
+    assert visitor.ask(path, visitor.headers(Origin="https://evil.example"))[0] == 403
+    assert visitor.ask(path, visitor.headers(), "POST", b"x")[0] in (0, 400, 405)
+
+
+def test_malformed_messages_end_the_socket_and_nothing_else(page: ExplorePage, visitor: Visitor) -> None:
+    chance = random.Random(4)
+    values = [None, True, -1, 0, 1.5, 2**60, "", "x", "x" * 300, [], {}, float("inf")]
+    before = page.state()
+    for number in range(60):
+        kind = chance.choice([*FIELDS, "nothing", 7])
+        fields = dict(FIELDS.get(kind, {"id": None})) if isinstance(kind, str) else {"id": None}
+        message = {"do": kind, **{name: chance.choice(values) for name in fields}, "more": 1}
+        text = json.dumps(message) if number % 5 else json.dumps(message)[:-3]
+        with visitor.look() as window:
+            window.socket.send(text)
+            with pytest.raises(ConnectionClosed) as caught:
+                window.news("never")
+        assert caught.value.rcvd is not None and caught.value.rcvd.code == 1008
+    assert page.state() == before and page.error is None
+
+
+def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(explore_page, "MAX_MESSAGES", 5)
+    for texts, code in ((["x" * (server.MAX_MESSAGE + 1)], 1009), ([json.dumps({"do": "cancel", "id": 1})] * 40, 1008)):
+        with visitor.look() as window, pytest.raises(ConnectionClosed) as caught:
+            for text in texts:
+                window.socket.send(text)
+            window.news("never")
+        assert caught.value.rcvd is not None and caught.value.rcvd.code == code
+
+
+def test_so_many_browsers_and_no_more(visitor: Visitor, page: ExplorePage) -> None:
+    from contextlib import ExitStack
+
+    eventually(lambda: not page._viewers)
+    with ExitStack() as stack:
+        for _ in range(explore_page.MAX_VIEWERS):
+            stack.enter_context(visitor.look()).news("state")
+        assert visitor.ask("/socket")[0] == 429
+
+
+def test_the_page_sends_what_the_server_knows_and_loads_nothing_from_elsewhere() -> None:
+    texts = {path.name: path.read_text(encoding="utf-8") for path in STATIC.iterdir()}
+    scripts = "".join(text for name, text in texts.items() if name.endswith(".js"))
+    assert set(re.findall(r'\bask\("(\w+)"', scripts)) == FIELDS.keys()
+    ids = re.findall(r'\bid="([\w-]+)"', texts["explore.html"])
+    assert len(ids) == len(set(ids)) and set(re.findall(r'\bget\("([\w-]+)"\)', scripts.replace('options.get(', ''))) <= set(ids)
+    for text in texts.values():
+        assert not re.search(r"http:|https:|innerHTML|eval\(|style=|@import|onclick=\"", text)
+
+
+# In a browser. There is no graphics card here, so the server draws, at 180 lines.
+
+READY = "return document.querySelectorAll('.tile:not(.waiting)').length === 9"
+
+
+@pytest.fixture(scope="module")
+def opened(page: ExplorePage, request: pytest.FixtureRequest) -> Browser:
+    """The page in Chromium, with nine tiles."""
+    found: Browser = request.getfixturevalue("browser")
+    found.call("Emulation.setDeviceMetricsOverride", width=1024, height=640, deviceScaleFactor=1, mobile=False)
+    found.open(page.url)
+    eventually(lambda: found.run(READY))
+    return found
+
+
+def press(browser: Browser, key: str, code: str = "", text: str = "") -> None:
+    """Press a key and let it go."""
+    for kind in ("keyDown", "keyUp"):
+        more = {"text": text or key} if kind == "keyDown" and len(text or key) == 1 else {}
+        browser.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, **more)
+
+
+def focused(browser: Browser) -> str:
+    return str(browser.run("return document.activeElement.getAttribute('aria-label') ?? document.activeElement.id"))
+
+
+def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExplorePage) -> None:
+    labels = opened.run("return [...document.querySelectorAll('.take')].map((each) => each.ariaLabel)")
+    assert [label[:2] for label in labels] == [f"{number}:" for number in range(1, 10)]
+    assert len({label for label in labels}) == 9
+    sample = """const canvas = document.querySelector('.take canvas');
+        const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+        return data.reduce((sum, each, at) => (sum * 31 + each * at) % 1000003, 7);"""
+    seen = {opened.run(sample)}
+
+    def moves() -> bool:
+        seen.add(opened.run(sample))
+        return len(seen) > 1
+
+    eventually(moves)
+    errors = [event for event in opened.events if event["method"] == "Runtime.exceptionThrown"]
+    assert not errors
+
+
+def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(opened: Browser, page: ExplorePage) -> None:
+    chooser = page.exploration.chooser
+    at = len(chooser.screens)
+    press(opened, "3", "Digit3")
+    eventually(lambda: len(chooser.screens) == at + 1 and opened.run(READY))
+    opened.run("document.activeElement.blur()")
+    press(opened, "ArrowRight")
+    assert focused(opened).startswith("5: your choice")
+    press(opened, "ArrowRight")
+    assert focused(opened).startswith("6:")
+    kept = page.state()["tiles"][5]["tile"]
+    press(opened, "s")
+    eventually(lambda: kept in [tile["tile"] for tile in page.state()["stars"]])
+    eventually(lambda: opened.run("return document.getElementById('message').textContent === 'Kept'"))
+    press(opened, "c")
+    press(opened, "ArrowUp")
+    press(opened, "c")
+    eventually(lambda: opened.run("return document.getElementById('closer').open"))
+    assert "beside" in opened.run("return document.getElementById('how').textContent")
+    opened.run("document.getElementById('name').focus()")
+    opened.call("Input.insertText", text="by-keyboard")
+    press(opened, "Enter", text="\r")
+    eventually(lambda: (user_styles() / "by-keyboard.toml").exists())
+    shown = page.exploration.tile(page.state()["tiles"][2]["tile"]).style
+    assert load_style("by-keyboard").layers == shown.layers
+    opened.run("document.getElementById('closer').close()")
+    press(opened, "b")
+    eventually(lambda: chooser.at < at)
+    press(opened, "?")
+    assert opened.run("return document.getElementById('help').open")
+    opened.run("document.getElementById('help').close()")
+
+
+def test_the_pages_own_renderer_draws_a_tile_as_the_server_does(opened: Browser, page: ExplorePage) -> None:
+    """One tile alone: in software each takes seconds."""
+    tile = next(each for each in page.state()["tiles"] if len(page.exploration.tile(each["tile"]).style.steps) < 12)
+    got = opened.run(
+        """const { Runner } = await import("/runner.js");
+        const { PagePainter } = await import("/painters.js");
+        const { SourceFrames } = await import("/source_frames.js");
+        const source = new SourceFrames(() => {});
+        await source.open({ frames: [frame], rate: 1 }, 180);
+        const painter = new PagePainter(new Runner(), source, () => {});
+        const name = String(tile);
+        await painter.prepare({ name, plan: async () => plan, address: () => "" }, 180);
+        const canvas = document.createElement("canvas");
+        if (!painter.draw({ name }, 0, canvas)) return null;
+        return [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data];""",
+        tile=tile["tile"], frame=page.exploration.frames[0],
+        plan=page.exploration.plan(page.exploration.tile(tile["tile"]).style, 180).result(),
+    )  # fmt: skip
+    drawn = np.array(got, np.uint8).reshape(SIZE[1], SIZE[0], 4)[..., :3]
+    jpeg = page.exploration.styled(page.exploration.tile(tile["tile"]).style, page.exploration.frames[0], 180).result()
+    served = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+    one, other = (cv2.resize(each, (48, 27), interpolation=cv2.INTER_AREA) for each in (drawn, served))
+    assert np.abs(one.astype(float) - other).mean() < 5
