@@ -12,7 +12,8 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from browser import Browser, browser  # noqa: F401
+from browser import Browser
+from browser import browser as browser
 from live_page import Visitor, Window
 from media import make_clip
 from waiting import eventually
@@ -186,7 +187,8 @@ def test_a_shipped_style_keeps_its_name(name: str, folder: Path) -> None:
 @pytest.mark.parametrize(
     "path",
     ["/tile.jpg", "/tile.jpg?tile=0&frame=0&side=181", "/tile.jpg?tile=0&frame=99&side=180",
-     "/tile.jpg?tile=99999&frame=0&side=180", "/tile.jpg?tile=-1&frame=0&side=180", "/frame.jpg?frame=0&side=99999",
+     "/tile.jpg?tile=99999&frame=0&side=180", "/tile.jpg?tile=-1&frame=0&side=180",
+     "/frame.jpg?frame=0&side=99999",
      "/frame.jpg?frame=1e3&side=180", "/look.jpg?tile=٣", "/look.jpg?tile=../../x", "/plane.jpg?tile=99999",
      "/tuned.jpg?tile=0&x=2&y=0&frame=0&side=180", "/tuned.jpg?tile=0&x=nan&y=0&frame=0&side=180",
      "/exploration.py", "/explore.html"],
@@ -222,7 +224,10 @@ def test_malformed_messages_end_the_socket_and_nothing_else(page: ExplorePage, v
 
 def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explore_page, "MAX_MESSAGES", 5)
-    for texts, code in ((["x" * (server.MAX_MESSAGE + 1)], 1009), ([json.dumps({"do": "cancel", "id": 1})] * 40, 1008)):
+    for texts, code in (
+        (["x" * (server.MAX_MESSAGE + 1)], 1009),
+        ([json.dumps({"do": "cancel", "id": 1})] * 40, 1008),
+    ):
         with visitor.look() as window, pytest.raises(ConnectionClosed) as caught:
             for text in texts:
                 window.socket.send(text)
@@ -245,7 +250,9 @@ def test_the_page_sends_what_the_server_knows_and_loads_nothing_from_elsewhere()
     scripts = "".join(text for name, text in texts.items() if name.endswith(".js"))
     assert set(re.findall(r'\bask\("(\w+)"', scripts)) == FIELDS.keys()
     ids = re.findall(r'\bid="([\w-]+)"', texts["explore.html"])
-    assert len(ids) == len(set(ids)) and set(re.findall(r'\bget\("([\w-]+)"\)', scripts.replace('options.get(', ''))) <= set(ids)
+    assert len(ids) == len(set(ids)) and set(
+        re.findall(r'\bget\("([\w-]+)"\)', scripts.replace("options.get(", ""))
+    ) <= set(ids)
     for text in texts.values():
         assert not re.search(r"http:|https:|innerHTML|eval\(|style=|@import|onclick=\"", text)
 
@@ -259,21 +266,25 @@ READY = "return document.querySelectorAll('.tile:not(.waiting)').length === 9"
 def opened(page: ExplorePage, request: pytest.FixtureRequest) -> Browser:
     """The page in Chromium, with nine tiles."""
     found: Browser = request.getfixturevalue("browser")
-    found.call("Emulation.setDeviceMetricsOverride", width=1024, height=640, deviceScaleFactor=1, mobile=False)
+    found.call(
+        "Emulation.setDeviceMetricsOverride", width=1024, height=640, deviceScaleFactor=1, mobile=False
+    )
     found.open(page.url)
     eventually(lambda: found.run(READY))
     return found
 
 
-def press(browser: Browser, key: str, code: str = "", text: str = "") -> None:
+def press(page: Browser, key: str, code: str = "", text: str = "") -> None:
     """Press a key and let it go."""
     for kind in ("keyDown", "keyUp"):
         more = {"text": text or key} if kind == "keyDown" and len(text or key) == 1 else {}
-        browser.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, **more)
+        page.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, **more)
 
 
-def focused(browser: Browser) -> str:
-    return str(browser.run("return document.activeElement.getAttribute('aria-label') ?? document.activeElement.id"))
+def focused(page: Browser) -> str:
+    return str(
+        page.run("return document.activeElement.getAttribute('aria-label') ?? document.activeElement.id")
+    )
 
 
 def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExplorePage) -> None:
@@ -294,7 +305,9 @@ def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExplorePag
     assert not errors
 
 
-def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(opened: Browser, page: ExplorePage) -> None:
+def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
+    opened: Browser, page: ExplorePage
+) -> None:
     chooser = page.exploration.chooser
     at = len(chooser.screens)
     press(opened, "3", "Digit3")
@@ -329,7 +342,9 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(opened: Brows
 
 def test_the_pages_own_renderer_draws_a_tile_as_the_server_does(opened: Browser, page: ExplorePage) -> None:
     """One tile alone: in software each takes seconds."""
-    tile = next(each for each in page.state()["tiles"] if len(page.exploration.tile(each["tile"]).style.steps) < 12)
+    tile = next(
+        each for each in page.state()["tiles"] if len(page.exploration.tile(each["tile"]).style.steps) < 12
+    )
     got = opened.run(
         """const { Runner } = await import("/runner.js");
         const { PagePainter } = await import("/painters.js");
@@ -346,7 +361,9 @@ def test_the_pages_own_renderer_draws_a_tile_as_the_server_does(opened: Browser,
         plan=page.exploration.plan(page.exploration.tile(tile["tile"]).style, 180).result(),
     )  # fmt: skip
     drawn = np.array(got, np.uint8).reshape(SIZE[1], SIZE[0], 4)[..., :3]
-    jpeg = page.exploration.styled(page.exploration.tile(tile["tile"]).style, page.exploration.frames[0], 180).result()
+    jpeg = page.exploration.styled(
+        page.exploration.tile(tile["tile"]).style, page.exploration.frames[0], 180
+    ).result()
     served = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
     one, other = (cv2.resize(each, (48, 27), interpolation=cv2.INTER_AREA) for each in (drawn, served))
     assert np.abs(one.astype(float) - other).mean() < 5
