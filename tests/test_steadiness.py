@@ -199,11 +199,11 @@ def test_styles_see_the_times_of_the_frames() -> None:
 
 
 def test_the_table_names_styles_and_has_a_row_of_the_films() -> None:
-    figures = {"ink": [Figures(4, 0.002, 3, 0, 30), Figures(1.25, 0.001, 1.5, 2, 30)]}
-    untouched = Figures(4.5, float("nan"), 1, 0, 20)
+    figures = {"ink": [Figures(4, 0.002, 3, 1, 0, 30), Figures(1.25, 0.001, 1.5, 0.5, 2, 30)]}
+    untouched = Figures(4.5, float("nan"), 1, 0.25, 0, 20)
     lines = markdown(figures, [0, 0.5], untouched, "2 clips").splitlines()
     assert lines[0].startswith("| style | still, 0 | still, 0.5 | warping error, 0 |")
-    assert lines[2] == "| ink | 4.00 | 1.25 | 2.00 | 1.00 | 3.00 | 1.50 | 0.00 | 2.00 | 30.0 |"
-    assert lines[3] == f"| {SOURCE} | 4.50 | 4.50 | - | - | 1.00 | 1.00 | 0.00 | 0.00 | 20.0 |"
-    assert all(line.count("|") == 11 for line in lines[:4])
+    assert lines[2] == "| ink | 4.00 | 1.25 | 2.00 | 1.00 | 3.00 | 1.50 | 1.00 | 0.50 | 0.00 | 2.00 | 30.0 |"
+    assert lines[3] == f"| {SOURCE} | 4.50 | 4.50 | - | - | 1.00 | 1.00 | 0.25 | 0.25 | 0.00 | 0.00 | 20.0 |"
+    assert all(line.count("|") == 13 for line in lines[:4])
     assert "2 clips" in "".join(lines[4:])

@@ -18,6 +18,8 @@ STILL_FRAMES, SETTLING = 24, 8
 """Frames of the still scene, and how many of them may pass before it counts."""
 DISC_FRAMES = 16
 GHOST = 0.7
+QUIET = 2
+"""The most that a pixel of a quiet part of a clip changes from frame to frame, in levels of 255."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,8 @@ class Figures:
         still: mean difference of successive frames of the noisy still scene, in levels of 255.
         warping: mean warping error over the clips, of values 0..1; NaN without clips.
         ratio: that beside the clips' own.
+        quiet: mean difference of successive frames where the clips' own is at most `QUIET`, as under a camera
+            that pans past a wall: marks that lie still have no reason to change there.
         smear: mean difference from the same film at steady 0 around the edge of what moves, in levels of 255.
         ghost: what the smear were if `GHOST` of the last result were mixed into each where it lies.
     """
@@ -35,6 +39,7 @@ class Figures:
     still: float
     warping: float
     ratio: float
+    quiet: float
     smear: float
     ghost: float
 
@@ -57,22 +62,31 @@ class Study:
     @property
     def untouched(self) -> Figures:
         """The figures of the films themselves."""
-        return Figures(
-            flicker(self._still.frames[SETTLING:]), self._untouched, 1, 0, self._ghost(self._disc.frames)
-        )
+        still, clips = flicker(self._still.frames[SETTLING:]), [clip.frames for clip, _ in self._clips]
+        return Figures(still, self._untouched, 1, self._quiet(clips), 0, self._ghost(self._disc.frames))
 
     def measure(self, style: Style, steady: Sequence[float]) -> Iterator[Figures]:
         """The figures of a style at each of the values of its field `steady`."""
         loose = self._restyled(replace(style, steady=0.0), self._disc)
         for each in (replace(style, steady=value) for value in steady):
-            error = mean_error([(self._restyled(each, clip), motions) for clip, motions in self._clips])
+            films = [self._restyled(each, clip) for clip, _ in self._clips]
+            motions = [found for _, found in self._clips]
+            error = mean_error(list(zip(films, motions, strict=True)))
             yield Figures(
                 flicker(self._restyled(each, self._still)[SETTLING:]),
                 error,
                 error / self._untouched if self._untouched else float("nan"),
+                self._quiet(films),
                 difference(self._restyled(each, self._disc), loose, self._edges),
                 self._ghost(loose),
             )
+
+    def _quiet(self, films: Sequence[Sequence[np.ndarray]]) -> float:
+        """The mean over clips of `quiet_flicker` of their restyled frames."""
+        found = [
+            quiet_flicker(frames, clip.frames) for frames, (clip, _) in zip(films, self._clips, strict=True)
+        ]
+        return float(np.mean(found)) if found else float("nan")
 
     def _ghost(self, frames: Sequence[np.ndarray]) -> float:
         return difference(list(ghosts(frames)), frames, self._edges)
@@ -90,6 +104,23 @@ def flicker(frames: Sequence[np.ndarray]) -> float:
     """
     pairs = zip(frames, frames[1:], strict=False)
     return float(np.mean([_levels_between(first, second).mean() for first, second in pairs]))
+
+
+def quiet_flicker(frames: Sequence[np.ndarray], source: Sequence[np.ndarray]) -> float:
+    """The mean difference of successive frames, in levels of 255, where the source's is at most `QUIET`.
+
+    Args:
+        frames, source: H x W x 3 uint8 each.
+
+    >>> source = [np.full((2, 2, 3), level, np.uint8) for level in (10, 11, 50)]
+    >>> quiet_flicker([3 * frame for frame in source], source)
+    3.0
+    """
+    pairs = zip(source, source[1:], strict=False)
+    quiet = [_levels_between(first, second).max(axis=2) <= QUIET for first, second in pairs]
+    triples = [each for each in zip(frames, frames[1:], quiet, strict=False) if each[2].any()]
+    found = [_levels_between(one, other)[where].mean() for one, other, where in triples]
+    return float(np.mean(found)) if found else 0.0
 
 
 def ghosts(frames: Sequence[np.ndarray]) -> Iterator[np.ndarray]:

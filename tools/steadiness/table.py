@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from tools.steadiness import DISC_FRAMES, GHOST, NOISE, SETTLING, STILL_FRAMES, Figures
+from tools.steadiness import DISC_FRAMES, GHOST, NOISE, QUIET, SETTLING, STILL_FRAMES, Figures
 
 SOURCE = "(the films themselves)"
 
@@ -20,7 +20,7 @@ def markdown(
         untouched: those of the films themselves.
         films: which clips, for the legend.
     """
-    names = ("still", "warping error", "of source's", "smear")
+    names = ("still", "warping error", "of source's", "quiet", "smear")
     lines = [["style", *(f"{name}, {value:g}" for name in names for value in steady), "ghost"]]
     lines += [["---", *("---:" for _ in lines[0][1:])]]
     lines += [[style, *_cells(each)] for style, each in figures.items()]
@@ -34,6 +34,7 @@ def _cells(figures: Sequence[Figures]) -> list[str]:
         *(f"{each.still:.2f}" for each in figures),
         *(_known(1000 * each.warping) for each in figures),
         *(_known(each.ratio) for each in figures),
+        *(_known(each.quiet) for each in figures),
         *(f"{each.smear:.2f}" for each in figures),
         f"{figures[0].ghost:.1f}",
     ]
@@ -50,6 +51,8 @@ def _legend(films: str) -> list[str]:
         f"frames {SETTLING + 1} to {STILL_FRAMES}.",
         f"Warping error (Lai et al. 2018), in thousandths, and how many times the source's it is: {films}. "
         "Dots and strokes that stay on the page while the picture moves under them count as change.",
+        f"Quiet: mean difference of successive frames where the film's own is at most {QUIET} levels: marks that "
+        "lie still have no reason to change there.",
         "Smear: mean difference from the film at steady 0 around the edge of a disc that moves over a "
         f"photograph, {DISC_FRAMES} frames; ghost: that with {GHOST:g} of the last result mixed in.",
     ]

@@ -23,8 +23,6 @@ MAX_WEIGHT = 0.9
 """Weight of the previous frame at `steady` 1; more would freeze slow changes."""
 RESULT_FACTOR = 0.6
 """Factor on the weight for the result of a style, whose input is stabilized already."""
-FIXED_RESULT_FACTOR = 0.2
-"""The same for styles with marks fixed to the page, which would blur into gray with warped ones."""
 MIN_MOTION = 0.35
 """Minimum motion in pixels for which a result is warped, as each interpolation blurs lines a little more."""
 MAX_RESIDUAL = 0.75
@@ -47,20 +45,39 @@ class Warp:
         flow: where each pixel was, relative to where it is, in pixels of the page to the right and down:
             h x w x 2 float32 on a coarse grid over the page; None where everything stands still.
         result_weight: of the result before.
+        is_fixed: whether the style makes marks that lie still on the page.
     """
 
     weight: float
     limit: float
     flow: np.ndarray | None
     result_weight: float
+    is_fixed: bool
 
     @cached_property
-    def strong_flow(self) -> np.ndarray | None:
-        """The flow that a result is warped by: none below `MIN_MOTION`."""
-        if self.flow is None:
+    def result_flow(self) -> np.ndarray | None:
+        """The flow that a result is warped by: none below `MIN_MOTION`, and none for marks that lie still."""
+        if self.flow is None or self.is_fixed:
             return None
-        moves = np.hypot(self.flow[..., 0], self.flow[..., 1]) >= MIN_MOTION
+        moves = self._speed >= MIN_MOTION
         return self.flow * moves[..., None] if moves.any() else None
+
+    @cached_property
+    def stillness(self) -> np.ndarray | None:
+        """Where marks that lie still are blended, as they may be nowhere else.
+
+        Returns:
+            h x w float32 on the grid of the flow, from 1 where nothing moves to 0 at `MIN_MOTION`; None: 1.
+        """
+        if self.flow is None or not self.is_fixed:
+            return None
+        return np.clip(1 - self._speed / MIN_MOTION, 0, 1)
+
+    @property
+    def _speed(self) -> np.ndarray:
+        assert self.flow is not None
+        speed: np.ndarray = np.hypot(self.flow[..., 0], self.flow[..., 1])
+        return speed
 
 
 class MotionEstimator:
@@ -81,8 +98,7 @@ class MotionEstimator:
 
     def change_strength(self, steady: float, is_fixed: bool) -> None:
         """Use other values from the next picture on."""
-        self._weight = MAX_WEIGHT * steady * (2 - steady)
-        self._result_weight = self._weight * (FIXED_RESULT_FACTOR if is_fixed else RESULT_FACTOR)
+        self._weight, self._is_fixed = MAX_WEIGHT * steady * (2 - steady), is_fixed
 
     def estimate(self, picture: Picture, time: float, scene_cut: bool) -> Warp | None:
         """The warp of the previous frame into this one; None at a scene cut.
@@ -99,7 +115,7 @@ class MotionEstimator:
             return None
         limit = float(np.hypot(MIN_LIMIT, NOISE_FACTOR * noise_level(picture)))
         flow = self._flow(before, picture.shape[1])
-        return Warp(self._weight, limit, flow, self._result_weight)
+        return Warp(self._weight, limit, flow, RESULT_FACTOR * self._weight, self._is_fixed)
 
     def _flow(self, before: np.ndarray, width: int) -> np.ndarray | None:
         now = self._reduced

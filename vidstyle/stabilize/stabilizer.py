@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
@@ -39,7 +40,8 @@ class Stabilizer:
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks fixed to the page, which must not be warped.
+        is_fixed: whether the style makes marks fixed to the page, which are not warped: they are blended only where
+            nothing moves.
     """
 
     def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
@@ -91,9 +93,11 @@ class Stabilizer:
         if warp is None or weights is None or not _same_shapes(planes, old):
             self._result = {name: _scaled(each, gain, 0, floats) for name, each in planes.items()}
             return result
+        if warp.stillness is not None:
+            weights = weights * cv2.resize(warp.stillness, weights.shape[::-1])
         for name, plane in planes.items():
             self._result[name], _ = warp_and_blend(
-                self._pool, plane, (gain, 0), old[name], warp.strong_flow, warp.result_weight,
+                self._pool, plane, (gain, 0), old[name], warp.result_flow, warp.result_weight,
                 guide=weights, step=plane_step(name, encoding),
             )  # fmt: skip
         shown = result.map_planes(lambda plane, kind: plane if kind == "alpha" else np.empty_like(plane))

@@ -116,7 +116,8 @@ class GpuStabilizer:
         images = {
             "plane": plane,
             "before": newest,
-            "flow": self._flow("strong", warp.strong_flow if warp else None),
+            "flow": self._flow("result", warp.result_flow if warp else None),
+            "stillness": self._stillness(warp.stillness if warp else None),
         }
         weights, _ = self._taken.get("weights luma", (None, None))
         if weights:
@@ -153,6 +154,9 @@ class GpuStabilizer:
         texture = self._take(f"{name} flow {flow.shape}", (flow.shape[0], flow.shape[1]), WARPED)
         texture.write(flow)
         return texture
+
+    def _stillness(self, stillness: np.ndarray | None) -> moderngl.Texture:
+        return self._flow("no", np.ones((1, 1, 2)) if stillness is None else np.dstack([stillness] * 2))
 
     def _newest_and_next(
         self, name: str, shape: Shape, coding: Format
