@@ -15,7 +15,7 @@ from pictures import SOURCES, planes, run, same_bits, step, style
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.blend import warp_and_blend
-from vidstyle.stabilize.motion import MotionEstimator, noise_level
+from vidstyle.stabilize.motion import noise_level
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style, load_style, override
 

@@ -51,8 +51,8 @@ def _legend(films: str) -> list[str]:
         f"frames {SETTLING + 1} to {STILL_FRAMES}.",
         f"Warping error (Lai et al. 2018), in thousandths, and how many times the source's it is: {films}. "
         "Dots and strokes that stay on the page while the picture moves under them count as change.",
-        f"Quiet: mean difference of successive frames where the film's own is at most {QUIET} levels: marks that "
-        "lie still have no reason to change there.",
+        f"Quiet: mean difference of successive frames where the film's own is at most {QUIET} levels: marks "
+        "that lie still have no reason to change there.",
         "Smear: mean difference from the film at steady 0 around the edge of a disc that moves over a "
         f"photograph, {DISC_FRAMES} frames; ghost: that with {GHOST:g} of the last result mixed in.",
     ]

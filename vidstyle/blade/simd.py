@@ -8,14 +8,15 @@ reduced together, pairwise.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
-from functools import cached_property, reduce
+from collections.abc import Callable, Iterator
+from functools import reduce
 from typing import Any
 
 from vidstyle.blade.structure_tensor import LANES
+from vidstyle.core.intrinsic import Intrinsic
 
 
-class PixelBlockIntrinsic:
+class PixelBlockIntrinsic(Intrinsic):
     """`filter_pixel_block(bank, bins, luma, row, column, rows, low, high, out)` for compiled functions.
 
     Writes the filtered pixels column..column + 7 of a row into `out`, clipped; what is not a number becomes
@@ -31,26 +32,14 @@ class PixelBlockIntrinsic:
         out: float32, one row.
     """
 
-    @property
-    def _numba_type_(self) -> Any:
-        """The type of this global for compiled code; read by Numba."""
-        registry: Any = importlib.import_module("numba.core.registry")
-        intrinsic, context = self._intrinsic, registry.cpu_target.typing_context
-        context.refresh()  # registers the intrinsic
-        return context.resolve_value_type(intrinsic)
-
-    @cached_property
-    def _intrinsic(self) -> Any:
-        numba: Any = importlib.import_module("numba")
-        extending: Any = importlib.import_module("numba.extending")
-
+    def typed(self, void: Any) -> Callable[..., Any]:
         def filter_pixel_block(
             typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any,
             low: Any, high: Any, out: Any,
         ) -> Any:  # fmt: skip
-            return numba.types.void(bank, bins, luma, row, column, rows, low, high, out), _emit_code
+            return void(bank, bins, luma, row, column, rows, low, high, out), _emit_code
 
-        return extending.intrinsic(filter_pixel_block)
+        return filter_pixel_block
 
 
 def _emit_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

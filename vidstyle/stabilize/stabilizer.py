@@ -40,8 +40,8 @@ class Stabilizer:
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks fixed to the page, which are not warped: they are blended only where
-            nothing moves.
+        is_fixed: whether the style makes marks fixed to the page, which are not warped: they are blended
+            only where nothing moves.
     """
 
     def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
