@@ -4,9 +4,11 @@
 // The unit vector along the edge; where there is none, along a fixed direction.
 vec2 stroke_direction(ivec2 at, vec2 fixed_direction) {
     vec2 twice = fixed_direction - (2.0 * picture_at(at).xy - 1.0);
-    float cosine = twice.x / max(length(twice), 1e-12);
-    float down = sqrt(max(0.5 - 0.5 * cosine, 0.0));
-    return vec2(sqrt(max(0.5 + 0.5 * cosine, 0.0)), twice.y < 0.0 ? -down : down);
+    twice /= max(length(twice), 1e-12);
+    // Half the angle: the longer part by its root, the other, which would lose digits so, by their product.
+    float longer = sqrt(0.5 + 0.5 * abs(twice.x)), shorter = abs(twice.y) / (2.0 * longer);
+    vec2 way = twice.x < 0.0 ? vec2(shorter, longer) : vec2(longer, shorter);
+    return twice.y < 0.0 ? vec2(way.x, -way.y) : way;
 }
 
 // Noise smeared along the edges, by steps as long as the noise is coarse. Cabral and Leedom 1993.

@@ -17,6 +17,8 @@ ORIENTATIONS, ANISOTROPIES, SECTORS = 32, 8, 8
 """Kernels for which weights are tabulated, and sectors of each kernel."""
 ZERO_CROSSING = 0.58
 """Angle in radians at which the weights of a sector end, at its middle radius."""
+BORDER = 1.0001
+"""The squared radius of the ellipse: rounding must not decide about pixels just on it."""
 FALL = -3.125
 """The exponent by which weights fall off, at the border of the ellipse."""
 
@@ -29,7 +31,7 @@ def _radius(radius: float, stretch: float) -> int:
 def kuwahara(
     picture: np.ndarray,
     flow: Annotated[Any, SavedRef("smoothed result of `structure_tensor`")] = "source",
-    radius: Annotated[float, Slider(1, 12, "size of the brush", "px", explore=(3, 7))] = 5,
+    radius: Annotated[float, Slider(1, 8, "size of the brush", "px", explore=(3, 7))] = 5,
     stretch: Annotated[float, Slider(0, 1, "how much longer strokes are along edges than across")] = 1,
     sharpness: Annotated[int, Slider(0, 3, "how clearly areas are set apart", explore=(1, 3))] = 2,
 ) -> np.ndarray:
@@ -80,7 +82,7 @@ def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tupl
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     along = (math.cos(angle) * columns + math.sin(angle) * rows) / (radius * longer)
     across = (math.cos(angle) * rows - math.sin(angle) * columns) / (radius / longer)
-    inside = along**2 + across**2 <= 1
+    inside = along**2 + across**2 <= BORDER
     along, across = along[inside], across[inside]
     lift = 2 / radius
     narrowness = (lift + math.cos(ZERO_CROSSING)) / math.sin(ZERO_CROSSING) ** 2

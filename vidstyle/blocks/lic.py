@@ -26,7 +26,7 @@ def _radius(length: float, size: float) -> int:
 def lic(
     picture: np.ndarray,
     place: PageRegion,
-    length: Annotated[float, Slider(2, 96, "length of the strokes", "px", explore=(8, 40))] = 20,
+    length: Annotated[float, Slider(2, 64, "length of the strokes", "px", explore=(8, 40))] = 20,
     size: Annotated[float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4))] = 1.5,
     angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 30,
     contrast: Annotated[float, Slider(0, 2, "0 for even gray")] = 1,
@@ -57,10 +57,12 @@ def _directions(flow: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]
     # Minus: along the edge, a right angle from the gradient.
     x = np.float32(STILL * math.cos(turn)) - (2 * flow[..., 0] - 1)
     y = np.float32(STILL * math.sin(turn)) - (2 * flow[..., 1] - 1)
-    cosine = x / np.maximum(np.sqrt(x * x + y * y), np.float32(1e-12))
-    right = np.sqrt(np.maximum(0.5 + 0.5 * cosine, 0))
-    down = np.copysign(np.sqrt(np.maximum(0.5 - 0.5 * cosine, 0)), y)
-    return right.astype(np.float32), down.astype(np.float32)
+    cosine, sine = np.stack([x, y]) / np.maximum(np.sqrt(x * x + y * y), np.float32(1e-12))
+    # Half the angle: the longer part by its root, the other, which would lose digits so, by their product.
+    longer = np.sqrt(np.float32(0.5) + np.float32(0.5) * np.abs(cosine))
+    shorter = np.abs(sine) / (2 * longer)
+    upright = cosine < 0
+    return np.where(upright, shorter, longer), np.copysign(np.where(upright, longer, shorter), y)
 
 
 def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
