@@ -14,7 +14,9 @@ from vidstyle.renderer import stylize
 from vidstyle.style import PLAIN, expand, load_style, style_names
 
 OF_THE_PAPER = ("ink", "crayon", "sketch", "abstraction", "paint", "blob")
-OF_OUR_OWN = ("comic", "poster", "engraving", "charcoal", "watercolor", "blueprint", "noir")
+OF_OUR_OWN = (
+    "comic", "poster", "engraving", "charcoal", "watercolor", "blueprint", "noir", "oil", "woodcut",
+)  # fmt: skip
 STYLES = sorted(set(style_names()) - {PLAIN})
 VARIANTS = [f"{name}:{variant}" for name in STYLES for variant in load_style(name).variants]
 CLEAR = 12 / 255
@@ -31,7 +33,7 @@ def distance(one: str, other: str) -> float:
     return float(np.abs(styled(one) - styled(other)).mean())
 
 
-def test_the_thirteen_styles_are_there() -> None:
+def test_all_styles_are_there() -> None:
     assert sorted(OF_THE_PAPER + OF_OUR_OWN) == STYLES
 
 

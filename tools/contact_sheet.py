@@ -18,14 +18,18 @@ from vidstyle.blocks import all_blocks
 from vidstyle.gallery.style_samples import encoded, labelled, samples_of, sheet_of
 from vidstyle.gallery.thumbnail import FOLDER, HEIGHT, WIDTH, restyled_thumbnail
 from vidstyle.renderer import stylize
-from vidstyle.style import PLAIN, Step, Style, load_style, style_names
+from vidstyle.style import PLAIN, SOURCE, Step, Style, load_style, style_names
 
 SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
     "blend": (Step("gaussian", {"sigma": 6}),),
     "minimum_range": (Step("brightness", {"factor": 0.5}),),
     "to_color": (Step("to_gray"), Step("soft_threshold")),
+    "lic": (Step("structure_tensor"), Step("gaussian")),
+    "kuwahara": (Step("structure_tensor"), Step("gaussian", save="flow"), Step("", source=SOURCE)),
 }
 """What runs before the blocks that would show nothing on the photograph itself."""
+VALUES = {"kuwahara": {"flow": "flow"}}
+"""Their values, where not the defaults."""
 
 CROP = np.s_[:320, 64:384]
 """What is shown of the photograph."""
@@ -84,9 +88,9 @@ def labelled_blocks() -> Iterator[np.ndarray]:
     photograph = cv2.resize(skimage.data.astronaut()[CROP], (SIDE, SIDE), interpolation=cv2.INTER_AREA)
     yield labelled(photograph, "source")
     for name in all_blocks():
-        steps = (*SHOWN_AFTER.get(name, ()), Step(name))
+        steps = (*SHOWN_AFTER.get(name, ()), Step(name, VALUES.get(name, {})))
         picture = stylize(photograph, Style(name, background=steps))
-        yield labelled(picture, ", ".join(step.block for step in steps))
+        yield labelled(picture, ", ".join(step.block for step in steps if step.block))
 
 
 if __name__ == "__main__":

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+import cv2
 import numpy as np
 
 from vidstyle.block import PageRegion, Slider, block
-from vidstyle.core.kernels import compiled, index_at
+from vidstyle.core.kernels import compiled
 
 STILL = 0.06
 """Strength of the fixed direction beside that of edges: it decides where there are none."""
@@ -38,16 +39,20 @@ def lic(
     Integral Convolution"; steps as long as the strokes are wide, by Euler's method.
     """
     size = float(np.float32(size))
-    directions = _directions(picture, angle)
     reach, (height, width) = _radius(length, size), picture.shape[:2]
-    first = math.floor((place.top - reach) / size) - 1, math.floor(-reach / size) - 1
-    last = math.ceil((place.top + height + reach) / size) + 2, math.ceil((width + reach) / size) + 2
-    noise = white_noise(*(np.arange(low, high) for low, high in zip(first, last, strict=True)))
+    # Beyond the picture, so that no step has to look for its border.
+    around = [
+        cv2.copyMakeBorder(each, *(reach,) * 4, cv2.BORDER_REPLICATE) for each in _directions(picture, angle)
+    ]
+    lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
+    rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
+    noise = white_noise(*(np.arange(each[0][0], each[0][-1] + 2 * lead + 2) for each in (rows, columns)))
     # Means of noise are paler the longer and finer the strokes.
     gain = np.float32(contrast * math.sqrt(1 + length / (2 * size)))
     out = np.empty((height, width), np.float32)
-    way = _steps(length, size), np.float32(size)
-    _smear(*directions, noise, first, place.top, way, gain, place.margin, out)
+    way = _steps(length, size), np.float32(size), reach
+    flat = tuple(each.reshape(-1) for each in (*around, noise))
+    _smear(flat, (around[0].shape[1], noise.shape[1]), rows, columns, way, gain, place.margin, out)
     return np.dstack([out] * 3)
 
 
@@ -63,6 +68,16 @@ def _directions(flow: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]
     shorter = np.abs(sine) / (2 * longer)
     upright = cosine < 0
     return np.where(upright, shorter, longer), np.copysign(np.where(upright, longer, shorter), y)
+
+
+def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where pixels lie upon the noise: a point `lead` points before each, and how far behind it the pixel is.
+
+    The same for a pixel of the page wherever its band begins.
+    """
+    places = (np.arange(first, first + count) + 0.5) / size
+    points = np.floor(places).astype(np.int64)
+    return points - lead, (places - points + lead).astype(np.float32)
 
 
 def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -83,37 +98,38 @@ def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _noise_at(noise, first, down, right, per_pixel):  # type: ignore[no-untyped-def]
-    """Noise between the points of its lattice; 0.5 is the middle of the first pixel."""
-    y, x = down * per_pixel - np.float32(first[0]), right * per_pixel - np.float32(first[1])
-    row, column = index_at(y, noise.shape[0] - 2), index_at(x, noise.shape[1] - 2)
+def _noise_at(noise, columns, first, y, x):  # type: ignore[no-untyped-def]
+    """Noise between the points of its lattice."""
+    row, column = np.uint32(y), np.uint32(x)
     below, beside = y - np.float32(row), x - np.float32(column)
-    upper = noise[row, column] + beside * (noise[row, column + 1] - noise[row, column])
-    lower = noise[row + 1, column] + beside * (noise[row + 1, column + 1] - noise[row + 1, column])
+    at, next_one = first + row * np.uint32(columns) + column, np.uint32(1)
+    under = at + np.uint32(columns)
+    upper = noise[at] + beside * (noise[at + next_one] - noise[at])
+    lower = noise[under] + beside * (noise[under + next_one] - noise[under])
     return upper + below * (lower - upper)
 
 
 @compiled(fastmath=True)
-def _smear(rights, downs, noise, first, top, way, gain, margin, out):  # type: ignore[no-untyped-def]
-    (height, width), (steps, size) = out.shape, way
-    per_pixel = np.float32(1) / size
+def _smear(flat, widths, rows, columns, way, gain, margin, out):  # type: ignore[no-untyped-def]
+    """The weighted mean of the noise along the directions, to both sides."""
+    (rights, downs, noise), (steps, size, reach) = flat, way
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
-    fall = one / np.float32(steps + 1)
-    total = np.float32(steps + 1)  # of the weights: 1 and twice those of the steps
-    for row in range(margin[0], height - margin[1]):
-        for column in range(width):
-            y, x = np.float32(row) + half, np.float32(column) + half
-            mean = _noise_at(noise, first, y + np.float32(top), x, per_pixel)
+    per_pixel, fall, total = one / size, one / np.float32(steps + 1), np.float32(steps + 1)
+    width, middle = np.uint32(widths[0]), np.float32(reach) + half
+    for row in range(margin[0], out.shape[0] - margin[1]):
+        for column in range(out.shape[1]):
+            first = np.uint32((rows[0][row] - rows[0][0]) * widths[1] + columns[0][column] - columns[0][0])
+            y, x, corner = rows[1][row], columns[1][column], np.uint32(row) * width + np.uint32(column)
+            at = corner + np.uint32(reach) * width + np.uint32(reach)
+            mean = _noise_at(noise, widths[1], first, y, x)
             for side in range(2):
-                right, down = rights[row, column], downs[row, column]
-                right, down = (right, down) if side == 0 else (-right, -down)
-                to_x, to_y, weight = x, y, one
+                turn = one if side == 0 else -one
+                right, down, across, along, weight = turn * rights[at], turn * downs[at], zero, zero, one
                 for _ in range(steps):
-                    to_x, to_y, weight = to_x + size * right, to_y + size * down, weight - fall
-                    mean += weight * _noise_at(noise, first, to_y + np.float32(top), to_x, per_pixel)
-                    at_row, at_column = index_at(to_y, height - 1), index_at(to_x, width - 1)
-                    next_right, next_down = rights[at_row, at_column], downs[at_row, at_column]
-                    if next_right * right + next_down * down < zero:
-                        next_right, next_down = -next_right, -next_down
-                    right, down = next_right, next_down
+                    across, along, weight = across + size * right, along + size * down, weight - fall
+                    value = _noise_at(noise, widths[1], first, y + along * per_pixel, x + across * per_pixel)
+                    mean += weight * value
+                    there = corner + np.uint32(middle + along) * width + np.uint32(middle + across)
+                    turn = one if rights[there] * right + downs[there] * down >= zero else -one
+                    right, down = turn * rights[there], turn * downs[there]
             out[row, column] = min(max(half + gain * (mean / total - half), zero), one)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from vidstyle.block import LumaWeights, block
+from vidstyle.core.kernels import compiled
 
 
 @block("filter", on="color", radius=lambda: 1)
@@ -18,14 +18,39 @@ def structure_tensor(picture: np.ndarray, weights: LumaWeights) -> np.ndarray:
     paper's section 5.3, equations 6 to 8, weighted by s in place of the squared magnitude, so that the
     strongest edge nearby does not drown all others.
     """
-    luma = picture @ weights
-    across, down = (cv2.Sobel(luma, cv2.CV_32F, *order, scale=0.25, borderType=cv2.BORDER_REPLICATE)
-                    for order in ((1, 0), (0, 1)))  # fmt: skip
-    squared = across * across + down * down
-    # (x^2 - y^2, 2 x y) has the square of the length and twice the angle.
-    length = np.sqrt(squared)
-    strength = np.sqrt(np.minimum(length, 1))
-    half = np.float32(0.5) * strength / np.maximum(squared, np.float32(1e-20))
-    red = np.float32(0.5) + half * (across * across - down * down)
-    green = np.float32(0.5) + half * (2 * across * down)
-    return np.dstack([red, green, strength])
+    out, scratch = np.empty(picture.shape, np.float32), np.empty((5, picture.shape[1] + 2), np.float32)
+    _encode(picture, weights, scratch, out)
+    return out
+
+
+@compiled
+def _luma_of_row(row, weights, luma):  # type: ignore[no-untyped-def]
+    for x in range(luma.size):
+        luma[x] = weights[0] * row[x, 0] + weights[1] * row[x, 1] + weights[2] * row[x, 2]
+
+
+@compiled
+def _encode(picture, weights, scratch, out):  # type: ignore[no-untyped-def]
+    height, width = picture.shape[0], picture.shape[1]
+    half, one, two, least = np.float32(0.5), np.float32(1), np.float32(2), np.float32(1e-20)
+    smooth, steep, rows = scratch[0], scratch[1], scratch[2:, :width]
+    for row in range(-1, height):
+        _luma_of_row(picture[min(row + 1, height - 1)], weights, rows[(row + 1) % 3])
+        if row < 0:
+            continue
+        above, middle, below = rows[max(row - 1, 0) % 3], rows[row % 3], rows[(row + 1) % 3]
+        for x in range(width):
+            smooth[x + 1] = above[x] + two * middle[x] + below[x]
+            steep[x + 1] = below[x] - above[x]
+        smooth[0], steep[0] = smooth[1], steep[1]
+        smooth[width + 1], steep[width + 1] = smooth[width], steep[width]
+        for x in range(width):
+            across = np.float32(0.25) * (smooth[x + 2] - smooth[x])
+            down = np.float32(0.25) * (steep[x] + two * steep[x + 1] + steep[x + 2])
+            # (x^2 - y^2, 2 x y) has the square of the length and twice the angle.
+            squared = across * across + down * down
+            strength = np.sqrt(min(np.sqrt(squared), one))
+            each = half * strength / max(squared, least)
+            out[row, x, 0] = half + each * (across * across - down * down)
+            out[row, x, 1] = half + each * two * across * down
+            out[row, x, 2] = strength
