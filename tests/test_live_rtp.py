@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Sequence
 from contextlib import suppress
+from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -22,8 +22,8 @@ from vidstyle.media.write.stream import StreamOptions, open_stream
 
 SOCKETS = Path("/proc/net/udp")
 """The ports at which somebody listens for UDP."""
-JOIN_SECONDS = 6.0
-"""How soon who joins has a picture: a key frame comes every second, and FFmpeg looks at the stream first."""
+JOIN_SECONDS = 3.0
+"""How much of the stream passes before who joins has a picture: key frames come every second."""
 LOW_LATENCY_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "500000"}
 
 
@@ -48,40 +48,42 @@ class Receiver:
     Attributes:
         sizes: width and height of each picture.
         sounds: how many pieces of sound there were.
-        missed: how many pictures were sent from its beginning to its first.
+        missed: seconds of the stream before the first picture.
         error: what ended it, or None.
     """
 
-    def __init__(self, url: str, pictures: int, sent: Sequence[int]) -> None:
+    def __init__(self, url: str, pictures: int) -> None:
         self.sizes: list[tuple[int, int]] = []
         self.sounds = 0
-        self.missed = 0
+        self.missed = 0.0
         self.error: av.FFmpegError | None = None
-        self._thread = threading.Thread(target=self._play, args=(url, pictures, sent), daemon=True)
+        self._thread = threading.Thread(target=self._play, args=(url, pictures), daemon=True)
         self._thread.start()
 
-    def _play(self, url: str, pictures: int, sent: Sequence[int]) -> None:
+    def _play(self, url: str, pictures: int) -> None:
         try:
-            self._receive(url, pictures, sent)
+            self._receive(url, pictures)
         except av.FFmpegError as error:
             self.error = error
 
-    def _receive(self, url: str, pictures: int, sent: Sequence[int]) -> None:
-        before = len(sent)
+    def _receive(self, url: str, pictures: int) -> None:
         with av.open(url, options=LOW_LATENCY_OPTIONS, timeout=LONG) as container:
+            begin = None
             for packet in container.demux(video=0, audio=0):
+                begin = packet.pts * packet.time_base if begin is None and packet.pts is not None else begin
                 with suppress(av.InvalidDataError):  # as a player, who goes on where a packet was lost
                     for frame in packet.decode():
-                        self._take(frame, len(sent) - before)
+                        self._take(frame, begin)
                 if len(self.sizes) >= pictures:
                     return
 
-    def _take(self, frame: av.VideoFrame | av.AudioFrame, sent: int) -> None:
-        if isinstance(frame, av.VideoFrame):
-            self.missed = self.missed or sent
-            self.sizes.append((frame.width, frame.height))
-        else:
+    def _take(self, frame: av.VideoFrame | av.AudioFrame, begin: Fraction | None) -> None:
+        if isinstance(frame, av.AudioFrame):
             self.sounds += 1
+            return
+        if not self.sizes and begin is not None:
+            self.missed = float(frame.pts * frame.time_base - begin)
+        self.sizes.append((frame.width, frame.height))
 
     def played(self) -> Receiver:
         self._thread.join(2 * LONG)  # FFmpeg gives up after LONG without a packet
@@ -107,16 +109,16 @@ def test_sound_that_does_not_keep_up_with_the_pictures_ends_no_stream(first: int
 def test_whoever_joins_gets_a_stream_that_plays():
     port, kept = free_port(), Kept()
     url = f"rtp://127.0.0.1:{port}"
-    early = Receiver(url, 20, kept.numbers)
+    early = Receiver(url, 20)
     eventually(lambda: f":{port:04X} " in SOCKETS.read_text())
     maker = target_maker(url, TargetOptions())
     with session(generated(), kept, maker, clock=MONOTONIC, microphone=Microphone("test")) as running:
         assert set(early.played().sizes) == {(160, 90)} and early.sounds
         eventually(lambda: len(kept.numbers) > 40)
-        late = Receiver(url, 5, kept.numbers).played()
-        again = Receiver(url, 20, kept.numbers).played()
+        late = Receiver(url, 5).played()
+        again = Receiver(url, 20).played()
         assert (url, "running") in running.controls.status().targets
         running.end()
     for each in (late, again):
-        assert set(each.sizes) == {(160, 90)} and each.missed < JOIN_SECONDS * 30
+        assert set(each.sizes) == {(160, 90)} and each.missed < JOIN_SECONDS
     assert again.sounds
