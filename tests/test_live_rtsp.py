@@ -133,13 +133,13 @@ def test_it_plays_is_killed_and_comes_back(caplog: pytest.LogCaptureFixture):
 
 
 def test_one_that_freezes_is_lost_in_time(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(live_sources, "NETWORK_SECONDS", 1.0)
+    monkeypatch.setattr(live_sources, "NETWORK_SECONDS", 2.0)
     kept, server = Kept(), Server()
     with session(Network(f"rtsp://127.0.0.1:{server.port}/camera"), kept, clock=MONOTONIC) as running:
         eventually(lambda: len(kept.numbers) > 8)
         server.frozen.set()
         # It is still there, says nothing, and hangs up on nobody.
-        eventually(lambda: "was lost: no data for 1 s; the last picture is held" in caplog.text)
+        eventually(lambda: "was lost: no data for 2 s; the last picture is held" in caplog.text)
         count = len(kept.numbers)
         server.frozen.clear()
         eventually(lambda: len(kept.numbers) > count + 10)
