@@ -49,6 +49,7 @@ export class Bar {
     get("check").addEventListener("click", () => this.check());
     get("steady").addEventListener("click", () => this.steady());
     const menu = get("view-menu");
+    addEventListener("resize", () => menu.hidePopover());
     menu.addEventListener("toggle", (event) => {
       if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
       const { right, top } = get("view").getBoundingClientRect();
@@ -105,7 +106,7 @@ export class Bar {
     const sides = [...new Set([...SIDES.filter((each) => each < own), Math.min(own, 2160)])];
     const menu = /** @type {HTMLSelectElement} */ (get("side"));
     if (menu.options.length !== sides.length || menu.options[sides.length - 1]?.value !== String(sides.at(-1)))
-      menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines, as the film` : `${each} lines`, String(each))));
+      menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines (as the film)` : `${each} lines`, String(each))));
     menu.value = String(sides.reduce((best, each) => (each <= side ? each : best), sides[0]));
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
     get("who").textContent = where === "server" ? "vidstyle" : restyler.isFast ? "Graphics card" : "Software";

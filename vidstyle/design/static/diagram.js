@@ -24,6 +24,8 @@ import { dragging } from "./drag.js";
 
 /** How many colours the wires of saved pictures have. */
 const COLORS = 6;
+/** How long cards glide to new places. */
+const MOVING_MS = 180;
 const SHORT_LAYERS = { base: "Base", background: "Background", lines: "Lines" };
 
 /** Draws the state of a style as cards. */
@@ -40,6 +42,8 @@ export class Diagram {
   state = null;
   /** @type {Map<CardName, HTMLButtonElement>} */
   #cards = new Map();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #moving;
   /** Addresses of the small pictures of steps. @type {Map<number, string>} */
   #pictures = new Map();
 
@@ -68,6 +72,9 @@ export class Diagram {
     const { background, lines } = state.layers;
     const end = this.#card("result");
     this.#say(end, "Result", lines.length ? (background.length ? "ink over colour" : "ink on paper") : "");
+    this.area.classList.add("moving");
+    clearTimeout(this.#moving);
+    this.#moving = setTimeout(() => this.area.classList.remove("moving"), MOVING_MS);
     this.arrange();
     this.mark();
   }

@@ -41,7 +41,7 @@ export class PictureView {
   constructor(canvas, onchange) {
     this.canvas = canvas;
     this.onchange = onchange;
-    new ResizeObserver(() => this.redraw()).observe(canvas);
+    new ResizeObserver(() => this.#changed()).observe(canvas);
     canvas.addEventListener("pointerdown", (event) => this.#down(event));
     canvas.addEventListener("pointermove", (event) => this.#move(event));
     for (const kind of ["pointerup", "pointercancel"])

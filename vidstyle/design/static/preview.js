@@ -18,6 +18,7 @@ export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, stead
 /** The shorter side of the picture in pixels, where there is a graphics card and where there is none. */
 const SIDES = { fast: 720, slow: 360 };
 const SETTLED_MS = 160;
+const WAIT_MS = 5000;
 
 /** Frames in, pictures out. */
 export class Preview {
@@ -140,6 +141,9 @@ export class Preview {
     const packet = new Promise((done) => this.session.on("picture", (each) => each.type === PACKET.exact && done(each)));
     if (!(await this.session.ask("check")) || !this.view.result) return null;
     const exact = await createImageBitmap((await packet).file);
+    // vidstyle sends a small picture first where it is slow.
+    for (let waited = 0; this.view.result.size[0] !== exact.width && waited < WAIT_MS; waited += 50)
+      await new Promise((done) => setTimeout(done, 50));
     const [one, other] = [exact, this.view.result.picture].map((picture) => dataOf(picture, exact.width, exact.height));
     let [largest, off] = [0, 0];
     for (let at = 0; at < one.length; at++) {
