@@ -156,8 +156,9 @@ session.on("blocks", (blocks) => palette.fill(blocks));
 session.on("state", shown);
 session.on("settled", refresh);
 session.on("notice", (text) => say(text));
-session.on("clip", ({ size, count }) => {
-  diagram.film = `${size.join(" × ")}${count > 1 ? "" : " photo"}`;
+session.on("clip", ({ size }) => {
+  diagram.film = size.join(" × ");
+  if (session.state) diagram.show(session.state);
 });
 session.on("picture", ({ type, number, file }) => {
   if (type === PACKET.step) diagram.picture(number, file);

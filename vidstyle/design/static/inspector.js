@@ -34,7 +34,7 @@ export class Inspector {
     this.buttons = new Map();
     const buttons = make("div", { className: "actions" });
     for (const [action, drawing, label, key] of /** @type {[Action, string, string, string][]} */ ([
-      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Show what leaves this step", "S"],
+      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Solo: show what leaves this step", "S"],
       ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace by the steps that it consists of", "E"],
       ["remove", "remove", "Remove", "Del"],
     ])) {

@@ -70,7 +70,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["a"], help: "Add a step after this one", run: onStep(() => steps.addAfter(near())) },
     { keys: ["Delete", "Backspace"], help: "Remove", run: onStep(() => steps.remove()) },
     { keys: ["m"], help: "Mute or unmute", run: onStep(() => steps.mute()) },
-    { keys: ["s"], help: "Show what leaves the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
+    { keys: ["s"], help: "Solo: show what leaves the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
     { keys: ["d"], help: "Duplicate", run: onStep(() => steps.duplicate()) },
     { keys: ["e"], help: "Replace a recipe by its steps", run: onStep(() => steps.expand()) },
     { keys: ["Alt+ArrowLeft", "Alt+ArrowRight", "Alt+ArrowUp", "Alt+ArrowDown"], help: "Move along its layer, or to another", run: (event) => onStep(() => steps.shift(event.key))() },

@@ -1,5 +1,5 @@
 /**
- * The style as a whole: its main controls, variants, colours and note.
+ * The style as a whole: its knobs, variants, colours and note.
  *
  * @module
  */
@@ -9,7 +9,7 @@ import { ValueList } from "./values.js";
 
 /** @typedef {import("./types.js").State} State */
 
-/** Fields of every style that stand among its main controls. */
+/** Fields of every style that stand beside its knobs. */
 const MAIN = ["strength", "steady"];
 
 /** Shows the style itself. */
@@ -25,7 +25,7 @@ export class StylePanel {
     this.variants = make("div", { className: "chips" });
     this.variants.setAttribute("role", "group");
     this.variants.setAttribute("aria-label", "Variants");
-    this.none = make("p", { className: "quiet", textContent: "No main controls yet: pin a value of a step to have it here." });
+    this.none = make("p", { className: "quiet", textContent: "No knobs yet: pin a value of a step to have it here." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "Colours, size and note" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);

@@ -71,8 +71,8 @@ export class ValueList {
 
   /** @param {Entry} entry */
   #pin(entry) {
-    const pin = make("button", { className: "pin", type: "button", title: "Show among the main controls" }, icon("pin"));
-    pin.setAttribute("aria-label", `${words(entry.name)} is a main control`);
+    const pin = make("button", { className: "pin", type: "button", title: "Make it a knob, which stands on the page of the style" }, icon("pin"));
+    pin.setAttribute("aria-label", `${words(entry.name)} is a knob`);
     pin.addEventListener("click", () => {
       const { step, name } = entry;
       this.session.edit("knob", { step, name, on: pin.getAttribute("aria-pressed") !== "true" });
