@@ -27,9 +27,17 @@ Spoil = Callable[[int, bytes], bytes]
 
 
 def film(
-    path: Path, *codecs: str, begin: float = 0.0, seconds: float = 2.0, spoil: Spoil | None = None
+    path: Path,
+    *codecs: str,
+    begin: float = 0.0,
+    seconds: float = 2.0,
+    spoil: Spoil | None = None,
+    astray: int = 0,
 ) -> Path:
-    """A film with a beep in its last 0.2 s, in a track for each codec, from `begin` on, and spoilt."""
+    """A film with a beep in its last 0.2 s, in a track for each codec, from `begin` on, and spoilt.
+
+    The last packet of each track is `astray` hours late.
+    """
     with av.open(str(path), "w") as container:
         screen = container.add_stream("mpeg4", rate=FRAME_RATE)
         screen.width, screen.height, screen.pix_fmt = 64, 48, "yuv420p"
@@ -48,6 +56,7 @@ def film(
             if spoil:
                 contents = [spoil(number, bytes(packet)) for number, packet in enumerate(heard)]
                 heard = [spoilt(*each) for each in zip(heard, contents, strict=True) if each[1]]
+            heard[-1].pts = heard[-1].dts = heard[-1].dts + int(astray * 3600 / heard[-1].time_base)
             packets += heard
         for packet in sorted(packets, key=lambda packet: packet.dts * packet.time_base):
             container.mux(packet)
@@ -195,6 +204,14 @@ def test_damaged_packets_of_sound_cost_their_own_time(tmp_path, codec, ending, a
 def test_sound_of_which_nothing_can_be_used_is_no_reason_to_fail(tmp_path, ending):
     summary = rendered(film(tmp_path / "in.mkv", "ac3", spoil=torn), tmp_path / f"out{ending}")
     assert summary.exit_code == (0 if ending == ".mov" else 4)
+
+
+@pytest.mark.parametrize(("codec", "ending"), [("pcm_s16le", ".avi"), ("aac", ".mp4"), ("ac3", ".mkv")])
+def test_sound_with_a_time_hours_away_is_lost_and_makes_the_film_no_longer(tmp_path, codec, ending):
+    summary = rendered(film(tmp_path / "in.mkv", codec, astray=5), tmp_path / f"out{ending}")
+    assert summary.exit_code == 4 and "1 packet" in summary.damage
+    with av.open(str(tmp_path / f"out{ending}")) as container:
+        assert container.duration < 3 * av.time_base
 
 
 @pytest.mark.parametrize("ending", [".mov", ".ts"])

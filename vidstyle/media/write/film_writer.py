@@ -155,6 +155,7 @@ class FilmWriter(Writer):
         try:
             if isinstance(item, Frame):
                 self.frames += 1
+                self._copied.reach(item.time)
                 for packet in self._video.encode(item):
                     self._interleaver.push_video(packet)
             else:
