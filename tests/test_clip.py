@@ -27,13 +27,18 @@ def all_frames(path: Path) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("rate", "options"),
-    [(25, {}), (Fraction(30000, 1001), {"rotation": 90}), (60, {"options": {"g": "7", "bf": "2"}})],
+    ("name", "rate", "options"),
+    [
+        ("film.mp4", 25, {}),
+        ("turned.mp4", Fraction(30000, 1001), {"rotation": 90}),
+        ("groups.mp4", 60, {"options": {"g": "7", "bf": "2"}}),
+        ("milliseconds.mkv", Fraction(30000, 1001), {}),
+    ],
 )
 def test_a_number_stands_for_its_frame_in_whatever_order(
-    tmp_path: Path, rate: Fraction, options: dict
+    tmp_path: Path, name: str, rate: Fraction, options: dict
 ) -> None:
-    path = make_clip(tmp_path / "film.mp4", size=(64, 48), rate=rate, frames=40, **options)
+    path = make_clip(tmp_path / name, size=(64, 48), rate=rate, frames=40, **options)
     frames = all_frames(path)
     clip = open_clip(path)
     assert clip.count == len(frames) == 40 and clip.fps == pytest.approx(float(rate))

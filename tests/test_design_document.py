@@ -89,6 +89,10 @@ def test_a_knob_and_a_variant_follow_their_step() -> None:
         "variants": {"flat": {"posterize.levels": 3, "ink": "#ff0000"}},
     }
     document = Document(style_from_table(table, "style"))
+    [(_, _, only)] = document.content.steps
+    document.edit("knob", 0, step=only.number, name="levels", on=False)
+    assert document.content.table()["knobs"] == ["ink"]
+    document.undo()
     document.edit("add", 1, layer="base", index=0, block="posterize")
     assert document.content.table()["knobs"] == ["lines.posterize.levels", "ink"]
     document.edit("variant", 2, name="flat")

@@ -103,6 +103,12 @@ def test_strength_mixes_the_result_with_the_source(name: str) -> None:
         override(whole, ["strength=1.5"])
 
 
+def test_a_gray_result_gets_the_colours_of_the_source_back_in_part() -> None:
+    gray = style(step("to_gray"))
+    mixed = run_color(replace(gray, strength=0.5), COLORS)
+    np.testing.assert_allclose(mixed, (COLORS + run_color(gray, COLORS)) / 2, atol=2e-5)
+
+
 def test_a_gpu_mutes_and_mixes_alike(sessions: Sessions) -> None:
     comic = replace(load_style("comic"), steady=0.0, strength=0.4)
     muted = replace(comic, background=tuple(replace(each, mute=True) for each in comic.background[:2]))
