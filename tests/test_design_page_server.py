@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from designing import Page, served, shown
 from media import make_clip, make_picture
+from waiting import eventually
 
 from vidstyle import load_style, stylize
+from vidstyle.cli import main
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import style_names, style_text
@@ -202,6 +204,8 @@ def test_what_was_not_saved_is_offered_the_next_time(tmp_path: Path, film: Path)
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
         page.ask("open", style="ink")
         page.ask("field", name="ink", value="#112233", gesture=1)
+        # Before anything is closed: what is lost in a crash is a moment's work.
+        eventually((tmp_path / "drafts" / "draft.json").exists)
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
         assert page.told["draft"]["name"] == "ink"
         page.ask("draft", accept=True)
@@ -224,3 +228,17 @@ def test_two_pages_show_the_same_style(server: DesignServer, page: Page) -> None
         page.ask("remove", step=step, gesture=1)
         page.ask("undo")
         assert page.told["state"]["layers"]["lines"][0]["step"] == step
+
+
+def test_what_cannot_be_opened_ends_the_command_in_a_line(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "missing.mp4", "--no-open"]) == 3
+    assert "missing.mp4" in capfd.readouterr().err
+    assert main(["design", "test", "--style", "inks", "--no-open"]) == 3
+    assert "did you mean 'ink'" in capfd.readouterr().err
+
+
+def test_a_page_that_asks_for_too_much_at_once_is_told_so(page: Page) -> None:
+    page.ask("open", style="comic")
+    ids = [page.say("check") for _ in range(20)]
+    told = [page.answer(id).get("error", "") for id in ids]
+    assert any("is at work" in each for each in told) and "" in told

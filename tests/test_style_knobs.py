@@ -112,7 +112,7 @@ def test_a_gray_result_gets_the_colours_of_the_source_back_in_part() -> None:
 def test_a_gpu_mutes_and_mixes_alike(sessions: Sessions) -> None:
     comic = replace(load_style("comic"), steady=0.0, strength=0.4)
     muted = replace(comic, background=tuple(replace(each, mute=True) for each in comic.background[:2]))
-    for chosen in (comic, muted):
+    for chosen in (comic, replace(comic, strength=1.0), muted):
         assert faults(sessions, chosen, film_picture(*SMALL), "comic") == []
 
 

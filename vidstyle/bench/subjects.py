@@ -13,7 +13,8 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.resample import resample
 from vidstyle.demo.drawing import film_picture
 from vidstyle.errors import UsageError, suggest
-from vidstyle.style import Step, Style, load_style, style_names
+from vidstyle.gallery.style_samples import style_of_block
+from vidstyle.style import Style, load_style, style_names
 
 FILM_TIME = 1.3
 """Seconds into the demo film, where faces, letters and hills are visible."""
@@ -57,19 +58,12 @@ def _blocks(names: Iterable[str]) -> list[Subject]:
         if name not in all_blocks():
             raise UsageError(name, f"there is no block '{name}'", suggest(name, all_blocks()))
     blocks = (all_blocks()[name] for name in names)
-    return [Subject("block", block.name, _style_of(block), _works_on(block)) for block in blocks]
+    return [Subject("block", block.name, style_of_block(block), _works_on(block)) for block in blocks]
 
 
 def _styles(names: Iterable[str]) -> list[Subject]:
     styles = (load_style(name) for name in names)
     return [Subject("style", style.name, style) for style in styles if not style.is_plain]
-
-
-def _style_of(block: Block) -> Style:
-    """The block as the only step, at its defaults, or after the block that saves the picture it needs."""
-    wanted = {block.parameters[name].default for name in block.saved_refs}
-    savers = [other for other in all_blocks().values() if other.saves and other.saves in wanted]
-    return Style(block.name, background=tuple(Step(each.name) for each in (*savers, block)))
 
 
 def _works_on(block: Block) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from vidstyle.blocks import all_blocks
+from vidstyle.gallery.style_samples import style_of_block
 from vidstyle.gallery.thumbnail import restyled_thumbnail, thumbnail
 from vidstyle.preview.encode import encode
-from vidstyle.style import Step, Style, load_style
+from vidstyle.style import load_style
 
 
 def style_sample(name: str) -> bytes:
@@ -18,9 +19,5 @@ def style_sample(name: str) -> bytes:
 
 
 def block_sample(name: str) -> bytes:
-    """A block at its defaults as JPEG, after the block that saves the picture it needs."""
-    block = all_blocks()[name]
-    wanted = {block.parameters[each].default for each in block.saved_refs}
-    savers = [each for each in all_blocks().values() if each.saves and each.saves in wanted]
-    steps = tuple(Step(each.name) for each in (*savers, block))
-    return encode(restyled_thumbnail(Style(name, background=steps)), "jpeg")
+    """A block at its defaults as JPEG."""
+    return encode(restyled_thumbnail(style_of_block(all_blocks()[name])), "jpeg")

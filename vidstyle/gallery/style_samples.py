@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from vidstyle.block import Block
+from vidstyle.blocks import all_blocks
 from vidstyle.core.bands import CORES
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.style import Style
+from vidstyle.style import Step, Style
 
 LABEL, GAP = 24, 4
 """Height of the label above a picture, and width of the border on its other sides, in pixels."""
@@ -38,6 +40,13 @@ class StyleSample:
 
     style: Style
     picture: np.ndarray
+
+
+def style_of_block(block: Block) -> Style:
+    """A block as the only step, at its defaults, or after the block that saves the picture it needs."""
+    wanted = {block.parameters[name].default for name in block.saved_refs}
+    savers = [other for other in all_blocks().values() if other.saves and other.saves in wanted]
+    return Style(block.name, background=tuple(Step(each.name) for each in (*savers, block)))
 
 
 def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:

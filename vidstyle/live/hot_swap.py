@@ -141,7 +141,7 @@ class HotSwapRenderer:
 def _structure(style: Style) -> tuple[object, ...]:
     """All of a style but its numbers and colours; while it is equal, nothing has to be compiled or loaded."""
     layers = [[_step_structure(step) for step in getattr(style, layer)] for layer in LAYERS]
-    return style.is_plain, style.steady > 0, layers
+    return style.is_plain, style.steady > 0, style.strength < 1, layers
 
 
 def _step_structure(step: Step) -> tuple[object, ...]:
@@ -153,4 +153,4 @@ def _step_structure(step: Step) -> tuple[object, ...]:
             value = object()  # a user's file, which may have changed: never equal
         if not isinstance(parameter.control, Slider | Color):
             kept[name] = value
-    return step.block, step.save, step.source, step.on, kept
+    return step.block, step.save, step.source, step.on, step.mute, kept

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 MAX_MESSAGES = 400
 """Messages a second; parts of a dropped file are not counted."""
+MAX_TASKS = 8
+"""What takes longer is done beside other messages, but no more at once."""
 HEADER = struct.Struct(">B3xIQ")
 """In front of a picture: what it is, a number, and the revision of the document."""
 
@@ -137,6 +139,11 @@ class DesignPage:
         task = self.server.begin(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether so much is done that nothing more is begun."""
+        return len(self._tasks) >= MAX_TASKS
 
     async def answer(self, id: int, work: Callable[[], Awaitable[dict[str, Any] | None]]) -> None:
         """Answer a message with what some work gives, or with the sentence of its error."""

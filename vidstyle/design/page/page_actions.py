@@ -46,11 +46,12 @@ def _asking(work: Callable[[DesignPage, Values], Awaitable[Values | None]], besi
     """An action that changes no document; `beside`: further messages do not wait for it."""
 
     async def action(page: DesignPage, id: int, fields: Values) -> None:
-        answering = page.answer(id, partial(work, page, fields))
-        if beside:
-            page.begin(answering)
+        if not beside:
+            await page.answer(id, partial(work, page, fields))
+        elif page.is_busy:
+            await page.answer(id, _refused)
         else:
-            await answering
+            page.begin(page.answer(id, partial(work, page, fields)))
 
     return action
 
@@ -81,6 +82,10 @@ def _designer(name: str) -> Action:
         getattr(page.server.designer, name)(**fields)
 
     return _changing(function)
+
+
+async def _refused() -> Values:
+    raise UsageError("the designer", "is at work", "wait for its answers")
 
 
 async def _command(page: DesignPage, fields: Values) -> Values:
