@@ -15,6 +15,7 @@ from vidstyle.cli import browser
 from vidstyle.cli.bench import FORMS as OPENGL_FORMS
 from vidstyle.cli.bench import both_sides
 from vidstyle.cli.display import display, list_entry, progress_option
+from vidstyle.cli.likeness import print_like
 from vidstyle.cli.options import SECONDS, SIZE, STYLE, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.terminal_pictures import protocol_of, sheet_lines
@@ -35,10 +36,12 @@ FORMS = (*OPENGL_FORMS, "es")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of style files.")
 @click.option("--preview", metavar="INPUT", type=click.Path(),
               help="Render a picture, or a frame of a film, in every style or NAME; needs -o.")  # fmt: skip
+@click.option("--like", metavar="PICTURE", type=click.Path(),
+              help="Name the styles nearest to PICTURE, tried on NAME, a picture or film.")  # fmt: skip
 @click.option("--at", type=SECONDS, help="Time of the frame for --preview.  [default: the middle]")
 @click.option("--allow-url", is_flag=True, help="Allow INPUT to be a URL.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-              help="Output of --preview (.html, .png or .jpg) or --svg (.svg).")  # fmt: skip
+              help="Output of --preview (.html, .png or .jpg), --svg (.svg) or --like (.toml).")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
 @browser.open_option
 @parents_option("output")
@@ -57,7 +60,9 @@ def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> Non
     from vidstyle.style import describe, load_style, style_names, style_schema
 
     _reject_unused_options(options)
-    if schema:
+    if options["like"] is not None:
+        print_like(options["like"], name, options, as_json)
+    elif schema:
         click.echo(json.dumps(style_schema(), indent=2))
     elif options["preview"] is not None:
         _write_preview(name, options)
@@ -109,8 +114,8 @@ def _reject_unused_options(options: dict[str, Any]) -> None:
     preview, output = options["preview"] is not None, options["output"] is not None
     if options["at"] is not None and not preview:
         raise click.UsageError("--at belongs to --preview INPUT")
-    if output and not (preview or options["svg"]):
-        raise click.UsageError("--output belongs to --preview INPUT or --svg")
+    if output and not (preview or options["svg"] or options["like"]):
+        raise click.UsageError("--output belongs to --preview INPUT, --svg or --like PICTURE")
     if preview and not output:
         raise click.UsageError("--preview needs -o FILE.html, FILE.png or FILE.jpg")
 

@@ -1,0 +1,81 @@
+"""`vidstyle styles --like PICTURE`: the styles that come nearest to the look of a picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from skimage import data
+
+from vidstyle.cli import main
+from vidstyle.explore import like
+from vidstyle.explore.appearance import appearance_of, distance
+from vidstyle.explore.like import FAR, NEAR, known_styles, ranked, searched
+from vidstyle.explore.measure import reduced
+from vidstyle.explore.phrases import shipped_styles
+from vidstyle.gallery.style_samples import restyled
+from vidstyle.style import load_style
+
+SIDE = 270
+
+
+def photograph(name: str) -> np.ndarray:
+    return reduced(getattr(data, name)(), SIDE)
+
+
+def named_among_three(given: str, tried: str, wanted: list[str], known: list[str]) -> int:
+    """How many of the wanted styles are among the three nearest to their own picture of another photograph."""
+    looks = {name: appearance_of(restyled(photograph(tried), load_style(name))) for name in known}
+    hits = 0
+    for name in wanted:
+        target = appearance_of(restyled(photograph(given), load_style(name)))
+        hits += name in sorted(looks, key=lambda each: distance(looks[each], target))[:3]
+    return hits
+
+
+def test_finds_the_style_of_a_picture_of_something_else() -> None:
+    known = ["sketch", "poster", "paint", "engraving", "noir"]
+    assert named_among_three("coffee", "chelsea", ["sketch", "poster"], known) == 2
+
+
+@pytest.mark.thorough
+def test_finds_eleven_of_thirteen_styles() -> None:
+    known = [style.name for style in known_styles()]
+    names = [style.name for style in shipped_styles()]
+    assert named_among_three("chelsea", "coffee", names, known) >= 11
+
+
+def test_the_look_does_not_depend_on_the_size() -> None:
+    picture = restyled(photograph("coffee"), load_style("poster"))
+    double = cv2.resize(picture, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+    other = restyled(photograph("coffee"), load_style("sketch"))
+    here, larger, sketch = map(appearance_of, (picture, double, other))
+    assert distance(here, larger) < NEAR < FAR < distance(here, sketch)
+
+
+def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in {"ROUNDS": 1, "PARENTS": 1, "CHILDREN": 3}.items():
+        monkeypatch.setattr(like, name, value)
+    wanted = restyled(photograph("coffee"), load_style({"format": 1, "ink": "#303080", "lines": [
+        {"block": "flow_xdog", "sigma": 3.0, "p": 12}]}))  # fmt: skip
+    known = ranked(wanted, photograph("chelsea"), [load_style("ink:blue")])
+    found = searched(wanted, photograph("chelsea"), known)
+    assert found.distance < known[0].distance
+    assert found == searched(wanted, photograph("chelsea"), known)
+
+
+def test_command_names_the_nearest(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(like, "known_styles", lambda: [load_style(name) for name in ("noir", "poster")])
+    picture = restyled(photograph("coffee"), load_style("poster"))
+    cv2.imwrite(str(tmp_path / "poster.png"), picture[..., ::-1])
+    assert main(["styles", "--like", str(tmp_path / "poster.png"), "--json", "--progress", "none"]) == 0
+    rows = json.loads(capfd.readouterr().out)
+    assert [row["name"] for row in rows] == ["poster", "noir"]
+    wrong = ["styles", "--like", str(tmp_path / "poster.png"), "-o", str(tmp_path / "style.png")]
+    assert main(wrong) == 2
+    assert "is not a style file" in capfd.readouterr().err

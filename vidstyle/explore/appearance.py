@@ -1,0 +1,126 @@
+"""How a picture looks, whatever it shows: colours, tones, lines, texture and directions, in numbers."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from vidstyle.explore.colors import oklab
+from vidstyle.explore.measure import gradient_of, luma_of
+
+SIDE = 480
+"""The shorter side in pixels at which looks are compared; marks keep their share of the picture."""
+MODEL = Path(__file__).with_name("appearance.json")
+"""By how much each number differs between pictures of one look; made by `tools/explore_appearance.py`."""
+
+QUANTILES = (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98)
+RADII = (1, 2, 4, 8)
+"""Pixels by which lines are thinner than the structure around them, at `SIDE`."""
+DIRECTIONS = 12
+BLOCK = 24
+"""Side in pixels of the squares whose texture is compared."""
+
+
+def appearance_of(picture: np.ndarray) -> np.ndarray:
+    """What of a picture depends on its style and little on its subject.
+
+    Args:
+        picture: H x W x 3 uint8, of any size.
+    """
+    factor = SIDE / min(picture.shape[:2])
+    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    size = max(1, round(picture.shape[1] * factor)), max(1, round(picture.shape[0] * factor))
+    picture = cv2.resize(picture, size, interpolation=method)
+    luma = luma_of(picture)
+    return np.concatenate([_colors(picture), _tones(luma), _lines(luma), _texture(luma), _directions(luma)])
+
+
+def distance(one: np.ndarray, other: np.ndarray) -> float:
+    """How far two looks are apart: 1 is usual between pictures of one style that show different things."""
+    spread, weights, usual = _model()
+    return float(np.sqrt((weights * ((one - other) / spread) ** 2).sum()) / usual)
+
+
+def _colors(picture: np.ndarray) -> np.ndarray:
+    """Mean colour of each fifth of the tones, dark to bright, its variation, and how pure colours are."""
+    lab = oklab(picture / 255.0).reshape(-1, 3)
+    order = np.argsort(lab[:, 0], kind="stable")
+    numbers = []
+    for part in np.array_split(lab[order], 5):
+        numbers += [*part[:, 1:].mean(0), *part[:, 1:].std(0)]
+    chroma = np.hypot(lab[:, 1], lab[:, 2])
+    hues = np.exp(1j * np.arctan2(lab[:, 2], lab[:, 1]))
+    one_hue = np.abs((hues * chroma).sum()) / max(chroma.sum(), 1e-6)
+    darkest, brightest = lab[order[: len(order) // 50 + 1]], lab[order[-(len(order) // 50 + 1) :]]
+    return np.array([*numbers, *darkest.mean(0), *brightest.mean(0), chroma.mean(), chroma.std(), one_hue])
+
+
+def _tones(luma: np.ndarray) -> np.ndarray:
+    """Percentiles of luma, and into how few tones it falls."""
+    counts = np.sort(np.histogram(luma, 64, (0, 1))[0])[::-1] / luma.size
+    shares = counts[counts > 0]
+    entropy = -(shares * np.log(shares)).sum()
+    return np.array([*np.quantile(luma, QUANTILES), counts[0], counts[:4].sum(), counts[:12].sum(), entropy])
+
+
+def _lines(luma: np.ndarray) -> np.ndarray:
+    """How much dark and bright lines of several widths stand out, and how steep edges are."""
+    numbers = []
+    for radius in RADII:
+        element = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
+        for kind in (cv2.MORPH_BLACKHAT, cv2.MORPH_TOPHAT):
+            hat = cv2.morphologyEx(luma, kind, element)
+            numbers += [float(np.sqrt(hat.mean())), float((hat > 0.25).mean())]
+    gradient = gradient_of(luma)
+    return np.array([*numbers, *np.percentile(gradient, (50, 80, 95, 99)), (gradient < 0.004).mean()])
+
+
+def _texture(luma: np.ndarray) -> np.ndarray:
+    """The strength of each octave of detail, also where there is least and most of it."""
+    numbers, blurred = [], luma
+    for sigma in (0.7, 1.4, 2.8, 5.6, 11.2):
+        next_blurred = cv2.GaussianBlur(luma, (0, 0), sigma)
+        band = cv2.blur((blurred - next_blurred) ** 2, (BLOCK, BLOCK))
+        squares = np.sqrt(np.maximum(band[BLOCK // 2 :: BLOCK, BLOCK // 2 :: BLOCK], 0))
+        numbers += [*np.log(0.003 + np.percentile(squares, (20, 50, 90)))]
+        blurred = next_blurred
+    return np.array(numbers)
+
+
+def _directions(luma: np.ndarray) -> np.ndarray:
+    """How evenly fine edges point in all directions, and how alike they are from place to place."""
+    fine = luma - cv2.GaussianBlur(luma, (0, 0), 3)
+    across, down = (cv2.Sobel(fine, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
+    angle = np.mod(np.arctan2(down, across), np.pi)
+    weight = cv2.magnitude(across, down)
+    shares = np.histogram(angle, DIRECTIONS, (0, np.pi), weights=weight)[0] / max(float(weight.sum()), 1e-6)
+    squares = (BLOCK, BLOCK)
+    turned = [cv2.blur(weight * part, squares) for part in (np.cos(2 * angle), np.sin(2 * angle))]
+    coherence = np.hypot(*turned) / np.maximum(cv2.blur(weight, squares), 1e-4)
+    return np.array([*shares, shares.max(), *np.percentile(coherence, (20, 50, 80))])
+
+
+@cache
+def _model() -> tuple[np.ndarray, np.ndarray, float]:
+    model = json.loads(MODEL.read_text(encoding="utf-8"))
+    return np.array(model["spread"]), np.array(model["weights"]), float(model["usual"])
+
+
+def fitted_model(looks: np.ndarray) -> dict[str, object]:
+    """What `distance` needs, from the looks of styles, styles x photographs x numbers.
+
+    A number counts the more, the more it differs between styles by what it differs within them.
+    """
+    within = np.sqrt(looks.var(axis=1).mean(axis=0)) + 1e-6
+    between = looks.mean(axis=1).std(axis=0)
+    ratio = (between / within) ** 2
+    weights = ratio / (1 + ratio)
+    weights /= weights.sum()
+    scaled = np.sqrt(weights) * looks / within
+    pairs = [np.linalg.norm(scaled[:, one] - scaled[:, other], axis=1)
+             for one in range(looks.shape[1]) for other in range(one)]  # fmt: skip
+    return {"spread": within.tolist(), "weights": weights.tolist(), "usual": float(np.median(pairs))}

@@ -1,0 +1,100 @@
+"""`vidstyle styles --like PICTURE`: which style makes pictures that look like a given one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidstyle.core.bands import CORES
+from vidstyle.explore.appearance import appearance_of, distance
+from vidstyle.explore.generate import alter, cross, mutate
+from vidstyle.explore.measure import reduced
+from vidstyle.explore.phrases import shipped_styles
+from vidstyle.gallery.preview import read_still
+from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.thumbnail import FOLDER
+from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.style import PLAIN, Style, load_style
+
+NEAR, FAR = 1.25, 2.0
+"""Distances up to which two looks are near, and from which on they are far; 1 is usual within one style."""
+TRIED_SIDE = 720
+"""The longest side in pixels of the picture that styles are tried on."""
+ROUNDS = 6
+"""How often the search goes on from the best styles that it has."""
+PARENTS, CHILDREN = 4, 3
+"""How many styles it goes on from, and how many of each kind of variation it makes of each."""
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """A style, and the distance of what it makes of a photograph to the look that is wanted."""
+
+    style: Style
+    distance: float
+
+    @property
+    def words(self) -> str:
+        """How near it is: "0.93, near"."""
+        word = "near" if self.distance <= NEAR else "far" if self.distance >= FAR else "not near"
+        return f"{self.distance:.2f}, {word}"
+
+
+def known_styles() -> list[Style]:
+    """The shipped styles and their variants."""
+    return [
+        variant
+        for style in shipped_styles()
+        for variant in (style, *(load_style(f"{style.name}:{name}") for name in style.variants))
+    ]
+
+
+def photograph_for(source: str | None) -> np.ndarray:
+    """The picture that styles are tried on, H x W x 3 uint8: of the source, or of the gallery."""
+    return reduced(read_still(source or FOLDER / f"{PLAIN}.webp"), TRIED_SIDE)
+
+
+def ranked(
+    wanted: np.ndarray, photograph: np.ndarray, styles: Iterable[Style], on_step: OnStep = unwatched
+) -> list[Likeness]:
+    """Styles by how near the look of what they make of a photograph is to that of a picture, nearest first.
+
+    Args:
+        wanted, photograph: H x W x 3 uint8.
+    """
+    target, styles = appearance_of(wanted), list(styles)
+    found: list[Likeness] = []
+    with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
+        drawn = pool.map(lambda each: appearance_of(restyled(photograph, each)), styles)
+        for style, numbers in zip(styles, drawn, strict=True):
+            found.append(Likeness(style, distance(numbers, target)))
+            on_step("comparing looks", len(found), len(styles))
+    return sorted(found, key=lambda each: each.distance)
+
+
+def searched(
+    wanted: np.ndarray, photograph: np.ndarray, known: list[Likeness], on_step: OnStep = unwatched
+) -> Likeness:
+    """The nearest style that variations of known ones lead to, each round from the best of the one before."""
+    best = known[:PARENTS]
+    for turn in range(ROUNDS):
+        reach = 0.5 / (1 + turn / 2)
+        children = [
+            child
+            for number, parent in enumerate(best)
+            for child in _children(parent.style, best[0].style, f"{turn}-{number}", reach)
+        ]
+        best += ranked(wanted, photograph, children)
+        best = sorted(best, key=lambda each: each.distance)[:PARENTS]
+        on_step("searching", turn + 1, ROUNDS)
+    return best[0]
+
+
+def _children(style: Style, best: Style, seed: str, reach: float) -> list[Style]:
+    seeds = [f"{seed}-{number}" for number in range(CHILDREN)]
+    mutants = [mutate(style, each, reach) for each in seeds]
+    altered = [alter(style, each) for each in seeds[:1]]
+    return mutants + altered + ([cross(style, best, seed)] if style != best else [])
