@@ -22,7 +22,7 @@ from vidstyle.style import load_style
 @pytest.fixture(scope="module")
 def photograph(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("explore") / "cat.png"
-    cv2.imwrite(str(path), cv2.resize(data.chelsea(), (240, 160))[..., ::-1])
+    cv2.imwrite(str(path), cv2.resize(data.chelsea(), (192, 128))[..., ::-1])
     return path
 
 
@@ -33,15 +33,15 @@ def files(folder: Path) -> dict[str, bytes]:
 def test_same_seed_same_bytes_on_any_number_of_cores(
     photograph: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    explore_to_folder(photograph, tmp_path / "one", count=3, seed=7)
+    explore_to_folder(photograph, tmp_path / "one", count=2, seed=7)
     monkeypatch.setattr(candidates, "CORES", 1)
-    explore_to_folder(photograph, tmp_path / "two", count=3, seed=7)
+    explore_to_folder(photograph, tmp_path / "two", count=2, seed=7)
     one = files(tmp_path / "one")
     assert one == files(tmp_path / "two")
     styles = [name for name in one if name.endswith(".toml")]
-    assert len(styles) == 3 and {PAGE, SHEET, TABLE} < one.keys()
+    assert len(styles) == 2 and {PAGE, SHEET, TABLE} < one.keys()
     table = json.loads(one[TABLE])
-    assert [row["file"] for row in table["styles"]] != [] and table["passed"] == 3
+    assert [row["file"] for row in table["styles"]] != [] and table["passed"] == 2
     assert table["tried"] == table["passed"] + sum(table["thrown out"].values())
     for row in table["styles"]:
         style = load_style(tmp_path / "one" / row["file"])
@@ -50,8 +50,8 @@ def test_same_seed_same_bytes_on_any_number_of_cores(
 
 
 def test_the_best_of_many_are_chosen(photograph: Path, tmp_path: Path) -> None:
-    found = explore_to_folder(photograph, tmp_path / "best", count=2, seed=3, tries=8, rules="paper")
-    assert found.tried == 8 and len(found.chosen) <= 2
+    found = explore_to_folder(photograph, tmp_path / "best", count=1, seed=7, tries=4)
+    assert found.tried == 4 and len(found.chosen) <= 1
 
 
 def test_judge_ranks(photograph: Path, tmp_path: Path) -> None:
@@ -87,7 +87,6 @@ def test_command_reports_and_refuses(
     assert main([*words, str(tmp_path / "new"), "--progress", "json"]) == 0
     lines = [json.loads(line) for line in capfd.readouterr().err.splitlines()]
     assert lines[-1]["event"] == "summary" and lines[-1]["styles"] == 1
-    assert any(line.get("step") == "drawing styles" for line in lines)
     assert main([*words, str(tmp_path / "new")]) == 2
     assert "is not empty; add -y" in capfd.readouterr().err
     assert main([*words, str(tmp_path / "no" / "where")]) == 5

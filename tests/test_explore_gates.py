@@ -18,7 +18,7 @@ from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.score import Judge, score, spread_out
 from vidstyle.style import Step, Style, load_style
 
-PHOTOGRAPHS = ("astronaut", "chelsea", "coffee", "rocket")
+PHOTOGRAPHS = ("astronaut", "coffee")
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def measured(original: Original, picture: np.ndarray) -> Measures:
     return original.measures(picture.clip(0, 255).astype(np.uint8))
 
 
-@pytest.mark.parametrize("style", shipped_styles()[::3], ids=lambda style: style.name)
+@pytest.mark.parametrize("style", shipped_styles()[1::6], ids=lambda style: style.name)
 def test_shipped_styles_pass_the_gates(cat: Original, style: Style) -> None:
     picture = cat.drawn(style)
     assert fault(cat.measures(picture)) == ""
@@ -87,12 +87,13 @@ def test_pruning_removes_what_changes_nothing(cat: Original) -> None:
     assert [step.block for step in left.steps] == ["to_gray", "etf", "to_color", "luma_posterize"]
 
 
+@pytest.mark.thorough
 def test_score_is_higher_for_shipped_styles_than_for_random_ones() -> None:
     """On a photograph that the score was not fitted to, with few styles; tools/explore_score.py has many."""
     original = Original(data.astronaut())
     good = [score(original.measures(original.drawn(style))) for style in shipped_styles()]
     random = [score(original.measures(original.drawn(random_style(seed)))) for seed in range(26)]
-    assert np.mean(np.array(good)[:, None] > random) > 0.8
+    assert np.mean(np.array(good)[:, None] > random) > 0.85
 
 
 def test_choice_spreads_out() -> None:
