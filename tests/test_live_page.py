@@ -328,12 +328,11 @@ def test_messages_are_read_as_they_are_written() -> None:
     assert read_message(json.dumps(message), actions.FIELDS) == message
 
 
-def test_without_its_library_the_page_says_what_to_install() -> None:
+@pytest.mark.parametrize("words", [["live", "test"], ["design", "test"]], ids=" ".join)
+def test_without_its_library_a_page_says_what_to_install(words: list[str]) -> None:
     program = (
-        "import sys; sys.modules['aiohttp'] = None\n"
-        "from vidstyle.live.targets import TargetOptions, target_maker\n"
-        "target_maker('page', TargetOptions())"
+        f"import sys; sys.modules['aiohttp'] = None\nfrom vidstyle.cli import main\nsys.exit(main({words}))"
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    line = run.stderr.splitlines()[-1]
-    assert "page cannot be shown: it needs aiohttp: pip install 'vidstyle[web]'" in line
+    told = "vidstyle: page cannot be shown: it needs aiohttp; pip install 'vidstyle[web]'\n"
+    assert (run.stderr, run.returncode) == (told, 2)

@@ -101,10 +101,7 @@ def _stream_maker(
 
 
 def _page_maker(options: TargetOptions) -> TargetMaker:
-    try:
-        from vidstyle.live.page import PageTarget
-    except ImportError as error:
-        raise UsageError("page", f"cannot be shown: {error}", "give another target with --to") from error
+    from vidstyle.live.page import PageTarget
 
     port, host, browse = options.port, options.host, options.browse
     return lambda context: PageTarget(context.controls, port, context.meter, host, browse)

@@ -10,7 +10,7 @@ import numpy as np
 PictureFormat = Literal["png", "jpeg"]
 
 _OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
-    "png": (".png", [cv2.IMWRITE_PNG_COMPRESSION, 1]),  # it is sent once and not far
+    "png": (".png", [cv2.IMWRITE_PNG_COMPRESSION, 0]),  # it is not sent far: time counts, not bytes
     "jpeg": (
         ".jpg",
         # Subsampled chroma would wash out coloured dots and strokes.
