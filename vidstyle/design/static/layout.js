@@ -211,17 +211,17 @@ class Arrangement {
     const result = /** @type {Card} */ (this.cards.get("result"));
     /** @type {Layer[]} */ (["background", "lines"]).forEach((layer, lane) => {
       const start = this.middle(lanes.starts[lane]);
+      const [first] = layers[layer];
       const used = layers[layer].length > 0 || (layer === "background" && !layers.lines.length);
       const gutter = this.tops[lanes.end.row] + this.size.h + this.depth(lanes.end.row) - this.size.row / 2;
       /** @type {[number, number][]} */
       const way = below ? [[from, y], [from + 14, y], [from + 14, gutter], [fork, gutter], [fork, start]] : [[from, y], [fork, y], [fork, start]];
-      const first = layers[layer][0];
       this.labels.push({ layer, x: fork + 8, y: start });
       this.gaps.push({ layer, index: 0, x: lanes.x - 16, y: start });
       const last = layers[layer].at(-1);
       const end = last ? this.cards.get(last.step) : null;
       const [outX, outY] = end ? [end.x + this.size.w, this.middle(end.row)] : [lanes.x - 16, start];
-      wires.push({ points: [...way, [first ? lanes.x : outX, start]], saved: "", used });
+      wires.push({ points: [...way, [first ? lanes.x : outX, start]], saved: "", used: used && !first?.from });
       if (first) this.row(layer, { name: "source", x: lanes.x - this.pitch, y: 0, row: lanes.starts[lane] }, wires);
       if (end) this.gaps.push({ layer, index: layers[layer].length, x: outX + 14, y: outY });
       const into = this.middle(result.row);

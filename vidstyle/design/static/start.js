@@ -107,7 +107,7 @@ export class Start {
     const discard = make("button", { type: "button", textContent: "Discard" });
     accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
     discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
-    offer.replaceChildren(make("p", { textContent: `“${draft.name}” was not saved when vidstyle ended${draft.when ? ` (${draft.when})` : ""}.` }), accept, discard);
+    offer.replaceChildren(make("p", { textContent: `“${draft.name}” was not saved when vidstyle ended, ${new Date(draft.when).toLocaleString()}.` }), accept, discard);
   }
 
   /** @param {DragEvent} event */
