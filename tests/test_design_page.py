@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterator
 from itertools import combinations, product
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 from browser import Browser
 from browser import browser as browser
-from media import make_clip
+from media import make_clip, make_picture
 
 import vidstyle
 from vidstyle.design.designer import Designer
@@ -45,6 +46,28 @@ class Page:
     def steps(self, layer: str) -> list[str]:
         document = self.server.designer.opened
         return [step.table["block"] for step in document.content.layers[layer]]
+
+    def add(self, gap: str, block: str, name: str) -> None:
+        """Add a step by mouse."""
+        self.browser.click(f".gap{gap}")
+        self.browser.type(block)
+        self.browser.click("#blocks .option")
+        self.shows(name)
+
+    def slide(self, name: str, part: float) -> float:
+        """Drag a slider to a part of its length; the value that it then has."""
+        slider = f".inspector [data-path$='.{name}'] input[type=range]"
+        x, y, width, _ = self.browser.place(slider)
+        part_of = "return Number(document.querySelector(slider).style.getPropertyValue('--part'))"
+        now = self.browser.run(part_of, slider=slider)
+        self.browser.drag((x + (now - 0.5) * (width - 16), y), (x + (part - 0.5) * (width - 16), y))
+        number = slider.replace("range", "number")
+        return float(self.browser.run("return document.querySelector(number).value", number=number))
+
+    def is_drawn(self) -> None:
+        """Wait until the picture is that of the present style."""
+        revision = self.server.designer.opened.revision
+        self.browser.until(f"document.getElementById('picture').dataset.revision >= {revision}")
 
     def shows(self, text: str) -> None:
         """Wait until the chosen card has this name, and the server has no more to say."""
@@ -94,21 +117,6 @@ def by_hand(page: Page, **values: float) -> None:
 def test_a_style_is_built_by_mouse(page: Page) -> None:
     browser = page.browser
 
-    def add(gap: str, block: str, name: str) -> None:
-        browser.click(f".gap{gap}")
-        browser.type(block)
-        browser.click("#blocks .option")
-        page.shows(name)
-
-    def slide(name: str, part: float) -> float:
-        slider = f".inspector [data-path$='.{name}'] input[type=range]"
-        x, y, width, _ = browser.place(slider)
-        part_of = "return Number(document.querySelector(slider).style.getPropertyValue('--part'))"
-        now = browser.run(part_of, slider=slider)
-        browser.drag((x + (now - 0.5) * (width - 16), y), (x + (part - 0.5) * (width - 16), y))
-        number = slider.replace("range", "number")
-        return float(browser.run("return document.querySelector(number).value", number=number))
-
     def choose(name: str) -> None:
         number = browser.run(
             "return document.querySelector(`.card[aria-label^='${name}']`).id",
@@ -118,29 +126,27 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
 
     browser.click(".tile.new")
     browser.until("document.querySelectorAll('.gap').length === 3")
-    add("[data-layer=background]", "pattern", "Pattern")
-    add("[data-layer=lines]", "threshold", "Soft threshold")
-    add("[data-layer=base]", "flow dog", "Flow dog")
+    page.add("[data-layer=background]", "pattern", "Pattern")
+    page.add("[data-layer=lines]", "threshold", "Soft threshold")
+    page.add("[data-layer=base]", "flow dog", "Flow dog")
     # The lines of the paper's third style: the filter belongs in front of the threshold.
     start, end = (browser.place(each)[:2] for each in (CHOSEN, ".gap[data-layer=lines][data-index='0']"))
     browser.drag(start, end)
     page.undone("move")
     assert (page.steps("base"), page.steps("background")) == ([], ["pattern"])
     assert page.steps("lines") == ["flow_dog", "soft_threshold"]
-    compiled = browser.run("return compiled")
-    values = {"sigma": slide("sigma", 0.4)}
+    values = {"sigma": page.slide("sigma", 0.4)}
     choose("Soft threshold")
-    values["epsilon"] = slide("epsilon", 0.3)
+    values["epsilon"] = page.slide("epsilon", 0.3)
     choose("Pattern")
-    values["spacing"] = slide("spacing", 0.6)
+    values["spacing"] = page.slide("spacing", 0.6)
     page.undone("spacing")
-    assert browser.run("return compiled") == compiled
     for name, pressed in (("mute", "true"), ("unmute", "false")):
         browser.click(".actions button[aria-label=Mute]")
         browser.until(f"document.querySelector('.actions [aria-label=Mute]').ariaPressed === '{pressed}'")
         page.undone(name)
     for name, part in (("levels", 0.9), ("angle", 0.2), ("wobble", 0.9)):
-        slide(name, part)
+        page.slide(name, part)
     page.undone("wobble")
     for label in ("angle", "levels", "unmute", ": mute", "spacing"):
         browser.click("#undo")
@@ -213,6 +219,58 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     browser.press("Enter")
     page.told("Written: hatched.mp4")
     by_hand(page, spacing=9.0, sigma=1.5, epsilon=55.0)
+
+
+def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -> None:
+    browser = page.browser
+    browser.click(".tile.new")
+    browser.until("document.querySelectorAll('.gap').length === 3")
+    browser.run(
+        """const where = document.getElementById("where");
+        where.value = "page";
+        where.dispatchEvent(new Event("change"));"""
+    )
+    browser.until("document.getElementById('who').textContent === 'Software'")
+    page.add("[data-layer=background]", "pattern", "Pattern")
+    page.is_drawn()
+    before = browser.run("return [compiled, document.getElementById('picture').toDataURL()]")
+    assert before[0] > 1
+    value = page.slide("spacing", 0.8)
+    page.undone(f"spacing {value:g}")
+    page.is_drawn()
+    compiled, picture = browser.run("return [compiled, document.getElementById('picture').toDataURL()]")
+    assert compiled == before[0]
+    assert picture != before[1]
+    browser.press("Escape", "k")
+    page.told("no value differs by more than one")
+
+
+def test_files_are_dropped_on_the_page(page: Page) -> None:
+    browser = page.browser
+
+    def drop(path: Path) -> None:
+        browser.run(
+            """const data = new DataTransfer();
+            data.items.add(new File([Uint8Array.from(atob(text), (each) => each.charCodeAt(0))], name));
+            dispatchEvent(new DragEvent("drop", { dataTransfer: data }));""",
+            text=base64.b64encode(path.read_bytes()).decode(), name=path.name,
+        )  # fmt: skip
+
+    drop(make_picture(page.folder / "picture.png", size=(96, 64)))
+    browser.until("document.getElementById('film-name').textContent === 'picture.png'")
+    save_style(Style("dropped", background=(Step("hue", {"angle": 90.0}),)), page.folder / "dropped.toml")
+    drop(page.folder / "dropped.toml")
+    browser.until("document.getElementById('name').value === 'dropped'")
+    browser.until("document.querySelector('#card-source .main').textContent === '96 × 64'")
+    assert page.steps("background") == ["hue"]
+    (page.folder / "wrong.toml").write_text("format = 1\n[[lines]]\nblock = 'nothing'\n")
+    browser.until("document.getElementById('saved').textContent === 'Edited'")
+    browser.press("Ctrl+z")
+    drop(page.folder / "wrong.toml")
+    browser.until("document.getElementById('leave-dialog').open")
+    browser.click("#leave-dialog [value=discard]")
+    page.told("nothing")
+    assert page.steps("background") == ["hue"]
 
 
 def overlaps(boxes: list[dict[str, float]]) -> list[tuple[float, ...]]:

@@ -42,7 +42,7 @@ export class Bar {
     const { restyler } = this.preview;
     const page = new Option(restyler.runner ? "this browser" : `this browser (${restyler.reason})`, "page");
     page.disabled = !restyler.runner;
-    where.replaceChildren(page, new Option("vidstyle", "server"));
+    where.replaceChildren(page, new Option("the server", "server"));
     const choose = () => this.preview.choose(/** @type {import("./preview.js").Where} */ (where.value), Number(side.value)).then(() => this.show());
     where.addEventListener("change", choose);
     side.addEventListener("change", choose);
@@ -109,8 +109,8 @@ export class Bar {
       menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines (as the film)` : `${each} lines`, String(each))));
     menu.value = String(sides.reduce((best, each) => (each <= side ? each : best), sides[0]));
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
-    get("who").textContent = where === "server" ? "vidstyle" : restyler.isFast ? "Graphics card" : "Software";
-    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this machine and sends pictures.";
+    get("who").textContent = where === "server" ? "Server" : restyler.isFast ? "Graphics card" : "Software";
+    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle restyles on this machine and sends pictures.";
   }
 
   /** Puts the names of both pictures and the handle of the divider where they belong. */
