@@ -111,7 +111,17 @@ class Browser:
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **held)
 
     def click(self, selector: str) -> None:
-        x, y, *_ = self.place(selector)
+        """Click on an element once it lies open and still."""
+        seen: list[tuple[float, ...]] = [()]
+
+        def is_still() -> bool:
+            seen.append(self.place(selector))
+            hit = "return Boolean(document.elementFromPoint(x, y)?.closest(selector))"
+            x, y, *_ = seen[-1]
+            return seen[-1] == seen[-2] and bool(self.run(hit, x=x, y=y, selector=selector))
+
+        eventually(is_still, f"{selector} does not lie open")
+        x, y, *_ = seen[-1]
         for kind in ("mousePressed", "mouseReleased"):
             self.mouse(kind, x, y)
 

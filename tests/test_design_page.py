@@ -50,6 +50,7 @@ class Page:
     def add(self, gap: str, block: str, name: str) -> None:
         """Add a step by mouse."""
         self.browser.click(f".gap{gap}")
+        self.browser.until("document.activeElement.id === 'search'")
         self.browser.type(block)
         self.browser.click("#blocks .option")
         self.shows(name)
