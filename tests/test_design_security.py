@@ -237,8 +237,11 @@ def malformed(choose: random.Random) -> str:
 
 
 @pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.thorough)])
-def test_malformed_messages_never_raise(server: DesignServer, count: int) -> None:
+def test_malformed_messages_never_raise(
+    server: DesignServer, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Each is refused by the table, or answered; the first that is refused ends the connection."""
+    monkeypatch.setattr(design_page, "MAX_MESSAGES", 10**6)
     choose = random.Random(random.randrange(2**32))
     refused = []
     with shown(server) as page:
