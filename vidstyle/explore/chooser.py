@@ -179,7 +179,7 @@ class Chooser:
         order = np.random.default_rng(next(seeds)).permutation(len(self.shipped))
         named = [self.shipped[each] for each in order[: DRAWN["shipped"]]]
         made = [Proposal(mutate(each, next(seeds), GENTLE), "shipped", (each.name,)) for each in named]
-        return made + [Proposal(random_style(next(seeds)), "wild") for _ in range(12)]
+        return made + [Proposal(random_style(next(seeds)), "wild") for _ in range(4 * DRAWN["wild"])]
 
     def _draws(self, taken: Tile, number: int) -> list[Proposal]:
         """Candidates made from a tile; farther from it with each round."""
@@ -236,9 +236,11 @@ class Chooser:
         wanted = Counter(kinds) - Counter(tile.kind for tile in tiles)
         found: list[Tile] = []
         for number in range(ROUNDS):
-            found += self._tried(draws(number))
+            proposals = draws(number)
+            found += self._tried(proposals)
             chosen = self._chosen(wanted, tiles, found)
-            if len(chosen) == wanted.total():
+            missing = wanted.keys() & {each.kind for each in proposals} - {each.kind for each in chosen}
+            if len(chosen) == wanted.total() and not (missing and number == 0):
                 break
         else:  # all is locked, or nothing passes: whatever differs most
             chosen += self._farthest([each for each in found if each not in chosen], [*tiles, *chosen])

@@ -200,7 +200,7 @@ export class Closer {
     point.hidden = false;
     Object.assign(point.style, { left: `${100 * x}%`, top: `${100 * (1 - y)}%` });
     const texts = this.axes.map((axis, each) => [
-      `${each ? "↑" : "→"} ${words(axis.path.replace(/^\w+\.(?=\w+[#.])/, "").replace(/#\d+/, "").replace(".", " "))}`,
+      `${each ? "↑" : "→"} ${words(axis.path.replace(/#1\b/, "").replace("#", " ").replaceAll(".", " "))}`,
       String(Number(valueAt(axis, this.at[each]).toPrecision(3))),
     ]);
     get("axes").replaceChildren(...texts.flatMap(([name, value]) => [make("dt", { textContent: name }), make("dd", { textContent: value })]));

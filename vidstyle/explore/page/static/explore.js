@@ -278,6 +278,7 @@ get("fresh").onclick = () => ask("fresh");
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
 get("drawn").textContent = inPage ? `Drawn in this page by ${runner?.device.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",")}.` : "Drawn by vidstyle: this browser has no graphics card to use.";
+get("where").textContent = inPage ? "Drawn in this page, on your graphics card" : "Drawn by vidstyle";
 get("switch").textContent = inPage ? "Let vidstyle draw" : "Draw in this page";
 get("switch").hidden = !runner;
 get("switch").onclick = () => location.replace(`?where=${inPage ? "server" : "page"}`);
