@@ -199,5 +199,7 @@ def test_somebody_with_a_look_in_mind_finds_it(name: str) -> None:
     hidden = looks([load_style(name)])[0]
     assert hidden is not None
     target = seen(hidden.picture)
-    needed, nearest = screens_needed(Chooser(looks, shipped_styles(), 3), target, radius_of(target, others), 8)
+    needed, nearest = screens_needed(
+        Chooser(looks, shipped_styles(), 3), target, radius_of(target, others), 8
+    )
     assert needed is not None, nearest
