@@ -185,18 +185,24 @@ def test_all_styles_are_shown_on_the_users_own_picture(page: Page) -> None:
 
 def test_a_dropped_file_becomes_the_clip(page: Page, tmp_path: Path) -> None:
     content = make_picture(tmp_path / "photo.png", size=(50, 40)).read_bytes()
-    id = page.say("upload", name="dropped.png", size=len(content))
+    id = page.say("upload", name="../[my]\n50% photo.png", size=len(content))
     assert page.answer(id).get("error") is None
     for start in range(0, len(content), 1000):
         page.socket.send(content[start : start + 1000])
     assert page.answer(id).get("error") is None
     clip = page.told["clip"]
-    assert clip == {"name": "dropped.png", "size": [50, 40], "count": 1, "fps": clip["fps"], "live": False}
+    name = "../[my]\\n50% photo.png"
+    assert clip == {"name": name, "size": [50, 40], "count": 1, "fps": clip["fps"], "live": False}
     id = page.say("upload", name="noise.mp4", size=4)
     page.answer(id)
     page.socket.send(b"1234")
     assert "not a readable video" in page.answer(id)["error"]
-    assert "is not a file name" in page.error("upload", name="../x.mp4", size=4)
+    style = (f"# {'x' * 100}\n" * 600 + "format = 1\n").encode()
+    id = page.say("upload", name="long.toml", size=len(style))
+    page.answer(id)
+    for part in (style[:50_000], style[50_000:]):
+        page.socket.send(part)
+    assert page.answer(id).get("error") is None and page.told["state"]["name"] == "long"
     assert page.told["clip"] == clip
 
 

@@ -1,19 +1,22 @@
-"""A film or a picture that is dropped on the page: it comes in parts, into a folder of its own."""
+"""What is dropped on the page, a film, a picture or a style: it comes in parts, into a folder of its own."""
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from vidstyle.errors import OutputError, output_error
+from vidstyle.errors import OutputError, output_error, printable
 from vidstyle.preview.clip import Clip, FilmClip
-from vidstyle.preview.places import checked_path
+from vidstyle.style.files import read_style_text
 from vidstyle.web.messages import MessageError
 
 if TYPE_CHECKING:
     from vidstyle.design.page.design_page import DesignPage
+
+_ENDING = re.compile(r"\.\w{1,8}")
 
 
 class FileUpload:
@@ -21,27 +24,24 @@ class FileUpload:
 
     def __init__(self, page: DesignPage, id: int, name: str, size: int) -> None:
         """`id`: of the message that announced it; `size`: in bytes."""
-        self._page, self._id, self._name, self._missing = page, id, name, size
+        self._page, self._id, self._missing = page, id, size
+        self._name = printable(name)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._file: BinaryIO | None = None
         self._error: OutputError | None = None
 
     def open(self) -> None:
-        """Make the file.
+        """Make the file, under another name than the user's, which may be any.
 
         Raises:
-            UsageError: its name is none.
             OutputError: it cannot be made, or there is no room for it.
         """
         folder = Path(tempfile.gettempdir())
         if shutil.disk_usage(folder).free < self._missing:
             raise OutputError(self._name, f"does not fit into {folder}", "name it on the command line")
         self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
-        try:
-            path = checked_path(Path(self._folder.name), self._name)
-        except BaseException:
-            self.drop()
-            raise
+        ending = Path(self._name).suffix
+        path = Path(self._folder.name) / ("dropped" + (ending if _ENDING.fullmatch(ending) else ""))
         try:
             self._file = path.open("xb")
         except OSError as error:
@@ -80,6 +80,9 @@ class FileUpload:
             self.drop()
             raise self._error
         self._file.close()
+        if self._name.lower().endswith(".toml"):
+            await self._open_style(Path(self._file.name))
+            return
         folder, self._page.upload = self._folder, None
         try:
             clip: Clip = await self._page.server.run(UploadedClip, Path(self._file.name), self._name, folder)
@@ -87,6 +90,16 @@ class FileUpload:
             folder.cleanup()
             raise
         await self._page.server.change_clip(clip)
+
+    async def _open_style(self, path: Path) -> None:
+        """Open a style, whose text may be longer than a message."""
+        server = self._page.server
+        try:
+            text = await server.run(read_style_text, path)
+            await server.run(server.designer.open_text, self._name, text)
+        finally:
+            self.drop()
+        await server.changed()
 
 
 class UploadedClip(FilmClip):
