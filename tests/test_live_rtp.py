@@ -62,7 +62,9 @@ class Receiver:
 
     def _play(self, url: str, pictures: int) -> None:
         try:
-            self._receive(url, pictures)
+            while len(self.sizes) < pictures:
+                with suppress(TimeoutError):  # FFmpeg gives up after 10 s, which a busy machine may take
+                    self._receive(url, pictures)
         except av.FFmpegError as error:
             self.error = error
 
@@ -86,7 +88,7 @@ class Receiver:
         self.sizes.append((frame.width, frame.height))
 
     def played(self) -> Receiver:
-        self._thread.join(2 * LONG)  # FFmpeg gives up after LONG without a packet
+        self._thread.join(2 * LONG)
         came = f"{len(self.sizes)} pictures and {self.sounds} pieces of sound came"
         assert self.error is None and not self._thread.is_alive(), f"{came}: {self.error}"
         return self

@@ -12,9 +12,12 @@ import pytest
 from live import session
 from test_live_targets import Receiver
 
-from vidstyle.live.targets import TargetOptions, target_maker
-from vidstyle.media.audio import RATE, AudioEncoder
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.live.target import LiveFrame
+from vidstyle.live.targets import StreamSink, TargetOptions, target_maker
+from vidstyle.media.audio import RATE, AudioChunk, AudioEncoder
 from vidstyle.media.capture.sources import File
+from vidstyle.media.write.stream import Stream, StreamOptions, open_stream
 
 BEEP = 0.7
 """When the film flashes and beeps, in seconds."""
@@ -150,3 +153,18 @@ def test_small_gaps_and_a_clock_that_drifts_do_not_add_up(tmp_path: Path, gap: f
     with av.open(str(path)) as container:
         samples = np.concatenate([each.to_ndarray()[0, ::2] for each in container.decode(audio=0)])
     assert np.flatnonzero(samples > 6000)[0] / RATE == pytest.approx(loud, abs=0.022)
+
+
+def test_sound_stays_in_step_while_a_picture_is_repeated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    """It goes on with the time, as the repeated pictures do."""
+    placed = []
+    monkeypatch.setattr(Stream, "push_audio", lambda self, chunk, seconds: placed.append(seconds))
+    gray = [np.full(shape, 128, np.uint8) for shape in ((48, 64), (24, 32), (24, 32))]
+    held = LiveFrame(Picture(Encoding(), luma=gray[0], chroma=(gray[1], gray[2])), 1000.0, 0)
+    options = StreamOptions(sound=True)
+    sink = StreamSink(open_stream(str(tmp_path / "live.m3u8"), options, held.video))
+    for number in range(31):
+        sink.write(held, number)
+        sink.push_audio(AudioChunk(np.zeros((2, 1600), np.float32), 1000.0 + number / 30))
+    sink.close()
+    assert placed == pytest.approx([number / 30 for number in range(31)])

@@ -113,11 +113,14 @@ class StreamSink:
     def __init__(self, opened: stream.Stream) -> None:
         self._stream = opened
         self._offset = 0.0
+        self._last: LiveFrame | None = None
         self.needs_every = opened.needs_every
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink."""
-        self._offset = self._stream.write(frame.video, number) - frame.captured
+        time = self._stream.write(frame.video, number)
+        if frame is not self._last:  # time goes on while one is repeated, and sound with it
+            self._last, self._offset = frame, time - frame.captured
 
     def push_audio(self, chunk: AudioChunk) -> None:
         """See Sink; sound is placed beside the frame that was captured with it."""
