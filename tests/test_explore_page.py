@@ -6,6 +6,7 @@ import json
 import random
 import re
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -236,8 +237,6 @@ def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.M
 
 
 def test_so_many_browsers_and_no_more(visitor: Visitor, page: ExplorePage) -> None:
-    from contextlib import ExitStack
-
     eventually(lambda: not page._viewers)
     with ExitStack() as stack:
         for _ in range(explore_page.MAX_VIEWERS):
