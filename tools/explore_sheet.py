@@ -1,4 +1,4 @@
-"""Makes docs/explore.jpg: three photographs, each in the first random styles that pass, by rank.
+"""Makes docs/explore-sheet.jpg: three photographs, each in the first random styles that pass, by rank.
 
 Usage: python -m tools.explore_sheet
 """
@@ -15,7 +15,7 @@ from vidstyle.explore.candidates import search
 from vidstyle.explore.measure import Original, reduced
 from vidstyle.gallery.style_samples import restyled
 
-TARGET = Path(__file__).parent.parent / "docs" / "explore.jpg"
+TARGET = Path(__file__).parent.parent / "docs" / "explore-sheet.jpg"
 PHOTOGRAPHS = ("astronaut", "chelsea", "coffee")
 SEED, COUNT, COLUMNS = 7, 16, 8
 WIDTH, HEIGHT = 168, 126

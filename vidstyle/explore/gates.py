@@ -1,6 +1,6 @@
 """What no candidate may be: blank, muddy, blown, lost, flickering, or like another one.
 
-The limits lie just outside what the thirteen shipped styles make of ten photographs of people, animals,
+The limits lie just outside what shipped styles make of ten photographs of people, animals,
 streets, landscapes and a shop at night.
 """
 
@@ -34,13 +34,13 @@ GATES = (
     Gate("contrast", 0.045, 1, "muddy"),
     Gate("sharp", 0.105, 1, "blurred"),
     Gate("crisp", 0.075, 1, "blurred"),
-    Gate("clutter", 0, 0.135, "cluttered"),
-    Gate("noise", 0, 0.13, "cluttered"),
+    Gate("clutter", 0, 0.17, "cluttered"),
+    Gate("noise", 0, 0.165, "cluttered"),
     Gate("tone", -0.30, 1, "a negative"),
-    Gate("edges", 0.65, 1, "without the subject"),
+    Gate("edges", 0.45, 1, "without the subject"),
     Gate("garish", 0, 0.47, "garish"),
-    Gate("change", 0.06, 9, "like the source"),
-    Gate("photo", -1, 0.88, "like the source"),
+    Gate("change", 0.028, 9, "like the source"),
+    Gate("photo", -1, 0.9, "like the source"),
 )
 """In the order in which they are tried; the first that fails is the reason."""
 
