@@ -20,7 +20,7 @@ PHOTOGRAPHS = ("astronaut", "chelsea", "coffee")
 SEED, COUNT, COLUMNS = 7, 16, 8
 WIDTH, HEIGHT = 168, 126
 DRAWN_SIDE = 640
-QUALITY = 84
+QUALITY = 74
 
 
 def main() -> None:

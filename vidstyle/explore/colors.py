@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import colorsys
 import math
 from dataclasses import dataclass
 from random import Random
@@ -13,6 +14,9 @@ from vidstyle.style import Style
 
 MIN_CONTRAST = 3.0
 """The least contrast of ink to paper: what WCAG 2 (1.4.11) asks of graphics."""
+
+MAX_GLARE = 0.11
+"""The largest product of lightness and chroma, in Oklch, of a tint; that of poster's orange is 0.13."""
 
 # Björn Ottosson, "A perceptual color space for image processing", 2020.
 _TO_CONES = np.array(
@@ -61,6 +65,19 @@ def palette(random: Random, like: Style | None = None) -> Palette:
     lightness = random.uniform(0.42, 0.6) if vivid else random.uniform(0.15, 0.4)
     chroma = random.uniform(0.1, 0.2) if vivid else random.uniform(0.0, 0.11)
     return Palette(*readable(oklch(lightness, chroma, hue), paper), tint)
+
+
+def calm_saturation(hue: float) -> float:
+    """The largest saturation of HSL at which a tint of this hue, in degrees, does not glare.
+
+    Yellow, cyan and magenta are both bright and pure at a lightness of half, unlike red and blue.
+    """
+    for percent in range(95, 30, -5):
+        rgb = colorsys.hls_to_rgb(hue % 360 / 360, 0.5, percent / 100)
+        lightness, a, b = oklab(np.array(rgb))
+        if lightness * math.hypot(a, b) <= MAX_GLARE:
+            break
+    return percent / 100
 
 
 def is_pale(color: str) -> bool:

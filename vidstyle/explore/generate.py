@@ -13,7 +13,7 @@ from random import Random
 from typing import Literal
 
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.colors import is_pale, palette, readable, shifted
+from vidstyle.explore.colors import calm_saturation, is_pale, palette, readable, shifted
 from vidstyle.explore.phrases import EDGE, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
     drawn,
@@ -195,7 +195,8 @@ def _tinted(random: Random, steps: Sequence[Step], hue: float) -> list[Step]:
     for step in steps:
         if step.block == "colorize":
             tint = near(random, parameter, round(hue), 0.1)
-            step = replace(step, values={**step.values, "hue": tint})
+            saturation = min(step.values.get("saturation", 1.0), calm_saturation(tint))
+            step = replace(step, values=step.values | {"hue": tint, "saturation": saturation})
         out.append(step)
     return out
 
