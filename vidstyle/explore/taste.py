@@ -20,7 +20,7 @@ class Taste:
 
     >>> taste = Taste(np.zeros(2))
     >>> taste.learn(np.array([1.0, 0.0]), [np.array([0.0, 0.0]), np.array([0.0, 1.0])])
-    >>> taste.utility(np.array([1.0, 0.0])) > taste.utility(np.array([0.0, 1.0]))
+    >>> bool(taste.utility(np.array([1.0, 0.0])) > taste.utility(np.array([0.0, 1.0])))
     True
     """
 
