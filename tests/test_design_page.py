@@ -272,6 +272,9 @@ def test_files_are_dropped_on_the_page(page: Page) -> None:
     browser.click("#leave-dialog [value=discard]")
     page.told("nothing")
     assert page.steps("background") == ["hue"]
+    (page.folder / "noise.mp4").write_bytes(bytes(range(256)))
+    drop(page.folder / "noise.mp4")
+    page.told("not a readable video")
 
 
 def overlaps(boxes: list[dict[str, float]]) -> list[tuple[float, ...]]:

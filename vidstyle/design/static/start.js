@@ -121,14 +121,17 @@ export class Start {
 
   /** Opens a style file, or a film or photograph. @param {File} file */
   async take(file) {
-    if (/\.toml$/i.test(file.name)) {
-      await this.open("open_text", { name: file.name, text: await file.text() });
-      return;
-    }
-    if (!(await this.session.ask("upload", { name: file.name, size: file.size }))) return;
+    const isStyle = /\.toml$/i.test(file.name);
+    if (isStyle && !(await this.mayLeave())) return;
+    if (isStyle) this.opened("file");
     const bar = /** @type {HTMLProgressElement} */ (get("uploading"));
     bar.hidden = false;
-    await this.session.connection.upload(file, (part) => (bar.value = part)).catch((error) => this.session.onerror(error.message));
+    try {
+      await this.session.connection.upload(file, (part) => (bar.value = part));
+      if (isStyle) this.show(false);
+    } catch (error) {
+      this.session.onerror(/** @type {Error} */ (error).message);
+    }
     bar.hidden = true;
   }
 }

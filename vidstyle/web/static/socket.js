@@ -83,13 +83,16 @@ export class Connection {
    * @returns {Promise<any>}
    */
   ask(kind, fields = {}) {
-    const socket = this.#socket;
-    if (!socket) return Promise.reject(new Error("There is no connection to vidstyle."));
     const id = ++this.#number;
-    return new Promise((done, fail) => {
-      this.#waiting.set(id, { done, fail });
-      socket.send(JSON.stringify({ do: kind, id, ...fields }));
-    });
+    const answer = this.#answer(id);
+    this.#socket?.send(JSON.stringify({ do: kind, id, ...fields }));
+    return answer;
+  }
+
+  /** The next answer to a message. @param {number} id @returns {Promise<any>} */
+  #answer(id) {
+    if (!this.#socket) return Promise.reject(new Error("There is no connection to vidstyle."));
+    return new Promise((done, fail) => this.#waiting.set(id, { done, fail }));
   }
 
   /**
@@ -116,17 +119,20 @@ export class Connection {
   }
 
   /**
-   * Sends a file in parts.
-   * @param {Blob} file
+   * Sends a file in parts: it is announced, and answered once more when it has been used.
+   * @param {File} file
    * @param {(part: number) => void} onprogress is told the part that is sent
    */
   async upload(file, onprogress) {
-    for (let at = 0; at < file.size; at += CHUNK) {
-      const socket = this.#socket;
-      if (!socket) throw new Error("The connection to vidstyle is lost.");
-      socket.send(await file.slice(at, at + CHUNK).arrayBuffer());
-      while (socket.bufferedAmount > WAITING) await new Promise((done) => setTimeout(done, 20));
+    const announced = this.ask("upload", { name: file.name, size: file.size });
+    const id = this.#number;
+    await announced;
+    const used = this.#answer(id);
+    for (let at = 0; at < file.size && this.#socket; at += CHUNK) {
+      this.#socket.send(await file.slice(at, at + CHUNK).arrayBuffer());
+      while (Number(this.#socket?.bufferedAmount) > WAITING) await new Promise((done) => setTimeout(done, 20));
       onprogress(Math.min(1, (at + CHUNK) / file.size));
     }
+    return used;
   }
 }
