@@ -25,8 +25,11 @@ from vidstyle.preview.encode import encode
 from vidstyle.preview.plans import plan_message
 from vidstyle.style import Style
 
-NOW, SHOWN, AHEAD = 0, 1, 2
-"""How urgent work is: what a click waits for, pictures that are looked at, what the next click may need."""
+NOW, SHOWN, AHEAD, MOVING, LATER = range(5)
+"""How urgent work is: what a click waits for; the first picture of a tile; what the likeliest next clicks
+need; the pictures by which tiles move; what other clicks would need."""
+LIKELIEST = 4
+"""Number of the likeliest clicks."""
 KEPT_LOOKS = 1000
 MOVING_SECONDS, MOVING_RATE = 3.0, 15.0
 """Length of the part of a film that moves in the tiles, and its most frames a second."""
@@ -185,12 +188,13 @@ class Exploration(Closing):
     def _order_ahead(self, change: int) -> None:
         with self._turn:
             places = self.chooser.by_liking()
-        for place in places:
+        for rank, place in enumerate(places):
             with self._turn:
                 if self._latest != change:
                     return
                 styles = self.chooser.likely_styles(place)
-                self._ahead += [self._ordered(style, AHEAD) for style in styles]
+                urgency = AHEAD if rank < LIKELIEST else LATER
+                self._ahead += [self._ordered(style, urgency) for style in styles]
 
     def _stop_looking_ahead(self) -> None:
         self._latest = -1
@@ -213,7 +217,8 @@ class Exploration(Closing):
     def styled(self, style: Style, frame: int, side: int) -> Future[bytes]:
         """A frame in a style, as JPEG."""
         picture = np.ascontiguousarray(self.clip.frame(frame, side))
-        return self._workers.submit(SHOWN, styled_jpeg, picture, style)
+        urgency = SHOWN if frame == self.frames[0] else MOVING
+        return self._workers.submit(urgency, styled_jpeg, picture, style)
 
     def plan(self, style: Style, side: int) -> Future[dict[str, Any]]:
         """The plan of a style for pictures with this shorter side."""

@@ -85,7 +85,7 @@ class ExplorePage:
         """Open the page.
 
         Args:
-            exploration: what is explored; it is not closed with the page.
+            exploration: what is explored; it is closed with the page.
             port: of this machine; 0 chooses a free one.
             designer: opens the designer, where there is one.
 
@@ -118,8 +118,9 @@ class ExplorePage:
         return self._failure or self._server.error
 
     def close(self) -> None:
-        """Close the page, and stop what it renders."""
+        """Stop what is being made for the page, and close it."""
         self.cancel()
+        self.exploration.close()
         self._server.close()
 
     def _begin(self) -> None:
