@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from designing import Page, served, shown
 from media import make_clip, make_picture
-from waiting import eventually
+from waiting import LONG, eventually
 
 from vidstyle import load_style, stylize
 from vidstyle.cli import main
+from vidstyle.design import working_size
+from vidstyle.design.page import frames
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import style_names, style_text
@@ -98,6 +100,21 @@ def test_the_server_restyles_for_a_page_that_cannot(server: DesignServer) -> Non
         page.ask("check")
         checked = page.picture(4)
         assert np.abs(checked.pixels.astype(int) - wanted).max() <= 1
+
+
+def test_a_dragged_value_does_not_wait_for_the_larger_picture(
+    server: DesignServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(working_size, "SIDES", (32,))
+    monkeypatch.setattr(frames, "IDLE_SECONDS", 10 * LONG)
+    with shown(server, where="server") as page:
+        page.ask("open", style="sketch")
+        for number in range(3):
+            page.ask("field", name="ink", value=f"#00000{number}", gesture=1)
+            wanted = page.told["state"]["revision"]
+            while (sent := page.picture(2)).revision < wanted:
+                pass
+            assert sent.pixels.shape == (32, 48, 3)
 
 
 def test_a_style_with_mistakes_keeps_its_picture_and_is_not_saved(page: Page, tmp_path: Path) -> None:

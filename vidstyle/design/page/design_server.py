@@ -60,6 +60,7 @@ class DesignServer:
         self._samples: dict[str, asyncio.Future[bytes]] = {}
         self._settling: asyncio.Task[None] | None = None
         self._fault: BaseException | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
         handlers = {
             "/socket": self._serve_socket,
             "/style.jpg": self._send_sample(style_names, style_sample),
@@ -82,6 +83,7 @@ class DesignServer:
     def close(self) -> None:
         """Keep a draft of what is not saved, and stop."""
         self.jobs.cancel()
+        self._server.submit(self._end_tasks)
         self._server.close()
         self._work.shutdown()
         self._pictures.shutdown()
@@ -99,7 +101,14 @@ class DesignServer:
             except Exception as error:
                 self._fault = error
 
-        return asyncio.get_running_loop().create_task(watched())
+        task = asyncio.get_running_loop().create_task(watched())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    async def _end_tasks(self) -> None:
+        for task in self._tasks:
+            task.cancel()
 
     async def run(self, function: Callable[..., Any], *values: Any) -> Any:
         """Call a function that reads or changes what is open, one at a time."""

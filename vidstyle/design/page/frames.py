@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,7 +32,7 @@ class FrameSender:
         self.number = 0
         self._playing: asyncio.Task[None] | None = None
         self._restyling: asyncio.Task[None] | None = None
-        self._wanted = False
+        self._wanted = asyncio.Event()
 
     def stop(self) -> None:
         """Stop playing."""
@@ -57,23 +58,25 @@ class FrameSender:
 
     def restyle(self) -> None:
         """Have the frame that is shown restyled; the newest wish counts."""
-        self._wanted = True
+        self._wanted.set()
         is_idle = self._restyling is None or self._restyling.done()
         if is_idle and self._playing is None:
             self._restyling = self._page.server.begin(self._restyle())
 
     async def _restyle(self) -> None:
-        while self._wanted:
-            self._wanted = False
+        while self._wanted.is_set():
+            self._wanted.clear()
             try:
-                small = await self._restyled()
-                if not small:
-                    continue
-                await asyncio.sleep(IDLE_SECONDS)
-                if not self._wanted:
+                if await self._restyled() and not await self._is_wanted_soon():
                     await self._restyled(careful=True)
             except VidstyleError as error:
                 await self._page.tell({"notice": str(error)})
+
+    async def _is_wanted_soon(self) -> bool:
+        with suppress(TimeoutError):
+            async with asyncio.timeout(IDLE_SECONDS):
+                await self._wanted.wait()
+        return self._wanted.is_set()
 
     async def _restyled(self, careful: bool = False) -> bool:
         """Send the frame restyled; returns whether it is smaller than it might be."""
