@@ -95,7 +95,7 @@ def search(
     Returns:
         The same for the same arguments, whatever the number of cores.
     """
-    found, passed = Found(), list[RandomStyle]()
+    found, passed, is_stopped = Found(), list[RandomStyle](), False
     on_step("drawing styles", 0, tries or wanted)
     for candidate in _drawn(original, seed, rules, tries or HOPELESS * wanted):
         reason = candidate.fault
@@ -105,16 +105,13 @@ def search(
         if not reason:
             passed.append(replace(candidate, score=judge(candidate.picture)) if judge else candidate)
         on_step("drawing styles", found.tried if tries else len(passed), tries or wanted)
-        if (stop is not None and stop.is_set()) or (tries is None and len(passed) >= wanted):
+        if (is_stopped := stop is not None and stop.is_set()) or (tries is None and len(passed) >= wanted):
             break
     if passed:
         worth = _ranks([each.score for each in passed])
         order = spread_out(np.array([each.signature for each in passed]), worth, wanted)
-        with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
-            chosen = (passed[number] for number in order)
-            for candidate in pool.map(lambda each: _pruned(original, each), chosen):
-                found.chosen.append(candidate)
-                on_step("pruning styles", len(found.chosen), len(order))
+        chosen = [passed[number] for number in order]
+        found.chosen = chosen if is_stopped else _pruned(original, chosen, on_step)
     return found
 
 
@@ -134,5 +131,12 @@ def _ranks(scores: list[float]) -> np.ndarray:
     return (order + 1) / len(scores)
 
 
-def _pruned(original: Original, candidate: RandomStyle) -> RandomStyle:
-    return replace(candidate, style=pruned(candidate.style, original, candidate.picture))
+def _pruned(original: Original, chosen: list[RandomStyle], on_step: OnStep) -> list[RandomStyle]:
+    """The candidates without steps that change nothing, on all cores."""
+    done: list[RandomStyle] = []
+    with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
+        shorter = pool.map(lambda each: pruned(each.style, original, each.picture), chosen)
+        for candidate, style in zip(chosen, shorter, strict=True):
+            done.append(replace(candidate, style=style))
+            on_step("pruning styles", len(done), len(chosen))
+    return done
