@@ -183,6 +183,11 @@ class AudioEncoder:
         self._end, self._begun = 0, False
         self._from_zero, self._gaps = from_zero, gaps
 
+    @property
+    def end(self) -> float:
+        """When the samples so far end, in seconds from the start of the container."""
+        return self._end / self._rate
+
     def packets(self, samples: np.ndarray, seconds: float) -> list[av.Packet]:
         """Encode samples; gaps are filled with silence.
 

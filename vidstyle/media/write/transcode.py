@@ -85,6 +85,10 @@ class SubtitleTranscoder(CopiedStream):
 MAX_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, "ac3": 6, "aac": 8}
 
 
+MAX_SILENCE = 2 * 3600
+"""Seconds of a gap that are filled with silence; a longer one comes from damaged timestamps."""
+
+
 class AudioTranscoder(CopiedStream):
     """Decodes the packets of one audio stream and encodes them into another, at the same times."""
 
@@ -105,15 +109,22 @@ class AudioTranscoder(CopiedStream):
         codec = av.Codec(encoder, "w")
         rate = _nearest(template.rate, codec.audio_rates or [])
         self._decoder = AudioDecoder(template, rate, layout)
-        timed = codec.canonical_name not in untimed
-        self._encoder = AudioEncoder(container, encoder, rate, layout, from_zero=not timed, gaps=timed)
+        self._rate, self._timed = rate, codec.canonical_name not in untimed
+        self._encoder = AudioEncoder(
+            container, encoder, rate, layout, from_zero=not self._timed, gaps=self._timed
+        )
         super().__init__(self._encoder.stream)
         self.loss = self._decoder.loss
 
     def packets(self, packet: av.Packet | None) -> list[av.Packet]:
         """The encoded packets that come out when a packet goes in; there is silence for what is damaged."""
-        found = self._decoder.samples(packet)
-        return [made for seconds, samples in found for made in self._encoder.packets(samples, seconds)]
+        made: list[av.Packet] = []
+        for seconds, samples in self._decoder.samples(packet):
+            if not self._timed and seconds > self._encoder.end + MAX_SILENCE:
+                self.loss.seconds += samples.shape[1] / self._rate
+            else:
+                made += self._encoder.packets(samples, seconds)
+        return made
 
     def flush(self) -> list[av.Packet]:
         """Flush decoder and encoder."""
