@@ -210,7 +210,9 @@ def _array_bytes(array: np.ndarray) -> bytes:
 def _style(random: Random) -> tuple[str, bytes]:
     """A style file of up to 256 steps, with values at the ends of their ranges, beyond, of other types."""
     most = random.choice((1, 2, 2, 3, 8, MAX_STEPS // len(LAYERS)))
-    chance = Chance(random.randrange(2**32), wild=True, learned=True, max_steps=most, max_factor=math.inf)
+    chance = Chance(
+        random.randrange(2**32), wild=True, learned=True, structure=True, max_steps=most, max_factor=math.inf
+    )
     table = table_from_style(chance.style()) | random.choice(({}, {"height": random.uniform(16, 2000)}))
     share = random.choice((0, 0, 0.02, 0.3))
     for step in [table, *(step for layer in LAYERS for step in table.get(layer, []))]:

@@ -10,6 +10,8 @@ from vidstyle.block import Asset, Block, Choice, Color, SavedRef, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.style import LAYERS, Step, Style
 
+STRUCTURE = ("structure_tensor", "kuwahara", "lic")
+"""Blocks that go by the direction of edges: where it is doubtful, rounding decides."""
 MAX_FACTOR = 1.6
 """Working sizes grow no faster, unless it is said: a few steps would take most of the time."""
 
@@ -27,16 +29,27 @@ class Chance:
     Args:
         wild: values come from anywhere in their ranges, not only from where random styles look well.
         learned: learned blocks may be among them.
+        structure: and those of `STRUCTURE`.
         max_steps: of each layer.
         max_factor: of a block that changes the size.
     """
 
     def __init__(
-        self, seed: int, wild: bool, learned: bool = False, max_steps: int = 3, max_factor: float = MAX_FACTOR
+        self,
+        seed: int,
+        wild: bool,
+        learned: bool = False,
+        structure: bool = False,
+        max_steps: int = 3,
+        max_factor: float = MAX_FACTOR,
     ) -> None:
         self._random = np.random.default_rng(seed)
         self._wild, self._max_steps, self._max_factor = wild, max_steps, max_factor
-        self._blocks = [block for block in all_blocks().values() if learned or not is_learned(block)]
+        self._blocks = [
+            block
+            for name, block in all_blocks().items()
+            if (learned or not is_learned(block)) and (structure or name not in STRUCTURE)
+        ]
         self._saved = ["source"]
 
     def style(self) -> Style:

@@ -58,9 +58,10 @@ def _chosen_kernels(flow: np.ndarray) -> np.ndarray:
     x, y = (2 * flow[..., 0] - 1, 2 * flow[..., 1] - 1)
     turns = cv2.phase(x, y) * np.float32(ORIENTATIONS / (2 * math.pi))
     clearness = np.sqrt(x * x + y * y) / np.maximum(flow[..., 2], np.float32(1e-6))
-    orientation = np.floor(turns + np.float32(0.5)).astype(np.int32) % ORIENTATIONS
-    shape = np.clip(clearness * ANISOTROPIES, 0, ANISOTROPIES - 1).astype(np.int32)
-    return orientation * ANISOTROPIES + shape
+    # fmin and fmax leave no NaN, which would be an index anywhere.
+    orientation = np.fmax(np.fmin(np.floor(turns + np.float32(0.5)), ORIENTATIONS), 0).astype(np.int32)
+    shape = np.fmax(np.fmin(clearness * ANISOTROPIES, ANISOTROPIES - 1), 0).astype(np.int32)
+    return orientation % ORIENTATIONS * ANISOTROPIES + shape
 
 
 @lru_cache(maxsize=8)

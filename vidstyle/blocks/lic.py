@@ -62,6 +62,9 @@ def _directions(flow: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]
     # Minus: along the edge, a right angle from the gradient.
     x = np.float32(STILL * math.cos(turn)) - (2 * flow[..., 0] - 1)
     y = np.float32(STILL * math.sin(turn)) - (2 * flow[..., 1] - 1)
+    # Infinite or NaN, it would lead anywhere: what is no direction is the fixed one.
+    usable = np.abs(x) + np.abs(y) < 16
+    x, y = np.where(usable, x, np.float32(math.cos(turn))), np.where(usable, y, np.float32(math.sin(turn)))
     cosine, sine = np.stack([x, y]) / np.maximum(np.sqrt(x * x + y * y), np.float32(1e-12))
     # Half the angle: the longer part by its root, the other, which would lose digits so, by their product.
     longer = np.sqrt(np.float32(0.5) + np.float32(0.5) * np.abs(cosine))

@@ -21,18 +21,23 @@ def checked_path(folder: Path, name: str, ending: str = "") -> Path:
     Raises:
         UsageError: it is no plain file name, is hidden, has another ending, or is a link.
     """
+    path = folder / checked_name(name, ending)
+    if path.is_symlink():
+        raise UsageError(name, "is a link", "choose another name")
+    if not folder.is_dir():
+        raise OutputError(folder, "is not there any more")
+    return path
+
+
+def checked_name(name: str, ending: str = "") -> str:
+    """A file name that a page has given, with its ending; arguments and errors as for `checked_path`."""
     if ending and not name.lower().endswith(ending):
         name += ending
     if not _NAME.fullmatch(name) or name.endswith((" ", ".")) or ".." in name or _RESERVED.fullmatch(name):
         raise UsageError(name, "is not a file name", "use letters, digits, spaces and - . _ ( ) +")
     if not ending and not Path(name).suffix:
         raise UsageError(name, "has no ending", "end it in .mp4, .png or another that render takes")
-    path = folder / name
-    if path.is_symlink():
-        raise UsageError(name, "is a link", "choose another name")
-    if not folder.is_dir():
-        raise OutputError(folder, "is not there any more")
-    return path
+    return name
 
 
 def refuse_existing(path: Path, overwrite: bool) -> None:

@@ -13,7 +13,7 @@ from vidstyle.export.export_style import export_style
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import render
 from vidstyle.preview.clip import Clip
-from vidstyle.preview.places import checked_path, refuse_existing
+from vidstyle.preview.places import checked_name, checked_path, refuse_existing
 from vidstyle.style import PLAIN, Style, user_styles
 
 KINDS = ("html", "hook", "toml")
@@ -28,6 +28,7 @@ def save(style: Style, name: str, overwrite: bool = False) -> Path:
         OutputError: the file cannot be written.
     """
     folder = user_styles()
+    name = checked_name(name, ".toml")
     folder.mkdir(parents=True, exist_ok=True)
     target = checked_path(folder, name, ".toml")
     if target.stem == PLAIN or (asset_folder("styles") / target.name).exists():
