@@ -158,7 +158,7 @@ class WebServer:
         """Check the request before it reaches the handler."""
         if timer := self._silent.pop(request.protocol, None):
             timer.cancel()
-        if request.can_read_body:
+        if request.can_read_body or request.content_length or "Transfer-Encoding" in request.headers:
             raise web.HTTPBadRequest(text="400: no request here has a body\n")
         self._authorization.check(request)
         if not request.raw_path.startswith("/") or "%" in request.raw_path.partition("?")[0]:
