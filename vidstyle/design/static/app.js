@@ -103,6 +103,7 @@ function shown(state) {
   if (opening) {
     const fresh = opening;
     opening = "";
+    start.show(false); // nothing behind it can take the focus
     build(fresh === "new" || state.knobs.length === 0);
     showTab("style");
     if (fresh === "new") steps.selected = "source";
