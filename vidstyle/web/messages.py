@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from vidstyle.errors import log
 
 MAX_TEXT = 200
 """Characters of a text, where nothing else is said."""
@@ -65,6 +69,26 @@ class RateLimit:
         self._second = second
         if self._count > self._most:
             raise MessageError(f"more than {self._most} messages in a second")
+
+
+async def receive(
+    socket: web.WebSocketResponse, handle: Callable[[str | bytes], Awaitable[None]]
+) -> MessageError | None:
+    """Handle messages until the socket closes or one is invalid; returns what is wrong with that."""
+    async for message in socket:
+        if message.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
+            break
+        try:
+            await handle(message.data)
+        except MessageError as error:
+            return error
+    return None
+
+
+async def refuse(socket: web.WebSocketResponse, mistake: MessageError) -> None:
+    """Close the socket of a page that sends what no page of ours does."""
+    log.warning("page: a browser was disconnected: %s", mistake)
+    await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"not a message of this page")
 
 
 def read_message(text: str | bytes, kinds: Mapping[str, Fields]) -> dict[str, Any]:

@@ -8,18 +8,18 @@ import struct
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import web
 
 from vidstyle.design.document.solo import solo
 from vidstyle.design.page.frames import FrameSender
 from vidstyle.design.page.kinds import FIELDS
 from vidstyle.design.page.page_actions import ACTIONS
 from vidstyle.design.page.uploads import FileUpload
-from vidstyle.errors import StyleError, VidstyleError, log
+from vidstyle.errors import StyleError, VidstyleError
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.plans import PlanSender
 from vidstyle.style import Style
-from vidstyle.web.messages import MessageError, RateLimit, read_message
+from vidstyle.web.messages import MessageError, RateLimit, read_message, receive, refuse
 
 if TYPE_CHECKING:
     from vidstyle.design.page.design_server import DesignServer
@@ -75,7 +75,7 @@ class DesignPage:
         invalid = None
         try:
             await self._greet()
-            invalid = await self._receive()
+            invalid = await receive(socket, self._handle)
         except ConnectionError:  # the browser has gone without closing the socket
             pass
         finally:
@@ -85,8 +85,7 @@ class DesignPage:
             if self.upload is not None:
                 self.upload.drop()
         if invalid is not None:
-            log.warning("designer: a browser was disconnected: %s", invalid)
-            await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"not a message of this page")
+            await refuse(socket, invalid)
 
     async def tell(self, message: dict[str, Any]) -> None:
         """Send a message; nothing happens once the page has gone."""
@@ -159,17 +158,6 @@ class DesignPage:
         await self.show_state(await self.server.run(lambda: self.server.designer.state))
         await self.tell({"draft": await self.server.run(lambda: self.server.designer.draft_offer)})
         self.server.refresh_steps()
-
-    async def _receive(self) -> MessageError | None:
-        """Handle messages until the socket closes or one is invalid; returns what is wrong with it."""
-        async for message in self._socket:
-            if message.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
-                break
-            try:
-                await self._handle(message.data)
-            except MessageError as error:
-                return error
-        return None
 
     async def _handle(self, data: str | bytes) -> None:
         if isinstance(data, bytes):

@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import web
 
-from vidstyle.errors import OutputError, UsageError, VidstyleError, log
+from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.explore.chooser import Tile
 from vidstyle.explore.generate import LOCKS
 from vidstyle.explore.page import outputs
@@ -19,7 +19,17 @@ from vidstyle.explore.page.exploration import Exploration
 from vidstyle.export import RUNNER
 from vidstyle.pipeline.progress import Progress
 from vidstyle.style import Style
-from vidstyle.web.messages import Fields, MessageError, is_bool, is_index, is_part, is_text, read_message
+from vidstyle.web.messages import (
+    Fields,
+    RateLimit,
+    is_bool,
+    is_index,
+    is_part,
+    is_text,
+    read_message,
+    receive,
+    refuse,
+)
 from vidstyle.web.server import WebServer
 
 STATIC = Path(__file__).with_name("static")
@@ -335,21 +345,19 @@ class _Viewer:
         self._page = page
         self._sent: set[str] = set()
         self._under_way = asyncio.Semaphore(MAX_UNDER_WAY)
-        self._second, self._messages = 0, 0
+        self._limit = RateLimit(MAX_MESSAGES, asyncio.get_running_loop().time)
 
     async def serve(self, socket: web.WebSocketResponse) -> None:
         """Answer messages until the socket closes."""
         self._socket = socket
-        invalid = None
         try:
             await self.send({"clip": self._page.clip()})
             await self.send({"state": self._page.state()})
             async with asyncio.TaskGroup() as tasks:
-                invalid = await self._receive(tasks)
+                self._tasks = tasks
+                invalid = await receive(socket, self._handle)
                 if invalid is not None:
-                    log.warning("page: a browser was disconnected: %s", invalid)
-                    code = WSCloseCode.POLICY_VIOLATION
-                    await socket.close(code=code, message=b"not a message of this page")
+                    await refuse(socket, invalid)
         except* ConnectionError:  # the browser has gone without closing the socket
             pass
 
@@ -358,19 +366,11 @@ class _Viewer:
         if not self._socket.closed:
             await self._socket.send_str(json.dumps(message))
 
-    async def _receive(self, tasks: asyncio.TaskGroup) -> MessageError | None:
-        """Handle messages until the socket closes or a message is invalid; returns what is wrong with it."""
-        async for received in self._socket:
-            if received.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
-                break
-            try:
-                self._limit_rate()
-                message = read_message(received.data, FIELDS)
-            except MessageError as error:
-                return error
-            await self._under_way.acquire()
-            tasks.create_task(self._answer(message))
-        return None
+    async def _handle(self, data: str | bytes) -> None:
+        self._limit.count()
+        message = read_message(data, FIELDS)
+        await self._under_way.acquire()
+        self._tasks.create_task(self._answer(message))
 
     async def _answer(self, message: dict[str, Any]) -> None:
         answer: dict[str, Any] = {"answer": message["id"]}
@@ -381,13 +381,6 @@ class _Viewer:
         finally:
             self._under_way.release()
         await self.send(answer)
-
-    def _limit_rate(self) -> None:
-        second = int(asyncio.get_running_loop().time())
-        self._messages = self._messages + 1 if second == self._second else 1
-        self._second = second
-        if self._messages > MAX_MESSAGES:
-            raise MessageError(f"more than {MAX_MESSAGES} messages in a second")
 
 
 def _unsent(plan: dict[str, Any], sent: set[str]) -> dict[str, Any]:

@@ -10,11 +10,11 @@ from contextlib import suppress
 from statistics import median_high
 from typing import TYPE_CHECKING, Any
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import web
 
-from vidstyle.errors import VidstyleError, log
+from vidstyle.errors import VidstyleError
 from vidstyle.live.page.actions import FIELDS, dispatch
-from vidstyle.web.messages import MessageError, RateLimit, read_message
+from vidstyle.web.messages import MessageError, RateLimit, read_message, receive, refuse
 
 if TYPE_CHECKING:
     from vidstyle.live.page.page_target import PageTarget
@@ -46,25 +46,13 @@ class Viewer:
             async with asyncio.TaskGroup() as tasks:
                 await self._send({"names": self._page.controls.names})
                 sending = [tasks.create_task(work) for work in (self._send_frames(), self._send_status())]
-                invalid = await self._receive()
+                invalid = await receive(socket, self._handle)
                 for task in sending:
                     task.cancel()
         except* ConnectionError:  # the browser has gone without closing the socket
             pass
         if invalid is not None:
-            log.warning("page: a browser was disconnected: %s", invalid)
-            await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"not a message of this page")
-
-    async def _receive(self) -> MessageError | None:
-        """Handle messages until the socket closes or a message is invalid; returns what is wrong with it."""
-        async for message in self._socket:
-            if message.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
-                break
-            try:
-                await self._handle(message.data)
-            except MessageError as error:
-                return error
-        return None
+            await refuse(socket, invalid)
 
     async def _send_frames(self) -> None:
         frame = None
