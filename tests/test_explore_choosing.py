@@ -11,7 +11,7 @@ import pytest
 from covering import of_the_day
 from media import photograph
 
-from tools.simulated_user import radius_of, screens_needed, seen
+from tools.explore.simulated_user import radius_of, screens_needed, seen
 from vidstyle.explore import chooser as chooser_module
 from vidstyle.explore.chooser import ALIKE, FIRST, PLACES, Chooser, Tile
 from vidstyle.explore.generate import random_style
@@ -193,7 +193,7 @@ def test_a_plane_has_the_style_on_it_and_changes_what_is_seen() -> None:
 
 @pytest.mark.parametrize("name", of_the_day(["charcoal", "ink", "noir", "poster"], 1))
 def test_somebody_with_a_look_in_mind_finds_it(name: str) -> None:
-    """See `tools/simulated_user.py`, which does this for all shipped styles and for random ones."""
+    """See `tools/explore/simulated_user.py`, which does this for all shipped styles and for random ones."""
     random = looks([random_style(seed) for seed in range(40)])
     others = [seen(look.picture) for look in random if look is not None and not look.fault]
     hidden = looks([load_style(name)])[0]

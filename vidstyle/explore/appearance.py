@@ -15,7 +15,7 @@ from vidstyle.explore.measure import gradient_of, luma_of
 SIDE = 480
 """The shorter side in pixels at which looks are compared; marks keep their share of the picture."""
 MODEL = Path(__file__).with_name("appearance.json")
-"""By how much each number differs between pictures of one look; made by `tools/explore_appearance.py`."""
+"""By how much each number differs between pictures of one look; made by `tools/explore/appearance.py`."""
 
 QUANTILES = (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98)
 RADII = (1, 2, 4, 8)

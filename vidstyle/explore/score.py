@@ -14,7 +14,7 @@ from vidstyle.errors import InputError
 from vidstyle.explore.measure import Measures
 
 MODEL = Path(__file__).with_name("score.json")
-"""What `tools/explore_score.py` has fitted."""
+"""What `tools/explore/score.py` has fitted."""
 
 JUDGE_SIDE = 224
 JUDGE_MEAN, JUDGE_SPREAD = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])

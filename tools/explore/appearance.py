@@ -1,6 +1,6 @@
 """Fits how much each number of an appearance counts, to shipped styles, and says how well it works.
 
-Usage: python -m tools.explore_appearance FOLDER [--write]
+Usage: python -m tools.explore.appearance FOLDER [--write]
 
 FOLDER holds photographs. Each second one, by name, serves to fit, the others to test.
 """

@@ -4,7 +4,7 @@ The user sees nothing but pictures, takes the tile that is nearest to the hidden
 numbers than the program. A picture is in the neighbourhood of a look if it is as near as the nearest
 hundredth of random styles: choosing at random then takes eleven screens of nine on average.
 
-    python -m tools.simulated_user --random 50 photograph.jpg
+    python -m tools.explore.simulated_user --random 50 photograph.jpg
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Makes docs/explore-sheet.jpg: three photographs, each in the first random styles that pass, by rank.
 
-Usage: python -m tools.explore_sheet
+Usage: python -m tools.explore.sheet
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from vidstyle.explore.candidates import search
 from vidstyle.explore.measure import Original, reduced
 from vidstyle.gallery.style_samples import restyled
 
-TARGET = Path(__file__).parent.parent / "docs" / "explore-sheet.jpg"
+TARGET = Path(__file__).parents[2] / "docs" / "explore-sheet.jpg"
 PHOTOGRAPHS = ("astronaut", "chelsea", "coffee")
 SEED, COUNT, COLUMNS = 7, 16, 8
 WIDTH, HEIGHT = 168, 126

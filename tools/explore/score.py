@@ -1,6 +1,6 @@
 """Fits the score of `vidstyle explore` to shipped styles and random ones, and says how well it parts them.
 
-Usage: python -m tools.explore_score FOLDER [--count N] [--write]
+Usage: python -m tools.explore.score FOLDER [--count N] [--write]
 
 FOLDER holds photographs. Each second one, by name, serves to fit the score, the others to test it.
 """

@@ -1,0 +1,1 @@
+"""Fits and measures the explorer: its score, the measure of `--like`, its sheet, a simulated user."""
