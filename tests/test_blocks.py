@@ -9,7 +9,7 @@ import pytest
 from covering import of_the_day
 from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 
-from vidstyle.block import Block, Choice, LumaWeights, Measured, PageRegion, SavedRef, Slider, Switch
+from vidstyle.block import Asset, Block, Choice, LumaWeights, Measured, PageRegion, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Style
@@ -92,7 +92,9 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
     }
     complete |= {name: given[kind] for name, kind in block.injected.items()}
     for name, parameter in block.parameters.items():
-        if isinstance(parameter.control, SavedRef):
+        if isinstance(parameter.control, Asset) and complete[name]:
+            complete[name] = parameter.control.read(parameter.control.shipped()[complete[name]])
+        elif isinstance(parameter.control, SavedRef):
             wants = parameter.control.on
             complete[name] = other if wants == "same" else other.reshape(*luma.shape, -1)[..., 0]
     result = block.function(array, **complete)

@@ -16,6 +16,7 @@ from vidstyle.style import PLAIN, expand, load_style, style_names
 OF_THE_PAPER = ("ink", "crayon", "sketch", "abstraction", "paint", "blob")
 OF_OUR_OWN = (
     "comic", "poster", "engraving", "charcoal", "watercolor", "blueprint", "noir", "oil", "woodcut",
+    "dither", "pixel",
 )  # fmt: skip
 STYLES = sorted(set(style_names()) - {PLAIN})
 VARIANTS = [f"{name}:{variant}" for name in STYLES for variant in load_style(name).variants]

@@ -33,12 +33,18 @@ def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
     files = sorted(path.glob("*.png"))
     if not 2 <= len(files) <= 32:
         raise ValueError(f"needs 2 to 32 .png tiles, has {len(files)}")
-    return tuple(sorted((_read_tile(file) for file in files), key=lambda tile: float(tile.mean())))
+    if link := next((file for file in files if file.is_symlink()), None):
+        raise ValueError(f"{link.name} is a link, which might lead out of the style's folder")
+    return tuple(sorted((read_tile(file) for file in files), key=lambda tile: float(tile.mean())))
 
 
-def _read_tile(file: Path) -> np.ndarray:
-    if file.is_symlink():
-        raise ValueError(f"{file.name} is a link, which might lead out of the style's folder")
+def read_tile(file: Path) -> np.ndarray:
+    """A PNG picture as a gray tile, float32 0..1.
+
+    Raises:
+        ValueError: it is not a PNG, or larger than TILE_SIDE.
+        OSError: it cannot be read.
+    """
     try:
         content = read_regular_file(file, MAX_TILE_BYTES)
     except ValueError as error:

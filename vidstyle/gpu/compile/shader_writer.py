@@ -175,13 +175,18 @@ class _Writer:
         return self.shader.add_uniform(f"{name}_{number}", parameter, self._value(node, parameter))
 
     def _value(self, node: ShaderNode, parameter: ShaderParameter) -> Any:
-        """A parameter that is the same for all pixels; NAME_count and NAME_sizes tell of the asset NAME."""
+        """A parameter that is the same for all pixels.
+
+        NAME_count and NAME_sizes tell of the asset NAME, NAME_size of one that is a single array.
+        """
         name = parameter.name.rstrip("_")
         owner, _, what = name.rpartition("_")
         if name in node.values:
             return node.values[name]
         if what == "count" and owner in node.values:
             return len(node.values[owner] or ())
+        if what == "size" and owner in node.values:
+            return node.values[owner][0].shape[::-1]
         if what == "sizes" and owner in node.values:
             sizes = [array.shape[::-1] for array in node.values[owner] or ()]
             return [*sizes, *[(1, 1)] * (parameter.count - len(sizes))]
