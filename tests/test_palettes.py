@@ -1,4 +1,4 @@
-"""Few colours and large pixels: `pixelate`, `dither` and `palette` against plain formulas, and their files."""
+"""`pixelate`, `dither` and `palette` against plain formulas, and their files."""
 
 from __future__ import annotations
 
@@ -18,9 +18,21 @@ PALETTES = sorted(shipped_palettes())
 def oklab(color: np.ndarray) -> np.ndarray:
     """By its definition, float64, from linear light by way of XYZ and cones."""
     linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
-    to_xyz = [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
-    to_cones = [[0.8189330101, 0.3618667424, -0.1288597137], [0.0329845436, 0.9293118715, 0.0361456387], [0.0482003018, 0.2643662691, 0.6338517070]]
-    to_lab = [[0.2104542553, 0.7936177850, -0.0040720468], [1.9779984951, -2.4285922050, 0.4505937099], [0.0259040371, 0.7827717662, -0.8086757660]]
+    to_xyz = [
+        [0.4124564, 0.3575761, 0.1804375],
+        [0.2126729, 0.7151522, 0.0721750],
+        [0.0193339, 0.1191920, 0.9503041],
+    ]
+    to_cones = [
+        [0.8189330101, 0.3618667424, -0.1288597137],
+        [0.0329845436, 0.9293118715, 0.0361456387],
+        [0.0482003018, 0.2643662691, 0.6338517070],
+    ]
+    to_lab = [
+        [0.2104542553, 0.7936177850, -0.0040720468],
+        [1.9779984951, -2.4285922050, 0.4505937099],
+        [0.0259040371, 0.7827717662, -0.8086757660],
+    ]
     return np.cbrt(linear @ np.transpose(to_xyz) @ np.transpose(to_cones)) @ np.transpose(to_lab)
 
 
@@ -39,8 +51,8 @@ def test_palette_takes_the_nearest_colour(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "fault"),
-    [("", "has 0"), ("#000000", "has 1"), ("#000000\n" * 65, "has 65"), ("#000000\nred\n", "'red' is not #rrggbb"),
-     ("#000000\n\xff\n", "is not #rrggbb"), ("#000000 " * 600, "larger than 4 KiB")],
+    [("", "has 0"), ("#000000", "has 1"), ("#000000\n" * 65, "has 65"), ("#000000 " * 600, "larger than 4"),
+     ("#000000\nred\n", "'red' is not #rrggbb"), ("#000000\n\xff\n", "is not #rrggbb")],
 )  # fmt: skip
 def test_a_wrong_palette_is_refused(text: str, fault: str, tmp_path: Path) -> None:
     (tmp_path / "colors.txt").write_bytes(text.encode("latin-1"))
@@ -69,7 +81,9 @@ def test_dither_adds_its_tile_in_cells_of_whole_pixels(tmp_path: Path) -> None:
     tile = np.array([[10, 200, 30], [90, 90, 255]], np.uint8)
     cv2.imwrite(str(tmp_path / "own.png"), tile)
     luma = noise(23, 31, low=0.3, high=0.7)
-    made = run_luma(style(step("dither", thresholds="own.png", strength=0.4, cell=2.6), folder=tmp_path), luma)
+    made = run_luma(
+        style(step("dither", thresholds="own.png", strength=0.4, cell=2.6), folder=tmp_path), luma
+    )
     ranks = (np.array([[0, 4, 1], [2.5, 2.5, 5]]) + 0.5) / 6
     page = np.kron(np.tile(ranks, (9, 9)), np.ones((3, 3)))[:23, :31]
     np.testing.assert_allclose(made, luma + 0.4 * (page - 0.5), atol=1e-6)
