@@ -55,7 +55,9 @@ def test_python_minus_m_is_the_program():
     [
         (["rendre"], "there is no command 'rendre'; did you mean 'render'?"),
         (["render", "a.mp4", "b.mp4", "--crf"], "--crf needs a value; see vidstyle"),
-        (["render"], "INPUT"),
+        (["render"], "INPUT is missing; see vidstyle render --help"),
+        (["render", "a.mp4", "-s", "ink"], "OUTPUT is missing; see vidstyle render --help"),
+        (["export", "ink"], "OUT is missing; see vidstyle export --help"),
         (["render", "a.mp4", "-i", "b.mp4", "c.mp4"], "'c.mp4'"),
         (["render", "a.mp4", "b.mp4"], "--style is missing; choose one of abstraction, "),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "x"], "--crf: 'x' is not a number"),

@@ -200,4 +200,4 @@ def test_who_waits_at_a_terminal_is_told_that_it_compiles(
             monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
             kernel_library.announce()
             kernel_library.announce()
-        assert capsys.readouterr().err.count("preparing kernels for this processor, once") == terminal
+        assert capsys.readouterr().err.count("preparing kernels, once for each style") == terminal

@@ -36,7 +36,7 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["blocks"], ">&-", 5, "standard output cannot be written: it is closed"),
         (["blocks"], "2>&- >/dev/null", 0, ""),
         (["blocks", "--wrong"], "2>/dev/full", 2, ""),
-        ([*RENDER, "-", "out.mp4"], "<&-", 3, "standard input: not a readable video"),
+        ([*RENDER, "-", "out.mp4"], "<&-", 3, "standard input: not a readable video; raw video needs --input-size"),
     ],
 )
 def test_closed_and_full_streams(

@@ -31,5 +31,5 @@ def design(source: str | None, style: str | None, port: int, no_open: bool, devi
     browse = browser.open_page if browser.is_wanted(no_open) else None
     with stop_on_signals() as stop:
         for url in serve(source, style, Path.cwd(), port, device, browse, stop):
-            say(url)
+            say(f"page: {url}")
     return stop.exit_code

@@ -89,9 +89,7 @@ def live(
     session = LiveSession(opened, controls, makers, _live_options(options))
     no_keys = options["no_keys"] or source == "-"
     with stop_on_signals() as stop, nullcontext(False) if no_keys else keys(controls) as has_keys:
-        if has_keys:
-            say(HELP)
-        summary = session.run(stop)
+        summary = session.run(stop, HELP if has_keys else "")
     if options["stats"]:
         for line in summary.lines():
             say(line)

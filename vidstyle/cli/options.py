@@ -149,12 +149,11 @@ def path_arguments(**metavars: str) -> Decorator:
         @wraps(command)
         def run(words_given: tuple[str, ...], **options: Any) -> Any:
             given = {name: options.pop(name) for name in metavars}
-            rest = list(words_given)
-            for name in [name for name in metavars if given[name] is None and rest]:
-                given[name] = rest.pop(0)
-            if rest:
+            open_names = [name for name in metavars if given[name] is None]
+            given |= zip(open_names, words_given, strict=False)
+            for word in words_given[len(open_names) :]:
                 hint = "put a pattern such as 'frames/*.png' in quotes"
-                raise click.UsageError(f"unexpected argument {rest[0]!r}; {hint}")
+                raise click.UsageError(f"unexpected argument {word!r}; {hint}")
             for name, metavar in metavars.items():
                 if given[name] is None and not metavar.startswith("["):
                     raise click.UsageError(f"{metavar} is missing")

@@ -98,6 +98,7 @@ def _report(summary: Summary, quiet: bool) -> None:
         text = f"{target}: stopped before its end{kept}"
     elif summary.frames and not quiet:
         pace = f"{summary.rate:.3g} fps" if summary.elapsed else ""
-        made = f"{summary.frames - summary.kept} more frames" if summary.kept else f"{summary.frames} frames"
+        number = summary.frames - summary.kept
+        made = f"{number}{' more' if summary.kept else ''} frame{'s' if number != 1 else ''}"
         text = f"{target}: {made} in {clock(summary.elapsed)}, {pace}"
     say(text, summary.as_dict())

@@ -190,7 +190,7 @@ def _delivered(code: Future[bytes]) -> bytes:
 def announce() -> None:
     """Only on a terminal, where somebody waits."""
     what = {"only_on_terminal": True, "once": True}
-    log.info("preparing kernels for this processor, once", extra=what)
+    log.info("preparing kernels, once for each style", extra=what)
 
 
 class _Compilers:

@@ -46,7 +46,7 @@ class LiveSession:
         """
         self._source, self._controls, self._clock = source, controls, clock
         self._options = options or LiveOptions()
-        self._message = ""
+        self._message = self._hint = ""
         self._targets = TargetGroup(makers)
         self._processor = FrameProcessor(controls, self._options, self._notify)
         microphone = self._options.microphone if self._options.sound else None
@@ -63,12 +63,16 @@ class LiveSession:
         self._error: BaseException | None = None
         controls.status = self.status
 
-    def run(self, stop: threading.Event) -> LiveSummary:
+    def run(self, stop: threading.Event, hint: str = "") -> LiveSummary:
         """Run until the source ends, the user quits, or `stop` is set; then close all targets.
+
+        Args:
+            hint: what to tell the user once all targets are open.
 
         Raises:
             VidstyleError: the source never delivered a frame, there is no such device, or all targets failed.
         """
+        self._hint = hint
         worker = threading.Thread(target=self._run_worker, name="vidstyle style", daemon=True)
         for each in self._inputs:
             each.start()
@@ -154,6 +158,8 @@ class LiveSession:
         context = TargetContext(frame, rate, self._delivered, self._controls, sound, self._clock)
         self._processor.set_rate(rate)
         self._targets.open(context)
+        if self._hint:
+            log.info(self._hint)
         self._capture.frames.get(0)
         self._dropped_at_start = self._capture.frames.dropped
         return context

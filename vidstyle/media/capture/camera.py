@@ -147,7 +147,7 @@ def _reason(path: str, own: VideoDevice | None) -> str:
         return "is an output device, not a camera"
     if path.startswith("/dev/") and Path(path).exists():
         return "no permission to open it" if not os.access(path, os.R_OK | os.W_OK) else "is not a camera"
-    return "no such camera"
+    return "no such camera" if path.startswith("/dev/") else "no such file, and no such camera"
 
 
 def _what_there_is() -> str:

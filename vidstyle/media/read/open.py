@@ -194,5 +194,6 @@ def _input_error(source: Any, error: Exception) -> InputError:
     if isinstance(error, av.InvalidDataError | ValueError | EOFError):
         if isinstance(name, str | os.PathLike) and Path(name).is_file() and has_no_index(Path(name)):
             return InputError(name, "the recording was not finished (no index)")
-        return InputError(name, "not a readable video")
+        remedy = "raw video needs --input-size" if name == "standard input" else ""
+        return InputError(name, "not a readable video", remedy)
     return InputError(name, f"not a readable video: {error_reason(error)}")
