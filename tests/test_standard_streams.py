@@ -27,6 +27,8 @@ def program(*arguments: str | Path, redirect: str = "", **pipes: int) -> subproc
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_clip(tmp_path_factory.mktemp("clip") / "in.mp4", frames=40, size=(320, 180))
 
+UNREADABLE = "standard input: not a readable video; raw video needs --input-size"
+
 
 @pytest.mark.parametrize(
     ("arguments", "redirect", "exit_code", "said"),
@@ -36,7 +38,12 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["blocks"], ">&-", 5, "standard output cannot be written: it is closed"),
         (["blocks"], "2>&- >/dev/null", 0, ""),
         (["blocks", "--wrong"], "2>/dev/full", 2, ""),
-        ([*RENDER, "-", "out.mp4"], "<&-", 3, "standard input: not a readable video; raw video needs --input-size"),
+        (
+            [*RENDER, "-", "out.mp4"],
+            "<&-",
+            3,
+            "standard input: not a readable video; raw video needs --input-size",
+        ),
     ],
 )
 def test_closed_and_full_streams(

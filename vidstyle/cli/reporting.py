@@ -130,8 +130,8 @@ def _usage(error: click.UsageError) -> str:
             return f"there is no option '{error.option_name}'; {hint}"
         case click.BadOptionUsage():
             return f"{error.option_name} needs a value; {command}"
-        case click.MissingParameter(param=click.Argument() as argument):
-            return f"{argument.make_metavar(error.ctx)} is missing; {command}"
+        case click.MissingParameter(param=click.Argument() as argument, ctx=click.Context() as context):
+            return f"{argument.make_metavar(context)} is missing; {command}"
         case click.BadParameter(param=click.Option() as option):
             return f"{max(option.opts, key=len)}: {error.message.rstrip('.')}"
     return f"{error.format_message().rstrip('.')}; {command}"

@@ -168,7 +168,7 @@ def main() -> None:
     """Answer the requests on standard input, until it ends."""
     gc.disable()  # what Numba makes lives as long as the process
     # It would make machine code of each part and of the whole, which nobody runs here: a fifth of the time.
-    JITCodeLibrary._finalize_specific = lambda library: None
+    JITCodeLibrary._finalize_specific = lambda library: None  # type: ignore[method-assign]
     with contextlib.suppress(EOFError, KeyboardInterrupt):
         while True:
             name, module, function, kinds = pickle.load(sys.stdin.buffer)
