@@ -10,10 +10,7 @@ import numpy as np
 
 from vidstyle.block import PageRegion, Slider, block
 from vidstyle.core.kernels import compiled
-
-STILL = 0.06
-"""Strength of the fixed direction beside that of edges: it decides where there are none."""
-
+from vidstyle.core.strokes import stroke_directions, white_noise
 
 def _steps(length: float, size: float) -> int:
     return math.ceil(length / 2 / size)
@@ -42,7 +39,7 @@ def lic(
     reach, (height, width) = _radius(length, size), picture.shape[:2]
     # Beyond the picture, so that no step has to look for its border.
     around = [
-        cv2.copyMakeBorder(each, *(reach,) * 4, cv2.BORDER_REPLICATE) for each in _directions(picture, angle)
+        cv2.copyMakeBorder(each, *(reach,) * 4, cv2.BORDER_REPLICATE) for each in stroke_directions(picture, angle)
     ]
     lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
@@ -56,23 +53,6 @@ def lic(
     return np.dstack([out] * 3)
 
 
-def _directions(flow: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """The unit vector along the edge at each pixel: to the right and down, H x W float32 each."""
-    turn = math.radians(-2 * angle)  # in the picture, y points down
-    # Minus: along the edge, a right angle from the gradient.
-    x = np.float32(STILL * math.cos(turn)) - (2 * flow[..., 0] - 1)
-    y = np.float32(STILL * math.sin(turn)) - (2 * flow[..., 1] - 1)
-    # Infinite or NaN, it would lead anywhere: what is no direction is the fixed one.
-    usable = np.abs(x) + np.abs(y) < 16
-    x, y = np.where(usable, x, np.float32(math.cos(turn))), np.where(usable, y, np.float32(math.sin(turn)))
-    cosine, sine = np.stack([x, y]) / np.maximum(np.sqrt(x * x + y * y), np.float32(1e-12))
-    # Half the angle: the longer part by its root, the other, which would lose digits so, by their product.
-    longer = np.sqrt(np.float32(0.5) + np.float32(0.5) * np.abs(cosine))
-    shorter = np.abs(sine) / (2 * longer)
-    upright = cosine < 0
-    return np.where(upright, shorter, longer), np.copysign(np.where(upright, longer, shorter), y)
-
-
 def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray, np.ndarray]:
     """Where pixels lie upon the noise: a point `lead` points before each, and how far behind it the pixel is.
 
@@ -81,23 +61,6 @@ def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray,
     places = (np.arange(first, first + count) + 0.5) / size
     points = np.floor(places).astype(np.int64)
     return points - lead, (places - points + lead).astype(np.float32)
-
-
-def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Uniform random numbers 0..1 for the points of a lattice that runs on for ever.
-
-    Args:
-        rows, columns: of the points, whole numbers.
-
-    Returns:
-        rows x columns float32, the same for the same point.
-    """
-    bits = (columns.astype(np.uint32) * np.uint32(0x9E3779B1))[None] ^ (
-        rows.astype(np.uint32) * np.uint32(0x85EBCA77)
-    )[:, None]
-    for shift, factor in ((15, 0x2C1B3C6D), (12, 0x297A2D39)):
-        bits = (bits ^ (bits >> np.uint32(shift))) * np.uint32(factor)
-    return ((bits ^ (bits >> np.uint32(15))) >> np.uint32(8)).astype(np.float32) * np.float32(2.0**-24)
 
 
 @compiled(fastmath=True)
