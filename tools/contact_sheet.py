@@ -25,10 +25,13 @@ SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
     "minimum_range": (Step("brightness", {"factor": 0.5}),),
     "to_color": (Step("to_gray"), Step("soft_threshold")),
     "lic": (Step("structure_tensor"), Step("gaussian")),
-    "kuwahara": (Step("structure_tensor"), Step("gaussian", save="flow"), Step("", source=SOURCE)),
+    **dict.fromkeys(
+        ("kuwahara", "strokes"),
+        (Step("structure_tensor"), Step("gaussian", save="flow"), Step("", source=SOURCE)),
+    ),
 }
 """What runs before the blocks that would show nothing on the photograph itself."""
-VALUES = {"kuwahara": {"flow": "flow"}}
+VALUES = {name: {"flow": "flow"} for name in ("kuwahara", "strokes")}
 """Their values, where not the defaults."""
 
 CROP = np.s_[:320, 64:384]

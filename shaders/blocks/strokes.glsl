@@ -1,16 +1,17 @@
 #include "lib/stroke_direction.glsl"
 #include "lib/white_noise.glsl"
 
-// A stroke's colour over what lies below it; `shade` is added to it.
-vec3 stroke_over(vec3 below, vec2 middle, float cover, float shade) {
-    vec3 own = picture_at(ivec2(floor(middle)));
-    return mix(below, clamp(own + shade, 0.0, 1.0), cover);
+// A stroke over what lies below it: the colour of the picture in its middle, changed by its own tone and by `shade`.
+vec3 stroke_over(vec3 below, vec2 middle, float cover, float tone, float colors, float shade) {
+    vec2 other = colors * (fract(tone * vec2(7.0, 13.0)) - 0.5);
+    vec3 own = picture_at(ivec2(floor(middle))) + shade + vec3(other.x, -0.5 * (other.x + other.y), other.y);
+    return mix(below, clamp(own, 0.0, 1.0), cover);
 }
 
 // Strokes of one colour each at random places of a grid, along the edges; two of them are seen at a pixel at most.
 vec3 strokes(
     ivec2 at, vec3 flow, vec3 under, float length_, float width, float density, float angle, float variation,
-    float bristles) {
+    float colors, float bristles) {
     vec2 direction = stroke_direction(flow, fixed_stroke_direction(angle)), here = vec2(at) + 0.5;
     float pitch = max(width / sqrt(density), max(length_, width) / 5.0), reach = ceil(max(length_, width) / 2.0 + 1.0);
     float half_length = max(length_ - width, 0.0) / 2.0, half_width = width / 2.0;
@@ -43,10 +44,11 @@ vec3 strokes(
     }
     vec3 color = under;
     if (lower.y > 0.0)
-        color = stroke_over(color, lower_middle, lower.y, variation * (lower.z - 0.5));
+        color = stroke_over(color, lower_middle, lower.y, lower.z, colors, variation * (lower.z - 0.5));
     if (upper.y > 0.0) {
         float mark = white_noise_between(upper.z * 512.0 + 64.0 + inside / vec2(16.0, 1.6));
-        color = stroke_over(color, upper_middle, upper.y, variation * (upper.z - 0.5) + bristles * (mark - 0.5));
+        float shade = variation * (upper.z - 0.5) + bristles * (mark - 0.5);
+        color = stroke_over(color, upper_middle, upper.y, upper.z, colors, shade);
     }
     return color;
 }

@@ -12,6 +12,7 @@ from vidstyle.block import PageRegion, Slider, block
 from vidstyle.core.kernels import compiled
 from vidstyle.core.strokes import stroke_directions, white_noise
 
+
 def _steps(length: float, size: float) -> int:
     return math.ceil(length / 2 / size)
 
@@ -39,7 +40,8 @@ def lic(
     reach, (height, width) = _radius(length, size), picture.shape[:2]
     # Beyond the picture, so that no step has to look for its border.
     around = [
-        cv2.copyMakeBorder(each, *(reach,) * 4, cv2.BORDER_REPLICATE) for each in stroke_directions(picture, angle)
+        cv2.copyMakeBorder(each, *(reach,) * 4, cv2.BORDER_REPLICATE)
+        for each in stroke_directions(picture, angle)
     ]
     lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)

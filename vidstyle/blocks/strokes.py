@@ -36,6 +36,7 @@ def strokes(
     density: Annotated[float, Slider(0.25, 4, "strokes in each square of a stroke's width")] = 1,
     angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 35,
     variation: Annotated[float, Slider(0, 1, "how much strokes differ in tone", explore=(0, 0.2))] = 0.1,
+    colors: Annotated[float, Slider(0, 1, "how much strokes differ in colour", explore=(0, 0.2))] = 0,
     bristles: Annotated[float, Slider(0, 1, "contrast of the marks of bristles", explore=(0, 0.5))] = 0.25,
 ) -> np.ndarray:
     """Paint with strokes of one colour each, along the edges; with dots where they are as wide as long.
@@ -58,14 +59,16 @@ def strokes(
     size = np.float32(max(length - width, 0) / 2), np.float32(width / 2), np.float32(reach), pitch
     chosen, out = np.empty(((2 * around + 1) ** 2, NUMBERS), np.float32), np.empty(picture.shape, np.float32)
     first = np.float32(above * pitch - place.top), np.float32(left * pitch)
-    looks, directions = (np.float32(variation), np.float32(bristles)), stroke_directions(flow, angle)
-    _paint(strokes_, around, first, size, looks, directions, (picture, under), chosen, out)
+    looks = np.float32(variation), np.float32(colors), np.float32(bristles)
+    _paint(
+        strokes_, around, first, size, looks, stroke_directions(flow, angle), (picture, under), chosen, out
+    )
     return out
 
 
 @compiled(fastmath=True)
 def _choose(strokes_, row, column, around, edges, reach, chosen):  # type: ignore[no-untyped-def]
-    """Copy the strokes that may be seen in a square of the grid, the uppermost first, and return their number."""
+    """Copy the strokes that may be seen in a square, the uppermost first, and return their number."""
     count, (top, bottom, left, right) = 0, edges
     for i in range(row - around, row + around + 1):
         for j in range(column - around, column + around + 1):
@@ -87,7 +90,11 @@ def _choose(strokes_, row, column, around, edges, reach, chosen):  # type: ignor
 @compiled(fastmath=True)
 def _paint(strokes_, around, first, size, looks, directions, pictures, chosen, out):  # type: ignore[no-untyped-def]
     """Square by square, whose pixels see the same strokes: the two uppermost over what lies below."""
-    (half_length, half_width, reach, pitch), (variation, bristles), (picture, under) = size, looks, pictures
+    (half_length, half_width, reach, pitch), (variation, colors, bristles), (picture, under) = (
+        size,
+        looks,
+        pictures,
+    )
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     along_scale, across_scale = np.float32(1 / BRISTLE[0]), np.float32(1 / BRISTLE[1])
     (cosines, sines), least = directions, (half_width + half) * (half_width + half)
@@ -113,17 +120,25 @@ def _paint(strokes_, around, first, size, looks, directions, pictures, chosen, o
                         if squared >= least:
                             continue
                         cover = min(half_width + half - np.sqrt(squared), one)
-                        change = variation * (chosen[k, 3] - half)
+                        tone = chosen[k, 3]
+                        change = variation * (tone - half)
                         if seen == 0:
-                            own = chosen[k, 3] * np.float32(512) + np.float32(64)
+                            own = tone * np.float32(512) + np.float32(64)
                             mark = noise_between(own + along * along_scale, own + across * across_scale)
                             change += bristles * (mark - half)
                         row = min(max(int(np.floor(chosen[k, 1])), 0), height - 1)
                         column = min(max(int(np.floor(chosen[k, 0])), 0), columns - 1)
                         share = shown * cover
-                        red += share * min(max(picture[row, column, 0] + change, zero), one)
-                        green += share * min(max(picture[row, column, 1] + change, zero), one)
-                        blue += share * min(max(picture[row, column, 2] + change, zero), one)
+                        more, less = tone * np.float32(7), tone * np.float32(13)
+                        other = (
+                            colors * (more - np.floor(more) - half),
+                            colors * (less - np.floor(less) - half),
+                        )
+                        red += share * min(max(picture[row, column, 0] + change + other[0], zero), one)
+                        green += share * min(
+                            max(picture[row, column, 1] + change - half * (other[0] + other[1]), zero), one
+                        )
+                        blue += share * min(max(picture[row, column, 2] + change + other[1], zero), one)
                         shown -= share
                         seen += 1
                         if seen == 2 or shown <= zero:

@@ -20,7 +20,9 @@ def stroke_directions(flow: np.ndarray, angle: float) -> tuple[np.ndarray, np.nd
         angle: the direction where there are no edges, in degrees.
     """
     turn = math.radians(-2 * angle)  # in the picture, y points down
-    fixed = np.array([STILL * math.cos(turn), STILL * math.sin(turn), math.cos(turn), math.sin(turn)], np.float32)
+    fixed = np.array(
+        [STILL * math.cos(turn), STILL * math.sin(turn), math.cos(turn), math.sin(turn)], np.float32
+    )
     out = np.empty((2, *flow.shape[:2]), np.float32)
     _halve_angles(flow.reshape(-1, 3), fixed, out.reshape(2, -1))
     return out[0], out[1]
@@ -37,7 +39,7 @@ def _halve_angles(flow, fixed, out):  # type: ignore[no-untyped-def]
         x, y = x if usable else fixed[2], y if usable else fixed[3]
         scale = one / max(np.sqrt(x * x + y * y), np.float32(1e-12))
         cosine, sine = x * scale, y * scale
-        # Half the angle: the longer part by its root, the other, which would lose digits so, by their product.
+        # Half the angle: the longer part by its root, the other, which would lose digits so, by a product.
         longer = np.sqrt(half + half * abs(cosine))
         shorter = abs(sine) / (two * longer)
         out[0, i] = shorter if cosine < 0 else longer
