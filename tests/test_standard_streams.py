@@ -27,6 +27,7 @@ def program(*arguments: str | Path, redirect: str = "", **pipes: int) -> subproc
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_clip(tmp_path_factory.mktemp("clip") / "in.mp4", frames=40, size=(320, 180))
 
+
 UNREADABLE = "standard input: not a readable video; raw video needs --input-size"
 
 

@@ -15,10 +15,10 @@ from vidstyle.core.kernels import compiled
 def line_screen(
     luma: np.ndarray,
     place: PageRegion,
-    form: Annotated[Any, SavedRef("picture whose luma is the height that lines follow", on="luma")] = "source",
+    form: Annotated[Any, SavedRef("picture whose luma is the height of the form", on="luma")] = "source",
     spacing: Annotated[float, Slider(3, 64, "distance between lines", "px", explore=(4, 10))] = 6,
     angle: Annotated[float, Slider(-90, 90, "direction of the lines", "degrees", (-60, 60))] = 20,
-    bend: Annotated[float, Slider(-64, 64, "how far white is displaced across the lines", "px", (-32, 32))] = 10,
+    bend: Annotated[float, Slider(-64, 64, "how far white displaces the lines", "px", (-32, 32))] = 10,
     least: Annotated[float, Slider(0, 1, "width of lines in white, by their distance")] = 0,
     most: Annotated[float, Slider(0, 1, "width of lines in black, by their distance")] = 1,
 ) -> np.ndarray:
