@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
-from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import extract_features
+from vidstyle.comic.analyze.features import extract_features, with_saliency
 from vidstyle.comic.analyze.saliency import find_blobs
 from vidstyle.comic.layout.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
 from vidstyle.comic.moment import Box, Moment
@@ -161,7 +160,7 @@ def test_blobs_are_found_and_kept_whole() -> None:
     for ball in balls:
         middle = round((ball.left + ball.right) / 2), round((ball.top + ball.bottom) / 2)
         cv2.circle(picture, middle, round(ball.width / 2), (230, 80, 40), -1, cv2.LINE_AA)
-    seen = extract_features(picture, 0, picture.shape[:2], FaceFinder())
+    seen = with_saliency(extract_features(picture, 0, picture.shape[:2]))
     assert len(seen.blobs) == 2
     assert all(any(blob.contains(ball) for blob in seen.blobs) for ball in balls)
     assert all(seen.saliency.contains(ball) for ball in balls)

@@ -228,7 +228,7 @@ def test_a_film_of_two_seconds_becomes_a_comic(film: Path, tmp_path: Path) -> No
 def test_another_seed_is_another_page(film: Path, tmp_path: Path) -> None:
     for seed in (0, 1):
         assert 0 == run(
-            *(film, tmp_path / f"{seed}.png", "--seed", seed, "--panels", 3),
+            *(film, tmp_path / f"{seed}.png", "--seed", seed, "--panels", 4),
             *("--size", "300x420", "--style", "plain"),
         )
     assert (tmp_path / "0.png").read_bytes() != (tmp_path / "1.png").read_bytes()

@@ -16,7 +16,14 @@ from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
 from vidstyle.comic.analyze import film as film_file
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import Candidate, content_area, extract_features
+from vidstyle.comic.analyze.features import (
+    Candidate,
+    Survey,
+    content_area,
+    extract_features,
+    is_smeared,
+    with_faces,
+)
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.similarity import SIMILAR, similarity
 from vidstyle.comic.moment import Box, Moment
@@ -44,11 +51,9 @@ def moments_of(path: Path, **options: object) -> list[Moment]:
 
 def seen_at(path: Path, moments: Sequence[Moment]) -> list[Candidate]:
     """What the moments show, measured again on the full-size frames."""
-    faces = FaceFinder()
     frames = open_film(path).frames_at([each.time for each in moments])
     return [
-        extract_features(frame, each.time, each.shape, faces)
-        for each, frame in zip(moments, frames, strict=True)
+        extract_features(frame, each.time, each.shape) for each, frame in zip(moments, frames, strict=True)
     ]
 
 
@@ -274,6 +279,55 @@ def test_faces_are_found_with_a_model(tmp_path: Path) -> None:
     assert Box(150, 40, 300, 230).contains(face)
     assert finder.find(photograph("coffee")) == []
     assert FaceFinder(cascade(tmp_path)).find(np.zeros((90, 160, 3), np.uint8)) == []
+
+
+def turned(picture: np.ndarray, angle: float) -> np.ndarray:
+    height, width = picture.shape[:2]
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), angle, 1)
+    return cv2.warpAffine(picture, turn, (width, height), borderMode=cv2.BORDER_REFLECT)
+
+
+def test_faces_are_found_without_a_model() -> None:
+    """Small, mirrored, turned and gray ones; none in pictures of other things."""
+    finder, astronaut = FaceFinder(), photograph("astronaut")
+    face = Box(165, 50, 285, 190)
+    gray = np.repeat(astronaut.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8)
+    small = cv2.copyMakeBorder(astronaut, 0, 700, 300, 800, cv2.BORDER_REFLECT)[:600]
+    for picture, place in (
+        (astronaut, face),
+        (np.ascontiguousarray(astronaut[:, ::-1]), face.mirrored(512)),
+        (turned(astronaut, 20), face.padded(40, 40, 40)),
+        (gray, face),
+        (cv2.resize(small, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA), None),
+    ):
+        found = finder.find(picture)
+        assert found
+        assert place is None or (len(found) == 1 and place.contains(found[0]))
+    for name in ("coffee", "chelsea", "rocket"):
+        assert finder.find(photograph(name)) == []
+
+
+def test_a_large_face_is_none_where_the_frames_beside_show_no_face() -> None:
+    """Two of them, as one may have been missed."""
+    picture, finder = photograph("astronaut"), FaceFinder()
+    seen = with_faces(extract_features(picture, 0, picture.shape[:2]), finder)
+    none = replace(seen, faces=())
+    for beside, faces in (([], 1), ([none], 1), ([none, none], 0), ([none, seen], 1)):
+        assert len(with_faces(seen, finder, beside=beside).faces) == faces
+
+
+def test_smeared_pictures_are_damaged() -> None:
+    """Below its middle a picture repeats one of its rows, as decoders do; a plain wall is none."""
+    for name in ("coffee", "astronaut", "rocket"):
+        luma = photograph(name).mean(axis=2).astype(np.uint8)
+        assert not is_smeared(luma)
+        luma[200:] = luma[200]
+        assert is_smeared(luma)
+    assert not is_smeared(np.full((360, 640), 90, np.uint8))
+    damaged = replace(extract_features(photograph("coffee"), 0, (400, 600)), damaged=True)
+    good = replace(damaged, time=1.0, damaged=False, clarity=0.1)
+    assert choose(Survey([damaged, good], [0.0], 2.0), [], 1) == [good]
+    assert choose(Survey([damaged], [0.0], 2.0), [], 1) == [damaged]
 
 
 def test_faces_are_found_with_a_network(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from stories import PLACES, RATE, shot, view, write_film
 
-from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.similarity import SIMILAR, similarity
@@ -32,8 +31,7 @@ def with_ball(still: np.ndarray, across: float, radius: int = 16, color: Color =
 
 
 def table(pictures: list[np.ndarray]) -> np.ndarray:
-    faces = FaceFinder()
-    return similarity([extract_features(each, 0, each.shape[:2], faces).thumbnail for each in pictures])
+    return similarity([extract_features(each, 0, each.shape[:2]).thumbnail for each in pictures])
 
 
 def moments_of(path: Path, panels: int | None = None) -> list[Moment]:
@@ -57,10 +55,7 @@ def test_other_places_look_different() -> None:
 
 
 def test_blank_pictures_are_no_trouble() -> None:
-    faces = FaceFinder()
-    black = [
-        extract_features(np.full((90, 160, 3), light, np.uint8), 0, (90, 160), faces) for light in (0, 0, 255)
-    ]
+    black = [extract_features(np.full((90, 160, 3), light, np.uint8), 0, (90, 160)) for light in (0, 0, 255)]
     like = similarity([each.thumbnail for each in black])
     assert np.isfinite(like).all()
     assert like[0, 1] == pytest.approx(like[0, 0])

@@ -76,7 +76,8 @@ SPANS = Parsed("T-T,T-T", parse_spans)
               help="Save the key frames, with a table of their times.")  # fmt: skip
 @click.option("--storyboard", is_flag=True, help="Make a contact sheet with times instead.")
 @click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
-              help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).")  # fmt: skip
+              help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).  "
+                   "[default: MTCNN]")  # fmt: skip
 @click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
 @parents_option("target")
 @device_option()

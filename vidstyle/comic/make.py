@@ -29,7 +29,7 @@ from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
-_NO_FACES = "faces are not looked for: this OpenCV has no model of them; add --face-model FILE"
+_NO_FACES = "faces are not looked for: pip install 'vidstyle[comic]', or add --face-model FILE"
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,8 @@ class ComicOptions:
         font: a file; None: Pillow's built-in font, or an installed one if that lacks glyphs.
         frames: a folder to save the key frames to, with a table of their times.
         storyboard: make a contact sheet with timecodes instead of a comic.
-        face_model: face detection model, an OpenCV cascade (.xml) or YuNet (.onnx).
+        face_model: face detection model, an OpenCV cascade (.xml) or YuNet (.onnx); None: the networks of
+            the package mtcnn.
         overwrite: whether existing files may be overwritten.
         device: device that runs the styles, as for `open_renderer`.
     """

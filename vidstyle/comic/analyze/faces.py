@@ -1,23 +1,28 @@
-"""Face detection with OpenCV: a cascade or a YuNet network."""
+"""Face detection: three small networks, or with OpenCV a cascade or a YuNet network."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from threading import Lock
+from typing import Any
 
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.face_networks import find_faces, load_networks, weights_folder
 from vidstyle.comic.moment import Box
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError
 
-_DEFAULT_CASCADE = "haarcascade_frontalface_default.xml"
 _REMEDY = "give a cascade of OpenCV's (.xml) or a YuNet model (.onnx)"
 _MIN_SIDE = 1 / 12
 """Smaller faces are not looked for; shares of the picture's shorter side."""
 _MIN_SIDE_NETWORK = 1 / 24
-"""The same for a network, which is not deceived so easily."""
+"""The same for a YuNet network, which is not deceived so easily."""
+_MIN_HEIGHT, LARGE = 0.055, 0.13
+"""The same for the networks of mtcnn, relative to the picture's height, and for large faces only."""
 _NEIGHBOURS = 6
 """So many places next to one another must look like a face to a cascade."""
 _MIN_SCORE = 0.75
@@ -27,19 +32,24 @@ _TRIAL = 64
 _SKIN = 0.25
 """A face in a colour picture has at least this share of skin, if a cascade has found it."""
 
+_SEARCHED = 0.9 * LARGE
+"""A little smaller, so that a large face is found in all frames of a shot."""
+_SMALLEST = 12.0
+"""Pixels; less of a face is not enough for these networks."""
+
 _HAS_CASCADES = hasattr(cv2, "CascadeClassifier")
 
-_Finder = Callable[[np.ndarray], list[Box]]
+_Finder = Callable[[np.ndarray, float], list[Box]]
+"""Finds faces of at least a share of the picture's height; one of OpenCV's has a limit of its own."""
 
 
 class FaceFinder:
-    """Detects upright faces.
+    """Detects faces.
 
-    Without a model it uses the cascade that comes with OpenCV; not every version has one, and then no faces
-    are found.
+    Without a model it uses the networks of the package mtcnn; where that is not installed, it finds none.
 
     Attributes:
-        has_model: whether there is one.
+        has_model: whether faces can be found.
     """
 
     def __init__(self, model: Path | None = None) -> None:
@@ -48,16 +58,21 @@ class FaceFinder:
         Raises:
             InputError: the model cannot be read.
         """
-        default = Path(cv2.__file__).parent / "data" / _DEFAULT_CASCADE
-        path = model or (default if default.is_file() and _HAS_CASCADES else None)
-        self.has_model = path is not None
         self._finder: _Finder | None = None
-        if path is not None:
-            self._finder = _network(path) if path.suffix.lower() == ".onnx" else _cascade(path)
+        # OpenCV's detectors hold a state; the networks can be run side by side.
+        self._lock: AbstractContextManager[Any] = Lock() if model is not None else nullcontext()
+        if model is not None:
+            self._finder = _yunet(model) if model.suffix.lower() == ".onnx" else _cascade(model)
+        elif folder := weights_folder():
+            self._finder = _networks(folder)
+        self.has_model = self._finder is not None
 
-    def find(self, color: np.ndarray) -> list[Box]:
-        """The faces in a picture, H x W x 3 uint8, the largest first."""
-        found = self._finder(color) if self._finder else []
+    def find(self, color: np.ndarray, only_large: bool = False) -> list[Box]:
+        """The faces in a picture, H x W x 3 uint8, the largest first; only large ones are found sooner."""
+        if self._finder is None:
+            return []
+        with self._lock:
+            found = self._finder(color, _SEARCHED if only_large else _MIN_HEIGHT)
         return sorted(found, key=lambda box: (-box.area, box.left, box.top))
 
 
@@ -73,6 +88,19 @@ def is_colorful(color: np.ndarray) -> bool:
     return bool(np.mean(color.max(axis=2) - color.min(axis=2)) > 8)
 
 
+def _networks(folder: Path) -> _Finder:
+    networks = load_networks(folder)
+
+    def find(color: np.ndarray, least: float) -> list[Box]:
+        height, width = color.shape[:2]
+        rows = find_faces(color, networks, max(_SMALLEST, least * height))
+        whole = Box(0, 0, width, height)
+        boxes = [Box(*row[:4]).intersection(whole) for row in rows.round().tolist()]
+        return [box for box in boxes if box.area > 0]
+
+    return find
+
+
 def _cascade(path: Path) -> _Finder:
     # OpenCV reports what it cannot parse on standard error, and in exceptions of its own.
     text = _content(path).decode("utf-8", "replace")
@@ -84,7 +112,7 @@ def _cascade(path: Path) -> _Finder:
     if cascade is None or cascade.empty():
         raise InputError(path, "is not a model of faces", _REMEDY)
 
-    def find(color: np.ndarray) -> list[Box]:
+    def find(color: np.ndarray, _: float) -> list[Box]:
         luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
         least = max(20, round(_MIN_SIDE * min(luma.shape)))
         found = cascade.detectMultiScale(
@@ -97,7 +125,7 @@ def _cascade(path: Path) -> _Finder:
     return find
 
 
-def _network(path: Path) -> _Finder:
+def _yunet(path: Path) -> _Finder:
     content = np.frombuffer(_content(path), np.uint8)
     try:
         with silent_opencv():
@@ -108,7 +136,7 @@ def _network(path: Path) -> _Finder:
     except cv2.error:
         raise InputError(path, "is not a model of faces", _REMEDY) from None
 
-    def find(color: np.ndarray) -> list[Box]:
+    def find(color: np.ndarray, _: float) -> list[Box]:
         height, width = color.shape[:2]
         network.setInputSize((width, height))
         _, found = network.detect(np.ascontiguousarray(color[..., ::-1]))

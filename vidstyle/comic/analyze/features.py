@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.faces import FaceFinder
+from vidstyle.comic.analyze.faces import LARGE, FaceFinder
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.similarity import make_thumbnail
 from vidstyle.comic.moment import Box, Moment
@@ -26,14 +27,19 @@ _DEFAULT_LIGHT = 0.43
 """So light is a fifth of a picture at least in which one sees well, 0..1."""
 _DEFAULT_FORMS = 0.16
 """The deviation of lightness and chroma together, 0..1, of a picture whose large forms stand out."""
-_FORM = 1 / 32
-"""The deviation of the Gaussian that leaves large forms, in longer sides."""
+_FORMS_SIDE, _FORM = 64, 2.0
+"""Longer side of the copy in which large forms are looked for, and the deviation of the Gaussian that leaves
+them, in pixels."""
 _CLIPPED = 0.3
 """Share of a picture that may be clipped without penalty: nights and skies."""
 _BAR_LEVEL, _BAR_RANGE = 30, 12
 """The lightest pixel of a letterbox bar, and the largest difference within a line of it, of 255."""
 _MIN_BAR, _MAX_BAR = 0.02, 0.35
 """The share of the picture's side that a bar takes."""
+_SMEAR, _ACROSS = 12, 6.0
+"""Rows over which a damaged picture repeats its last good one, and the mean step between their pixels."""
+_SMEARED = 0.03
+"""A picture is damaged if so much of it is smeared."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -49,7 +55,9 @@ class Candidate(Moment):
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
         in_transition: whether it shows two shots, or one that is fading.
+        damaged: whether it was not decoded completely.
         forced: whether it was requested by its time.
+        small: a small copy without letterbox bars, as long as subjects may be looked for in it.
     """
 
     sharpness: float
@@ -60,7 +68,9 @@ class Candidate(Moment):
     eyes: float = 0.0
     motion: float = 0.0
     in_transition: bool = False
+    damaged: bool = False
     forced: bool = False
+    small: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -80,8 +90,8 @@ class Survey:
     is_folder: bool = False
 
 
-def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], faces: FaceFinder) -> Candidate:
-    """The features that a picture has by itself, without its neighbours in a film.
+def extract_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> Candidate:
+    """The features that a picture has by itself, without its neighbours in a film and without subjects.
 
     Args:
         color: a small copy, H x W x 3 uint8.
@@ -93,26 +103,66 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int], fac
     inner = round(rows.stop * factor) - top, round(columns.stop * factor) - left
     color = np.ascontiguousarray(color[rows, columns])
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
-    found = faces.find(color)
-    saliency, found_blobs = salient_box(saliency_map(color, found)), find_blobs(color)
-    for blob in found_blobs:
-        saliency = saliency.union(blob)
     return Candidate(
         time,
         inner,
         importance=0.0,
-        saliency=saliency.scaled(factor),
-        faces=tuple(face.scaled(factor) for face in found),
+        saliency=Box(0.0, 0.0, float(inner[1]), float(inner[0])),
+        faces=(),
         scene=0,
-        blobs=tuple(blob.scaled(factor) for blob in found_blobs),
         offset=(left, top),
         sharpness=sharpness(luma),
         clarity=exposure(luma) * forms(color),
         blank=is_blank(luma),
+        damaged=is_smeared(luma),
         thumbnail=make_thumbnail(color),
         histogram=color_histogram(color),
-        eyes=eye_contrast(luma, found[0]) if found else 0.0,
+        small=color,
     )
+
+
+def with_faces(
+    candidate: Candidate, faces: FaceFinder, only_large: bool = False, beside: Sequence[Candidate] = ()
+) -> Candidate:
+    """The candidate with the faces that are found in its small copy, if it has one.
+
+    Args:
+        candidate: a frame.
+        faces: finds them.
+        only_large: whether smaller ones are not looked for.
+        beside: other frames of its shot with their large faces: where there are two or more of them, a large
+            face must be near one of theirs, or it is none.
+    """
+    color = candidate.small
+    if color is None:
+        return candidate
+    found, factor = faces.find(color, only_large), candidate.shape[1] / color.shape[1]
+    seen = [face.scaled(1 / factor) for each in beside for face in each.faces]
+    if len(beside) > 1:
+        least = LARGE * color.shape[0]
+        found = [face for face in found if face.height < least or _is_seen(face, seen)]
+    luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
+    eyes = eye_contrast(luma, found[0]) if found else 0.0
+    return replace(candidate, faces=tuple(face.scaled(factor) for face in found), eyes=eyes)
+
+
+def _is_seen(face: Box, others: Sequence[Box]) -> bool:
+    return any(face.intersection(other).area > 0 for other in others)
+
+
+def with_saliency(candidate: Candidate) -> Candidate:
+    """The candidate with the salient box and the blobs of its small copy, if it has one, and without that."""
+    color = candidate.small
+    if color is None:
+        return candidate
+    factor = candidate.shape[1] / color.shape[1]
+    blobs = find_blobs(color)
+    faces = [face.scaled(1 / factor) for face in candidate.faces]
+    saliency = salient_box(saliency_map(color, faces))
+    for blob in blobs:
+        saliency = saliency.union(blob)
+    scaled = tuple(blob.scaled(factor) for blob in blobs)
+    return replace(candidate, saliency=saliency.scaled(factor), blobs=scaled, small=None)
 
 
 def sharpness(luma: np.ndarray) -> float:
@@ -142,7 +192,7 @@ def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]
 def exposure(luma: np.ndarray) -> float:
     """How well a picture is exposed, 0..1; H x W uint8."""
     contrast = min(1.0, float(luma.std()) / 255 / _DEFAULT_CONTRAST)
-    light = min(1.0, float(np.percentile(luma, 80)) / 255 / _DEFAULT_LIGHT)
+    light = min(1.0, _percentiles(luma, 80)[0] / 255 / _DEFAULT_LIGHT)
     clipped = float(np.mean((luma < 10) | (luma > 250)))
     return contrast * light * (1 - max(0.0, clipped - _CLIPPED) / (1 - _CLIPPED))
 
@@ -152,15 +202,33 @@ def forms(color: np.ndarray) -> float:
 
     That is what is left of a panel in print when its details are too small to be told apart.
     """
-    lab = cv2.cvtColor(color, cv2.COLOR_RGB2LAB).astype(np.float32)
-    coarse = cv2.GaussianBlur(lab, (0, 0), max(0.3, _FORM * max(color.shape)))
+    factor = _FORMS_SIDE / max(color.shape)
+    height, width = (max(1, round(side * factor)) for side in color.shape[:2])
+    small = cv2.resize(color, (width, height), interpolation=cv2.INTER_AREA)
+    lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
+    coarse = cv2.GaussianBlur(lab, (0, 0), _FORM)
     return min(1.0, float(np.sqrt(coarse.var(axis=(0, 1)).sum())) / 255 / _DEFAULT_FORMS)
 
 
 def is_blank(luma: np.ndarray) -> bool:
     """Whether the picture, H x W uint8, is black, white or one tone."""
-    darkest, brightest = np.percentile(cv2.GaussianBlur(luma, (0, 0), 2), (2, 98))
-    return bool(brightest - darkest < 255 * _BLANK)
+    darkest, brightest = _percentiles(cv2.GaussianBlur(luma, (0, 0), 2), 2, 98)
+    return brightest - darkest < 255 * _BLANK
+
+
+def _percentiles(luma: np.ndarray, *shares: float) -> list[int]:
+    """Percentiles of H x W uint8."""
+    counts = np.bincount(luma.ravel(), minlength=256).cumsum()
+    return [int(np.searchsorted(counts, share / 100 * luma.size)) for share in shares]
+
+
+def is_smeared(luma: np.ndarray) -> bool:
+    """Whether rows of the picture, H x W uint8, are repeated downwards, as in frames not wholly decoded."""
+    if min(luma.shape) <= 2 * _SMEAR:
+        return False
+    steps = cv2.blur(cv2.absdiff(luma[1:, 1:], luma[1:, :-1]), (9, 1))
+    down = cv2.dilate(cv2.absdiff(luma[1:, 1:], luma[:-1, 1:]), np.ones((_SMEAR, 3), np.uint8))
+    return bool(np.mean((down <= 1) & (steps >= _ACROSS)) > _SMEARED)
 
 
 def color_histogram(color: np.ndarray) -> np.ndarray:
@@ -182,14 +250,17 @@ def eye_contrast(luma: np.ndarray, face: Box) -> float:
 
 def content_area(color: np.ndarray) -> tuple[slice, slice]:
     """Rows and columns of a picture, H x W x 3 uint8, inside its letterbox bars; all if there are none."""
-    luma = color.max(axis=2)
-    return _between(luma), _between(luma.T)
+    red, green, blue = cv2.split(color)
+    luma = cv2.max(cv2.max(red, green), blue)
+    return _between(luma, 1), _between(luma, 0)
 
 
-def _between(luma: np.ndarray) -> slice:
-    brightest, darkest = luma.max(axis=1), luma.min(axis=1)
+def _between(luma: np.ndarray, axis: int) -> slice:
+    brightest, darkest = (
+        cv2.reduce(luma, axis, kind).ravel().astype(int) for kind in (cv2.REDUCE_MAX, cv2.REDUCE_MIN)
+    )
     shown = np.flatnonzero((brightest > _BAR_LEVEL) | (brightest - darkest > _BAR_RANGE))
-    count = len(luma)
+    count = len(brightest)
     bar = min(int(shown[0]), count - 1 - int(shown[-1])) if len(shown) else 0
     # A line more, into which bar and picture were mixed.
     return slice(bar + 1, count - bar - 1) if _MIN_BAR * count <= bar <= _MAX_BAR * count else slice(0, count)

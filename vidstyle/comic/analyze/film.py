@@ -5,17 +5,27 @@ from __future__ import annotations
 import os
 from abc import abstractmethod
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from vidstyle.comic.analyze.faces import FaceFinder
-from vidstyle.comic.analyze.features import SIDE, Candidate, Survey, extract_features
+from vidstyle.comic.analyze.features import (
+    SIDE,
+    Candidate,
+    Survey,
+    extract_features,
+    with_faces,
+    with_saliency,
+)
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.select.choose import default_panels
+from vidstyle.core.bands import CORES
 from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
@@ -43,6 +53,10 @@ _GAP = 1 / 4
 """Seconds between candidates at least."""
 _LEAST = 8
 """Candidates of a film that is shorter than that many gaps."""
+_FACE_GAP = 1.0
+"""Seconds between candidates in which faces are looked for; those between have the faces of the nearest."""
+_AHEAD = 4 * CORES
+"""Pictures that wait to be measured at most."""
 _EDGE = 0.1
 """Seconds around a cut in which no candidate lies: there compressed pictures are at their worst."""
 _REACH, _KEY_REACH = 0.3, 0.8
@@ -56,8 +70,10 @@ class Film(Closing):
 
     name: str
 
-    def __init__(self) -> None:
+    def __init__(self, faces: FaceFinder) -> None:
         self._kept: dict[float, np.ndarray] = {}
+        self._faces = faces
+        self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-comic")
 
     @abstractmethod
     def survey(self, on_step: OnStep = unwatched) -> Survey:
@@ -69,7 +85,26 @@ class Film(Closing):
 
     @abstractmethod
     def around(self, candidate: Candidate) -> list[Candidate]:
-        """The frames near a candidate in the same shot, itself included."""
+        """The frames near a candidate in the same shot, itself included, before subjects are looked for."""
+
+    def with_large_faces(self, candidates: Iterable[Candidate]) -> list[Candidate]:
+        """Frames with their large faces."""
+        return list(self._pool.map(lambda each: with_faces(each, self._faces, only_large=True), candidates))
+
+    def with_subjects(
+        self, candidates: Sequence[Candidate], beside: Sequence[Sequence[Candidate]]
+    ) -> list[Candidate]:
+        """Frames with all their faces, salient boxes and blobs.
+
+        Args:
+            candidates: the frames.
+            beside: for each, frames of the same shot with large faces, which confirm its large faces.
+        """
+
+        def look(each: Candidate, others: Sequence[Candidate]) -> Candidate:
+            return with_saliency(with_faces(each, self._faces, beside=others))
+
+        return list(self._pool.map(look, candidates, beside))
 
     @abstractmethod
     def at(self, time: float) -> Candidate:
@@ -95,15 +130,16 @@ class Film(Closing):
     def close(self) -> None:
         """Close the file."""
         self._kept.clear()
+        self._pool.shutdown(cancel_futures=True)
 
 
 class FilmFile(Film):
     """A film, an animation or numbered pictures."""
 
     def __init__(self, source: str | os.PathLike[str], faces: FaceFinder) -> None:
-        super().__init__()
+        super().__init__(faces)
         self.name = str(source)
-        self._sampler, self._faces = FilmSampler(source), faces
+        self._sampler = FilmSampler(source)
         self._reach = _REACH
 
     def close(self) -> None:
@@ -126,52 +162,64 @@ class FilmFile(Film):
 
     def around(self, candidate: Candidate) -> list[Candidate]:
         context = _CONTEXT if self._reach == _KEY_REACH else _EDGE
-        shots, candidates = ShotFinder(), []
+        shots, measured, motions = ShotFinder(), list[Future[Candidate]](), list[float]()
         start, end = candidate.time - self._reach - context, candidate.time + (self._reach + context)
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if abs(time - candidate.time) <= self._reach:
-                candidates.append(replace(self._features(sample), motion=motion))
+                measured.append(self._measured(sample))
+                motions.append(motion)
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
+        candidates = [
+            replace(each.result(), motion=motion) for each, motion in zip(measured, motions, strict=True)
+        ]
         return [
             replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time))
             for each in candidates
             if bisect_right(begins, each.time) == shot
             and all(abs(each.time - begin) >= _EDGE for begin in begins[1:])
-        ] or [candidate]
+        ] or [replace(self.at(candidate.time), scene=candidate.scene)]
 
     def at(self, time: float) -> Candidate:
         start = Fraction(time)
         if sample := next(self._sampler.frames(start, start + Fraction(1, 1000)), None):
-            return self._features(sample)
+            return self._measured(sample).result()
         raise InputError(self.name, f"has no picture at {time:g} s")
 
     def _image_at(self, time: float) -> np.ndarray:
         return self._sampler.image_at(time)
 
     def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
-        shots, candidates, time, last = ShotFinder(), list[Candidate](), 0.0, -gap
+        shots, measured, motions, time, last = ShotFinder(), _Measured(), list[float](), 0.0, -gap
         for sample in self._sampler.frames():
             time = float(sample.time)
             on_time(time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
             if time - last >= gap - 1e-3:
-                candidates.append(replace(self._features(sample), motion=motion))
+                measured.append(time, partial(self._measured, sample))
+                motions.append(motion)
                 last = time
         begins = shots.shots()
-        mixed = [replace(each, in_transition=shots.is_transition(each.time)) for each in candidates]
-        return Survey(self._in_scenes(mixed, begins), begins, time)
+        mixed = [
+            replace(each, motion=motion, in_transition=shots.is_transition(each.time))
+            for each, motion in zip(measured.candidates(), motions, strict=True)
+        ]
+        return Survey(measured.tracked(self._in_scenes(mixed, begins)), begins, time)
 
     def _survey_keys(self, gap: float, on_time: Callable[[float], None]) -> Survey:
-        shots, candidates, time = KeyShots(), list[Candidate](), 0.0
+        shots, measured, lumas, time = KeyShots(), _Measured(), list[np.ndarray](), 0.0
         for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
             on_time(time)
-            candidates.append(self._features(sample))
-            shots.push(time, small_luma(sample.picture(_SHOT_SIDE)), candidates[-1].histogram)
-        return Survey(self._in_scenes(candidates, shots.scene_starts), shots.scene_starts, time)
+            measured.append(time, partial(self._measured, sample))
+            lumas.append(small_luma(sample.picture(_SHOT_SIDE)))
+        candidates = measured.candidates()
+        for each, luma in zip(candidates, lumas, strict=True):
+            shots.push(each.time, luma, each.histogram)
+        in_scenes = self._in_scenes(candidates, shots.scene_starts)
+        return Survey(measured.tracked(in_scenes), shots.scene_starts, time)
 
     def _in_scenes(self, candidates: list[Candidate], starts: list[float]) -> list[Candidate]:
         if not candidates:
@@ -179,8 +227,60 @@ class FilmFile(Film):
         self._sampler.warn_if_hdr()
         return [replace(each, scene=max(0, bisect_right(starts, each.time) - 1)) for each in candidates]
 
-    def _features(self, sample: SampledFrame) -> Candidate:
-        return extract_features(to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape, self._faces)
+    def _measured(self, sample: SampledFrame, finds_faces: bool | None = None) -> Future[Candidate]:
+        """The features of a frame; `finds_faces`: with large faces or not, and without its small copy."""
+        small, time, shape = to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape
+        is_damaged = sample.is_damaged
+
+        def measure() -> Candidate:
+            candidate = extract_features(small, time, shape)
+            candidate = replace(candidate, damaged=candidate.damaged or is_damaged)
+            if finds_faces is None:
+                return candidate
+            return replace(
+                with_faces(candidate, self._faces, only_large=True) if finds_faces else candidate, small=None
+            )
+
+        return self._pool.submit(measure)
+
+
+class _Measured:
+    """The candidates of a film, which are measured while it is decoded on."""
+
+    def __init__(self) -> None:
+        self._futures: list[Future[Candidate]] = []
+        self._looked: list[bool] = []
+        self._last = -_FACE_GAP
+
+    def append(self, time: float, measure: Callable[[bool], Future[Candidate]]) -> None:
+        """The next candidate, which `measure` starts to measure, with its faces or without."""
+        looks = time - self._last >= _FACE_GAP - 1e-3
+        if looks:
+            self._last = time
+        self._looked.append(looks)
+        self._futures.append(measure(looks))
+        if len(self._futures) > _AHEAD:
+            self._futures[-_AHEAD].result()
+
+    def candidates(self) -> list[Candidate]:
+        """All candidates."""
+        return [each.result() for each in self._futures]
+
+    def tracked(self, candidates: list[Candidate]) -> list[Candidate]:
+        """The candidates, where faces were not looked for with those of the nearest in the same scene."""
+        scenes: dict[int, list[Candidate]] = {}
+        for each, looked in zip(candidates, self._looked, strict=True):
+            if looked:
+                scenes.setdefault(each.scene, []).append(each)
+        return [
+            each
+            if looked or each.scene not in scenes
+            else replace(
+                each,
+                faces=min(scenes[each.scene], key=lambda other: abs(other.time - each.time)).faces,
+            )
+            for each, looked in zip(candidates, self._looked, strict=True)
+        ]
 
 
 class PictureFolder(Film):
@@ -192,9 +292,8 @@ class PictureFolder(Film):
         Raises:
             InputError: there are none.
         """
-        super().__init__()
+        super().__init__(faces)
         self.name = str(path)
-        self._faces = faces
         self._has_warned = False
         self._paths = sorted(
             (each for each in path.iterdir() if each.suffix.lower() in SUFFIXES and each.is_file()),
@@ -205,10 +304,11 @@ class PictureFolder(Film):
 
     def survey(self, on_step: OnStep = unwatched) -> Survey:
         candidates = []
-        for number in range(len(self._paths)):
+        measured = [self._pool.submit(self._features, number) for number in range(len(self._paths))]
+        for number, each in enumerate(measured):
             on_step(_STEP, number, len(self._paths))
             try:
-                candidates.append(self._features(number))
+                candidates.append(each.result())
             except InputError as error:
                 log.warning("left out: %s", error)
         if not candidates:
@@ -234,7 +334,8 @@ class PictureFolder(Film):
             small = to_rgb(sample.picture(SIDE))
             if not self._has_warned:
                 self._has_warned = sampler.warn_if_hdr()
-        return replace(extract_features(small, number, sample.shape, self._faces), scene=number)
+        candidate = with_faces(extract_features(small, number, sample.shape), self._faces)
+        return replace(with_saliency(candidate), scene=number)
 
     def _number(self, time: float) -> int:
         return min(max(0, int(time)), len(self._paths) - 1)

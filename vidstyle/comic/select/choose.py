@@ -60,12 +60,13 @@ def choose(
     """The frames to show, in chronological order.
 
     Args:
-        survey: the candidates; blank ones are left out.
+        survey: the candidates; blank ones are left out, and damaged ones if there are others.
         forced: requested frames, which are always chosen.
         panels: how many in all; None: `default_panels`, and fewer where pictures would look the same.
         least: minimum number where `panels` is None.
     """
-    seen = [each for each in survey.candidates if not each.blank]
+    clear = [each for each in survey.candidates if not each.blank]
+    seen = [each for each in clear if not each.damaged] or clear
     times = {each.time for each in forced}
     pool = sorted([*forced, *(each for each in seen if each.time not in times)], key=lambda each: each.time)
     if not pool:

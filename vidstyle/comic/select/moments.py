@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from vidstyle.comic.analyze.features import Candidate, Survey
@@ -16,6 +16,8 @@ from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import OnStep, unwatched
 
 MAX_PANELS = 300
+_LOOKED = 4
+"""Frames beside a chosen one in which faces are looked for, the best by all else."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def _better(
     film: Film, chosen: Sequence[Candidate], options: KeyFrameOptions, on_step: OnStep
 ) -> list[Candidate]:
     """Each frame, or a better one close to it that is no more similar to the others."""
-    better = list(chosen)
+    better, beside = list(chosen), [list[Candidate]() for _ in chosen]
     for number, each in enumerate(chosen):
         on_step("choosing key frames", number, len(chosen))
         if each.forced:
@@ -107,10 +109,14 @@ def _better(
             other
             for other in film.around(each)
             if after < other.time < before
-            and not (other.blank or other.in_transition or options.skips(other.time))
+            and not (other.blank or other.in_transition or other.damaged or options.skips(other.time))
         ]
-        better[number] = _sharpest(_not_more_similar(near, each, others) or [each])
-    return better
+        near = _not_more_similar(near, each, others) or [replace(film.at(each.time), scene=each.scene)]
+        likely = sorted(near, key=_worth(near), reverse=True)[:_LOOKED]
+        seen = film.with_large_faces(likely)
+        better[number] = max(seen, key=_worth(seen))
+        beside[number] = [other for other in seen if other is not better[number]]
+    return film.with_subjects(better, beside)
 
 
 def _not_more_similar(
@@ -124,19 +130,16 @@ def _not_more_similar(
     return [other for other, like in zip(near, most[1:], strict=True) if like <= max(DIFFERENT, most[0])]
 
 
-def _sharpest(near: Sequence[Candidate]) -> Candidate:
-    """The frame with the best sum of sharpness, exposure, stillness, faces and open eyes; else the first."""
+def _worth(near: Sequence[Candidate]) -> Callable[[Candidate], float]:
+    """The sum of sharpness, exposure, stillness, faces and open eyes of a frame beside others."""
     sharp, lit, eyes = (
         max((getattr(each, name) for each in near), default=0.0) or 1.0
         for name in ("sharpness", "clarity", "eyes")
     )
     faces = max(len(each.faces) for each in near)
-    return max(
-        near,
-        key=lambda each: (
-            each.sharpness / sharp
-            + 0.8 * each.clarity / lit
-            - 0.5 * min(1.0, each.motion)
-            + (0.5 * each.eyes / eyes + 0.3 * len(each.faces) / faces if faces else 0)
-        ),
+    return lambda each: (
+        each.sharpness / sharp
+        + 0.8 * each.clarity / lit
+        - 0.5 * min(1.0, each.motion)
+        + (0.5 * each.eyes / eyes + 0.3 * len(each.faces) / faces if faces else 0)
     )

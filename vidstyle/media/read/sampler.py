@@ -167,6 +167,11 @@ class SampledFrame:
         self.time, self.shape = time, small.shape
         self._native, self._small = native, small
 
+    @property
+    def is_damaged(self) -> bool:
+        """Whether the decoder had to conceal a part of it."""
+        return bool(self._native.is_corrupt)
+
     def picture(self, side: int) -> Picture:
         """A copy with at most `side` pixels on its longer side: upright, square pixels, SDR."""
         return self._small.of(self._native, side)
