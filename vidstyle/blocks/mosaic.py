@@ -16,7 +16,8 @@ AROUND = 2
 
 
 def _radius(size: float) -> int:
-    return math.ceil(AROUND * size) + 1
+    # The point in a pixel's own square is at most a diagonal away.
+    return math.ceil(1.4143 * size) + 1
 
 
 @block("filter", on="color", radius=_radius)
@@ -35,19 +36,20 @@ def mosaic(
     the colour of the picture there; smooth the picture first. Worley 1996, "A Cellular Texture Basis
     Function".
     """
-    bottom = place.top + picture.shape[0]
-    tiles = _tiles(size, irregularity, gap, place.height, place.width)
-    rows, columns, tones, gaps = (each[place.top : bottom] for each in tiles)
-    out = np.empty(picture.shape, np.float32)
-    _fill(picture, (rows, columns, tones, gaps), place.top, np.float32(variation), np.float32(gap_color), out)
+    tiles, owners, gaps = _tiles(size, irregularity, gap, place.height, place.width)
+    rows = slice(place.top, place.top + picture.shape[0])
+    out, looks = np.empty(picture.shape, np.float32), (np.float32(variation), np.float32(gap_color))
+    _fill(picture, place.top, tiles, owners[rows], gaps[rows], looks, out)
     return out
 
 
 @cached(maxsize=4)
 def _tiles(size: float, irregularity: float, gap: float, height: int, width: int) -> tuple[np.ndarray, ...]:
-    """For each pixel of the page: row and column of the middle of its tile, its tone, and how much is gap.
+    """The tiles of a page, kept for the last few pages, since tiles do not move.
 
-    Kept for the last few pages, since the tiles do not move.
+    Returns:
+        Of each tile column and row of its middle and its tone, n x 3; the number of each pixel's tile; how
+        much of the pixel is gap, in 255ths.
     """
     count = math.ceil(height / size) + 2 * AROUND, math.ceil(width / size) + 2 * AROUND
     rows, columns = (np.arange(-AROUND, each - AROUND) for each in count)
@@ -61,18 +63,17 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
         rows[:, None] + np.float32(0.5) + spread * (numbers[..., 1] - np.float32(0.5))
     ) * np.float32(size)
     middles[..., 2] = numbers[..., 2]
-    places, shades = np.empty((2, height, width), np.int32), np.empty((2, height, width), np.float32)
-    _divide(middles, np.float32(size), np.float32(gap / 2), places, shades)
-    return *places, *shades
+    owners, gaps = np.empty((height, width), np.int32), np.empty((height, width), np.uint8)
+    _divide(middles, np.float32(size), np.float32(gap / 2), owners, gaps)
+    return middles.reshape(-1, 3), owners, gaps
 
 
 @compiled(fastmath=True)
-def _divide(middles, size, half_gap, places, shades):  # type: ignore[no-untyped-def]
+def _divide(middles, size, half_gap, owners, gaps):  # type: ignore[no-untyped-def]
     """The nearest of the middles, and how far the border with the next tile is."""
     half, one, zero, far = np.float32(0.5), np.float32(1), np.float32(0), np.float32(1e9)
-    height, width = places.shape[1], places.shape[2]
-    for y in range(height):
-        for x in range(width):
+    for y in range(owners.shape[0]):
+        for x in range(owners.shape[1]):
             here_x, here_y = np.float32(x) + half, np.float32(y) + half
             row, column = int(here_y / size) + AROUND, int(here_x / size) + AROUND
             nearest, best_row, best_column = far, row, column
@@ -88,19 +89,20 @@ def _divide(middles, size, half_gap, places, shades):  # type: ignore[no-untyped
                         dx, dy = middles[i, j, 0] - own_x, middles[i, j, 1] - own_y
                         ahead = (own_x + half * dx - here_x) * dx + (own_y + half * dy - here_y) * dy
                         border = min(border, ahead / max(np.sqrt(dx * dx + dy * dy), np.float32(1e-6)))
-            places[0, y, x] = min(max(int(np.floor(own_y)), 0), height - 1)
-            places[1, y, x] = min(max(int(np.floor(own_x)), 0), width - 1)
-            shades[0, y, x] = middles[best_row, best_column, 2]
-            shades[1, y, x] = min(max(half_gap - border + half, zero), min(one, half_gap + half_gap))
+            owners[y, x] = best_row * middles.shape[1] + best_column
+            cover = min(max(half_gap - border + half, zero), min(one, half_gap + half_gap))
+            gaps[y, x] = int(cover * np.float32(255) + half)
 
 
 @compiled
-def _fill(picture, tiles, top, variation, gap_color, out):  # type: ignore[no-untyped-def]
-    (rows, columns, tones, gaps), zero, one = tiles, np.float32(0), np.float32(1)
+def _fill(picture, top, tiles, owners, gaps, looks, out):  # type: ignore[no-untyped-def]
+    zero, half, one, (variation, gap_color) = np.float32(0), np.float32(0.5), np.float32(1), looks
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):
-            row = min(max(rows[y, x] - top, 0), out.shape[0] - 1)
-            change = variation * (tones[y, x] - np.float32(0.5))
+            tile, cover = tiles[owners[y, x]], gaps[y, x] * np.float32(1 / 255)
+            column = min(max(int(np.floor(tile[0])), 0), out.shape[1] - 1)
+            row = min(max(int(np.floor(tile[1])) - top, 0), out.shape[0] - 1)
             for channel in range(3):
-                color = min(max(picture[row, columns[y, x], channel] + change, zero), one)
-                out[y, x, channel] = color + gaps[y, x] * (gap_color[channel] - color)
+                color = picture[row, column, channel] + variation * (tile[2] - half)
+                color = min(max(color, zero), one)
+                out[y, x, channel] = color + cover * (gap_color[channel] - color)
