@@ -1,0 +1,79 @@
+"""Noise: grain, streaks, clouds."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from vidstyle.block import Choice, PageRegion, Slider, Switch, block
+from vidstyle.blocks.lic import white_noise
+from vidstyle.blocks.pixelate import whole_side
+from vidstyle.core.kernels import compiled
+
+OCTAVES = {"points": 0, "soft": 1, "clouds": 4}
+"""How many sizes of noise between points each kind is the sum of; none for the points themselves."""
+APART = 10007
+"""Points between the lattices of two octaves or channels, which are parts of the same endless one."""
+
+
+@block("pixel", on="channels")
+def noise(
+    picture: np.ndarray,
+    place: PageRegion,
+    kind: Annotated[str, Choice(tuple(OCTAVES), "square points, soft ones, or clouds")] = "soft",
+    size: Annotated[float, Slider(1, 256, "size of the points, or of the largest clouds", "px", (1, 12))] = 1.5,
+    stretch: Annotated[float, Slider(1, 64, "width by height", explore=(1, 6))] = 1,
+    amount: Annotated[float, Slider(0, 1, "range of what is added", explore=(0.05, 0.25))] = 0.15,
+    colored: Annotated[bool, Switch("each channel has its own")] = False,
+) -> np.ndarray:
+    """Add random values, which are fixed to the page, about 0.
+
+    Points are rounded to whole pixels; soft ones are interpolated by 3 t^2 - 2 t^3; clouds are four octaves
+    of them. The result is clipped to 0..1. For blue noise, add that of `dither`.
+    """
+    height, width = picture.shape[:2]
+    size, across = np.float32(size), np.float32(size) * np.float32(stretch)
+    count = 3 if colored and picture.ndim == 3 else 1
+    total = np.zeros((height, width, count), np.float32)
+    for channel in range(count):
+        start = channel * (OCTAVES["clouds"] + 1)
+        if kind == "points":
+            sides = whole_side(size), whole_side(across)
+            rows, columns = (np.arange(place.top, place.top + height) // sides[0], np.arange(width) // sides[1])
+            points = white_noise(*_from(start, rows[0], rows[-1] + 1, columns[-1] + 1))
+            total[..., channel] = points[np.ix_(rows - rows[0], columns)] - np.float32(0.5)
+        for octave in range(OCTAVES[kind]):
+            part = np.float32(0.5**octave)
+            share = part * np.float32(0.5 / (1 - 0.5 ** OCTAVES[kind]))
+            rows, down = between_points(place.top, height, size * part)
+            columns, right = between_points(0, width, across * part)
+            points = white_noise(*_from(start + octave, rows[0], rows[-1] + 2, columns[-1] + 2))
+            _add_between(points, rows - rows[0], down, columns, right, share, total[..., channel])
+    out = picture + np.float32(amount) * total.reshape(total.shape if picture.ndim == 3 else picture.shape)
+    return np.clip(out, 0, 1, out=out)
+
+
+def _from(number: int, top: int, bottom: int, right: int) -> tuple[np.ndarray, np.ndarray]:
+    """The rows and columns of a part of the lattice of an octave."""
+    return np.arange(top, bottom) + number * APART, np.arange(right) + number * APART
+
+
+def between_points(first: int, count: int, size: np.float32) -> tuple[np.ndarray, np.ndarray]:
+    """The point before each pixel of a row or column, and the weight of the one after it."""
+    places = (np.arange(first, first + count, dtype=np.float32) + np.float32(0.5)) * (np.float32(1) / size)
+    points = np.floor(places)
+    parts = places - points
+    return points.astype(np.int64), parts * parts * (3 - 2 * parts)
+
+
+@compiled
+def _add_between(points, rows, down, columns, right, share, total):  # type: ignore[no-untyped-def]
+    """Noise between the points, about 0."""
+    for row in range(total.shape[0]):
+        upper, lower, below = points[rows[row]], points[rows[row] + 1], down[row]
+        for column in range(total.shape[1]):
+            left, beside = columns[column], right[column]
+            high = upper[left] + beside * (upper[left + 1] - upper[left])
+            low = lower[left] + beside * (lower[left + 1] - lower[left])
+            total[row, column] += share * (high + below * (low - high) - np.float32(0.5))
