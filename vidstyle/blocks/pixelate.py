@@ -21,20 +21,21 @@ def pixelate(
     size: Annotated[float, Slider(1, 64, "side of a pixel, rounded to whole ones", "px", (3, 12))] = 6,
 ) -> np.ndarray:
     """Fill squares, which are fixed to the page, with their mean colour."""
-    return cell_means(picture, place, whole_side(size), whole_side(size))
+    side = whole_side(size)
+    rows, columns = cells_of(picture, place, side, side)
+    return cell_means(picture, rows, columns)[rows[:, None], columns]
 
 
-def cell_means(picture: np.ndarray, place: PageRegion, height: int, width: int) -> np.ndarray:
-    """The mean over each pixel's cell, as far as the page goes.
-
-    Args:
-        height, width: of a cell; the picture has all rows of those that count.
-    """
+def cells_of(picture: np.ndarray, place: PageRegion, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """The number of the cell of the page that each row and each column lies in, from that of the first row on."""
     rows = np.arange(place.top, place.top + picture.shape[0]) // height
-    columns = np.arange(picture.shape[1]) // width
+    return rows - rows[0], np.arange(picture.shape[1]) // width
+
+
+def cell_means(picture: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """The mean over each cell, as far as the picture goes: one pixel for each."""
     starts = [np.flatnonzero(np.diff(cells, prepend=-1)) for cells in (rows, columns)]
-    counts = [np.diff(first, append=len(cells)) for first, cells in zip(starts, (rows, columns), strict=True)]
     sums = np.add.reduceat(np.add.reduceat(picture, starts[0], axis=0), starts[1], axis=1)
-    areas = (counts[0][:, None] * counts[1][None]).astype(np.float32)
-    means = sums / areas.reshape(*areas.shape, *[1] * (picture.ndim - 2))
-    return np.repeat(np.repeat(means, counts[1], axis=1), counts[0], axis=0)
+    areas = np.outer(np.bincount(rows), np.bincount(columns)).astype(np.float32)
+    means: np.ndarray = sums / areas.reshape(*areas.shape, *[1] * (picture.ndim - 2))
+    return means

@@ -1,0 +1,67 @@
+"""Draws the glyphs that `glyphs` comes with, side by side: `python -m tools.alphabet`."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from vidstyle.blocks.glyphs import shipped_alphabets
+
+HEIGHT, WIDTH = 40, 24
+"""Of a glyph; it is drawn on a field 6 wide and 10 high."""
+FINER = 8
+STROKE = 1.15
+"""Width of a stroke; a dot is a little wider."""
+
+Points = list[tuple[float, float]]
+
+
+def ring(x: float, y: float, across: float, down: float, first: int = 0, last: int = 360) -> Points:
+    """Part of an ellipse, from one angle to another: 0 to the right, 90 below."""
+    turns = [math.radians(angle) for angle in range(first, last + 1, 6)]
+    return [(x + across * math.cos(turn), y + down * math.sin(turn)) for turn in turns]
+
+
+def letter_s(top: float, bottom: float) -> Points:
+    """An S between two heights."""
+    half = (bottom - top) / 4
+    upper, lower = (ring(3, top + part * half, 1.75, half) for part in (1, 3))
+    return [*upper[55:14:-1], *lower[45:], *lower[:27]]
+
+
+GLYPHS: dict[str, list[Points]] = {
+    " ": [],
+    ".": [[(3, 7.7)]],
+    ";": [[(3.1, 4.2)], [(3.2, 7.4), (2.6, 9)]],
+    "!": [[(3, 1.6), (3, 5.4)], [(3, 7.8)]],
+    ":": [[(3, 3.9)], [(3, 7.3)]],
+    "+": [[(1, 5), (5, 5)], [(3, 3), (3, 7)]],
+    "c": [ring(3.2, 5.9, 1.9, 2.1, 45, 315)],
+    "x": [[(1, 3.8), (5, 8)], [(5, 3.8), (1, 8)]],
+    "s": [letter_s(3.6, 8.1)],
+    "O": [ring(3, 4.9, 2.1, 3.3)],
+    "S": [letter_s(1.6, 8.2)],
+    "E": [[(5, 1.6), (1.1, 1.6), (1.1, 8.1), (5, 8.1)], [(1.1, 4.8), (4.5, 4.8)]],
+    "8": [ring(3, 3.2, 1.75, 1.7), ring(3, 6.5, 2.05, 1.75)],
+    "W": [[(0.6, 1.6), (1.7, 8.1), (3, 3), (4.3, 8.1), (5.4, 1.6)]],
+    "#": [[(2.1, 1.3), (1.6, 8.5)], [(4.4, 1.3), (3.9, 8.5)], [(0.5, 3.4), (5.6, 3.4)], [(0.4, 6.4), (5.5, 6.4)]],
+    "@": [[*ring(3.1, 4.9, 2.4, 3.7, 60, 360), (5.5, 6.6), (4.2, 6.4)], ring(3.2, 5, 1, 1.5)],
+}  # fmt: skip
+
+
+def drawn(strokes: list[Points]) -> np.ndarray:
+    """A glyph, white on black."""
+    large = np.zeros((HEIGHT * FINER, WIDTH * FINER), np.uint8)
+    scale = HEIGHT * FINER / 10
+    for stroke in strokes:
+        places = (np.array(stroke) * scale * 16).round().astype(np.int32)
+        if len(stroke) == 1:
+            cv2.circle(large, places[0], round(0.65 * STROKE * scale * 16), 255, -1, cv2.LINE_AA, 4)
+        cv2.polylines(large, [places], False, 255, round(STROKE * scale), cv2.LINE_AA, 4)
+    return cv2.resize(large, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+
+
+if __name__ == "__main__":
+    cv2.imwrite(str(shipped_alphabets()["letters"]), np.hstack([drawn(each) for each in GLYPHS.values()]))
