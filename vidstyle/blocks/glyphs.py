@@ -83,9 +83,9 @@ def glyphs(
     lines, across = np.arange(place.top, place.top + len(rows)) % height, np.arange(len(columns)) % width
     drawn = _fitted(table.tobytes(), table.shape, height, width)
     shown = drawn[numbers[rows[:, None], columns], lines[:, None], across]
-    if picture.ndim == 3:
-        colors = means / np.maximum(means.max(axis=2, keepdims=True), DARKEST)
-        shown = colors[rows[:, None], columns] * shown[..., None]
+    channels = means.reshape(*luma.shape, -1)
+    colors = channels / np.maximum(channels.max(axis=2, keepdims=True), DARKEST)
+    shown = (colors[rows[:, None], columns] * shown[..., None]).reshape(picture.shape)
     return np.float32(1) - shown if invert else shown
 
 

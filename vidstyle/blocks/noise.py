@@ -7,9 +7,9 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Choice, PageRegion, Slider, Switch, block
-from vidstyle.blocks.lic import white_noise
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import compiled
+from vidstyle.core.strokes import white_noise
 
 OCTAVES = {"points": 0, "soft": 1, "clouds": 4}
 """How many sizes of noise between points each kind is the sum of; none for the points themselves."""
@@ -22,7 +22,7 @@ def noise(
     picture: np.ndarray,
     place: PageRegion,
     kind: Annotated[str, Choice(tuple(OCTAVES), "square points, soft ones, or clouds")] = "soft",
-    size: Annotated[float, Slider(1, 256, "size of the points, or of the largest clouds", "px", (1, 12))] = 1.5,
+    size: Annotated[float, Slider(1, 256, "size of a point, or of the largest clouds", "px", (1, 12))] = 1.5,
     stretch: Annotated[float, Slider(1, 64, "width by height", explore=(1, 6))] = 1,
     amount: Annotated[float, Slider(0, 1, "range of what is added", explore=(0.05, 0.25))] = 0.15,
     colored: Annotated[bool, Switch("each channel has its own")] = False,
@@ -32,31 +32,37 @@ def noise(
     Points are rounded to whole pixels; soft ones are interpolated by 3 t^2 - 2 t^3; clouds are four octaves
     of them. The result is clipped to 0..1. For blue noise, add that of `dither`.
     """
-    height, width = picture.shape[:2]
-    size, across = np.float32(size), np.float32(size) * np.float32(stretch)
-    count = 3 if colored and picture.ndim == 3 else 1
-    total = np.zeros((height, width, count), np.float32)
-    for channel in range(count):
-        start = channel * (OCTAVES["clouds"] + 1)
-        if kind == "points":
-            sides = whole_side(size), whole_side(across)
-            rows, columns = (np.arange(place.top, place.top + height) // sides[0], np.arange(width) // sides[1])
-            points = white_noise(*_from(start, rows[0], rows[-1] + 1, columns[-1] + 1))
-            total[..., channel] = points[np.ix_(rows - rows[0], columns)] - np.float32(0.5)
-        for octave in range(OCTAVES[kind]):
-            part = np.float32(0.5**octave)
-            share = part * np.float32(0.5 / (1 - 0.5 ** OCTAVES[kind]))
-            rows, down = between_points(place.top, height, size * part)
-            columns, right = between_points(0, width, across * part)
-            points = white_noise(*_from(start + octave, rows[0], rows[-1] + 2, columns[-1] + 2))
-            _add_between(points, rows - rows[0], down, columns, right, share, total[..., channel])
-    out = picture + np.float32(amount) * total.reshape(total.shape if picture.ndim == 3 else picture.shape)
+    sides = np.float32(size), np.float32(size) * np.float32(stretch)
+    channels = range(3 if colored and picture.ndim == 3 else 1)
+    pages = [_page(kind, sides, channel, place, picture.shape[:2]) for channel in channels]
+    page = np.dstack(pages) if picture.ndim == 3 else pages[0]
+    out = picture + np.float32(amount) * page
     return np.clip(out, 0, 1, out=out)
 
 
-def _from(number: int, top: int, bottom: int, right: int) -> tuple[np.ndarray, np.ndarray]:
-    """The rows and columns of a part of the lattice of an octave."""
-    return np.arange(top, bottom) + number * APART, np.arange(right) + number * APART
+def _page(
+    kind: str, sides: tuple[np.float32, np.float32], channel: int, place: PageRegion, shape: tuple[int, ...]
+) -> np.ndarray:
+    """The noise of a channel, about 0; `sides` are the height and width of a point."""
+    lattice = channel * (OCTAVES["clouds"] + 1)
+    if kind == "points":
+        rows = np.arange(place.top, place.top + shape[0]) // whole_side(sides[0])
+        columns = np.arange(shape[1]) // whole_side(sides[1])
+        points = _lattice(lattice, rows[0], rows[-1] + 1, columns[-1] + 1)
+        return points[np.ix_(rows - rows[0], columns)] - np.float32(0.5)
+    total, whole = np.zeros(shape, np.float32), 2 - 2 * 0.5 ** OCTAVES[kind]
+    for octave in range(OCTAVES[kind]):
+        part = np.float32(0.5**octave)
+        rows, down = between_points(place.top, shape[0], sides[0] * part)
+        columns, right = between_points(0, shape[1], sides[1] * part)
+        points = _lattice(lattice + octave, rows[0], rows[-1] + 2, columns[-1] + 2)
+        _add_between(points, rows - rows[0], down, columns, right, np.float32(part / whole), total)
+    return total
+
+
+def _lattice(number: int, top: int, bottom: int, right: int) -> np.ndarray:
+    """Part of the points of the lattice of an octave."""
+    return white_noise(np.arange(top, bottom) + number * APART, np.arange(right) + number * APART)
 
 
 def between_points(first: int, count: int, size: np.float32) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 from vidstyle.block import PageRegion, Slider, block
 
 
-def whole_side(size: float) -> int:
+def whole_side(size: float | np.float32) -> int:
     """A length in pixels rounded as a GPU has it, halves up."""
     return int(np.float32(size) + np.float32(0.5))
 
@@ -26,8 +26,10 @@ def pixelate(
     return cell_means(picture, rows, columns)[rows[:, None], columns]
 
 
-def cells_of(picture: np.ndarray, place: PageRegion, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """The number of the cell of the page that each row and each column lies in, from that of the first row on."""
+def cells_of(
+    picture: np.ndarray, place: PageRegion, height: int, width: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The number of each row's and of each column's cell of the page, from that of the first row on."""
     rows = np.arange(place.top, place.top + picture.shape[0]) // height
     return rows - rows[0], np.arange(picture.shape[1]) // width
 

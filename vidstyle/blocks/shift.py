@@ -8,9 +8,9 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Choice, LumaWeights, PageRegion, Slider, block
-from vidstyle.blocks.lic import white_noise
 from vidstyle.blocks.noise import between_points
 from vidstyle.core.kernels import compiled
+from vidstyle.core.strokes import white_noise
 
 PLATES = ("all", "red", "green", "blue", "chroma")
 
@@ -31,7 +31,8 @@ def shift(
 ) -> np.ndarray:
     """Move one channel, the chroma or the whole picture, as ink out of register or colour late on a tape.
 
-    Fractions of a pixel are interpolated linearly. Rows sway in waves three times as high as they are wide. The result is clipped to 0..1.
+    Fractions of a pixel are interpolated linearly; rows sway in waves three times as high as they are wide.
+    The result is clipped to 0..1.
     """
     out = np.empty(picture.shape, np.float32)
     from_y = float(np.float32(-y))
