@@ -83,7 +83,11 @@ def test_web_subtitles_have_blocks_that_are_not_said(tmp_path: Path) -> None:
         (r"{\an8}{\i1}Long ago.{\i0}", "Long ago.", True),
         ("She <i>is</i> here.", "She is here.", False),
         ("[John] Hello (yes)", "[John] Hello (yes)", False),
-        *((text, text, True) for text in ("[thunder]", "(thunder)", "♪ La la ♪")),
+        ("♪ La la ♪", "♪ La la ♪", True),
+        ("[♪ Slow music]", "♪ Slow music", True),
+        *((text, "thunder", True) for text in ("[thunder]", "(thunder)")),
+        ("NAR: Long ago.", "Long ago.", True),
+        ("Narrator: Long ago.", "Long ago.", True),
         (r"One\Ntwo\hthree", "One two three", False),
         ('<font color="#ff0000">Red</font>', "Red", False),
         ("- Alone.", "Alone.", False),
@@ -93,6 +97,38 @@ def test_web_subtitles_have_blocks_that_are_not_said(tmp_path: Path) -> None:
 def test_marks_go_and_tell_narrators(text: str, plain: str, narrated: bool, tmp_path: Path) -> None:
     (line,) = read(tmp_path, SRT.partition("\n\n2")[0].replace("One.", text))
     assert (line.text, line.narrated) == (plain, narrated)
+
+
+@pytest.mark.parametrize(
+    ("text", "plain", "speaker", "manner"),
+    [
+        ("ANNA: Hello.", "Hello.", "ANNA", "said"),
+        ("MR. O’NEIL (on the phone): Hello.", "Hello.", "MR. O’NEIL", "said"),
+        ("Remember: run!", "Remember: run!", "", "said"),
+        ("(whispering) Come here.", "Come here.", "", "whispered"),
+        ("TOM: [thinking] Oh.", "Oh.", "TOM", "thought"),
+        ("(sighs) Well.", "(sighs) Well.", "", "said"),
+        ("GET OUT!", "GET OUT!", "", "shouted"),
+        ("What?!", "What?!", "", "shouted"),
+        ("No!", "No!", "", "said"),
+        ("[door slams]", "door slams", "", "sound"),
+    ],
+)
+def test_speakers_and_manners_are_told(
+    text: str, plain: str, speaker: str, manner: str, tmp_path: Path
+) -> None:
+    (line,) = read(tmp_path, SRT.partition("\n\n2")[0].replace("One.", text))
+    assert (line.text, line.speaker, line.manner) == (plain, speaker, manner)
+
+
+def test_a_sentence_goes_on_in_cues_without_a_speaker() -> None:
+    """A narrator's stays in one caption, however the cues part it; another's name ends it."""
+    first = Line(1, 2, "It was the year when the machines", narrated=True)
+    rest = Line(2.1, 4, "came back to the city of canals, and nobody at all was ready for them.")
+    ((line,),), _ = match([first, rest], [moment(1)])
+    assert line.narrated and line.text == f"{first.text} {rest.text}"
+    of_anna = Line(2.1, 4, "came back.", speaker="ANNA")
+    assert len(match([first, of_anna], [moment(1)])[0][0]) == 2
 
 
 def test_two_voices_are_two_lines(tmp_path: Path) -> None:

@@ -215,7 +215,7 @@ def test_a_film_of_two_seconds_becomes_a_comic(film: Path, tmp_path: Path) -> No
     name = "{http://www.w3.org/2000/svg}"
     assert len(root.findall(f".//{name}image")) == 2
     shown = " ".join("".join(each.itertext()) for each in root.findall(f".//{name}text"))
-    assert " ".join(shown.split()) == "Hello you & me. [knocks] Ete"
+    assert " ".join(shown.split()) == "HELLO YOU & ME. KNOCKS ÉTÉ"
     with (tmp_path / "one" / "frames.csv").open() as table:
         rows = list(csv.DictReader(table))
     times = [float(row["seconds"]) for row in rows]

@@ -25,6 +25,7 @@ class Accented(Letters):
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The only one in which fonts are looked for."""
+    monkeypatch.setattr(fonts, "comic_font", lambda: None)
     monkeypatch.setattr(fonts, "FOLDERS", (str(tmp_path / "none"), "$NO_SUCH_FOLDER/fonts", str(tmp_path)))
     return tmp_path
 
@@ -48,6 +49,13 @@ def test_the_built_in_font_stays_where_it_has_all_or_no_other_has_more(folder: P
     builtin(folder / "another.ttf")
     assert letters_for([PLAIN], Letters()).path is None
     assert letters_for([ACCENTED], Letters()).path is None
+
+
+def test_comics_are_lettered_in_capitals_where_their_font_has_all() -> None:
+    letters = letters_for([PLAIN], Letters())
+    assert letters.family == "Intuitive" and letters.free_font
+    assert letters.writable(PLAIN) == PLAIN.upper()
+    assert letters_for(["Łódź"], Letters()).family != "Intuitive"
 
 
 def test_a_font_that_was_given_stays(folder: Path) -> None:

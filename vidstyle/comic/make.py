@@ -106,7 +106,8 @@ class _Job:
 
     def _choose_font(self, lines: Sequence[Line]) -> None:
         title = self._options.title
-        self._letters = letters_for([title, *(line.text for line in lines)], self._letters)
+        if not self._options.storyboard:
+            self._letters = letters_for([title, *(line.text for line in lines)], self._letters)
         if title:
             self._title, self._title_height = title_of(title, self._paper, self._size, self._letters)
 
@@ -176,7 +177,8 @@ class ComicOptions:
         bleeding: whether full-width panels extend to the page edge.
         subtitles: a file, "none", or None for the film's own, if there are any.
         title: title on the first page, if not empty.
-        font: a file; None: Pillow's built-in font, or an installed one if that lacks glyphs.
+        font: a file; None: a hand-lettered font in capitals, else Pillow's built-in one, or an installed one
+            if that lacks glyphs.
         frames: a folder to save the key frames to, with a table of their times.
         storyboard: make a contact sheet with timecodes instead of a comic.
         face_model: face detection model, an OpenCV cascade (.xml) or YuNet (.onnx); None: the networks of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Generic, Literal, NamedTuple, TypeVar, cast
 
 if TYPE_CHECKING:
     import numpy as np
@@ -85,6 +85,10 @@ Rectangle = Box[int]
 """A part of a page, in whole pixels."""
 
 
+Framing = Literal["usual", "wide", "near"]
+"""How much of its picture a panel shows: what suits it, as much as it can, or a part that counts most."""
+
+
 @dataclass(frozen=True)
 class Moment:
     """A key frame of the film, to be shown by a panel.
@@ -98,6 +102,7 @@ class Moment:
         scene: number of its scene, from 0.
         blobs: boxes of small objects that stand out, which no panel edge should cut.
         offset: left and top of the picture in its frame, above 0 where there are letterbox bars.
+        framing: whether the panel shows it from afar or from near, where moments look alike.
     """
 
     time: float
@@ -108,6 +113,7 @@ class Moment:
     scene: int
     blobs: tuple[Box, ...] = ()
     offset: tuple[int, int] = (0, 0)
+    framing: Framing = "usual"
 
     def picture(self, frame: np.ndarray) -> np.ndarray:
         """The picture in its frame, H x W x 3."""

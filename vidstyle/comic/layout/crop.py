@@ -18,6 +18,8 @@ TINY = 1 / 12
 """A face is tiny if its height is below this share of the picture's."""
 AROUND = 1.6
 """Wanted size of a window, relative to its content."""
+AROUND_NEAR = 1.05
+"""The same for a moment that is shown from near."""
 HEAD_ROOM = 0.35
 """Head room above a face, in heights of the face."""
 NECK_ROOM = 0.2
@@ -93,13 +95,18 @@ def _scales(moment: Moment, width: float, height: float) -> list[float]:
 
     A smaller window may leave a face out that would otherwise be cut.
     """
+    if moment.framing == "wide":
+        return [1.0]
     face = main_face(moment)
-    if face is None:
+    if moment.framing == "near":
+        least = NEAREST_TINY
+    elif face is None:
         least = NEAREST_FACELESS
     else:
         least = NEAREST_TINY if face.height < TINY * moment.shape[0] else NEAREST
     kept = what_counts(moment)
-    wanted = AROUND * max(kept.width / width, kept.height / height)
+    around = AROUND_NEAR if moment.framing == "near" else AROUND
+    wanted = around * max(kept.width / width, kept.height / height)
     near = min(1.0, max(least, wanted))
     return [near, (near + least) / 2, least]
 

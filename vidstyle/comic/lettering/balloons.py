@@ -9,7 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.analyze.saliency import mean_under
-from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, size_of, with_face_room, with_tail
+from vidstyle.comic.lettering.bubble import (
+    BALLOONS,
+    Bubble,
+    BubbleKind,
+    TextBlock,
+    size_of,
+    with_face_room,
+    with_tail,
+)
 from vidstyle.comic.moment import Box
 
 _GRID = 11
@@ -115,7 +123,7 @@ def _places(wording: Wording, room: FreeSpace) -> _Places:
 
 
 def _is_shapely(wording: Wording, width: float, height: float) -> bool:
-    if wording.kind != "balloon":
+    if wording.kind not in BALLOONS:
         return height * 0.8 <= width <= _WIDEST_CAPTION * height or len(wording.blocks) == 1
     return _TALLEST * height <= width <= _WIDEST * height or len(wording.blocks) == 1
 
@@ -145,9 +153,9 @@ def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
     price = _SEEN * mean_under(room.attention, room.picture, boxes)
     price = price + _LOW * (boxes[:, 1] - area.top) / area.height + _BIG * width * height / area.area
     price = price + _LOOSE * ((boxes[:, 1] > area.top) & (boxes[:, 3] < area.bottom - 1))
-    flat = _FLAT_BALLOON if wording.kind == "balloon" else _FLAT_CAPTION
+    flat = _FLAT_BALLOON if wording.kind in BALLOONS else _FLAT_CAPTION
     price += _FLAT * np.log(width / height / flat) ** 2
-    if wording.kind != "balloon":
+    if wording.kind not in BALLOONS:
         return price + _ASIDE * (boxes[:, 0] - area.left) / area.width
     face = wording.face
     if face is None:

@@ -16,10 +16,14 @@ from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.moment import Box
 
 Point = tuple[float, float]
-BubbleKind = Literal["balloon", "caption", "band"]
+BubbleKind = Literal["balloon", "burst", "cloud", "whisper", "caption", "band"]
+BALLOONS = "balloon", "burst", "cloud", "whisper"
+"""The kinds that are round, with the text in the middle."""
 
 LINE_WIDTH = 0.09
 """Width of the outline, in font sizes."""
+DASH = 0.3
+"""Length of the dashes around what is whispered, and of the gaps between them, in font sizes."""
 LINE = 1.2
 """Line height, in font sizes."""
 FACE_ROOM = 0.06
@@ -36,6 +40,11 @@ _SHORTEST, _AIR = 0.4, 0.1
 """Minimum length of a tail outside the balloon, and its distance to the face, in font sizes."""
 _LONGEST = 12.0
 """Maximum length of a tail in font sizes: a longer one might cross somebody else."""
+_EDGES: dict[BubbleKind, tuple[float, float, bool]] = {
+    "burst": (1.1, 0.16, True),
+    "cloud": (1.5, 0.1, False),
+}
+"""Distance of the points of an edge in font sizes, how far it goes in, and whether it is pointed."""
 _SHAPES = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 19, 24, 30)
 """Numbers of lines tried."""
 _LONG_WORD = 32
@@ -69,7 +78,8 @@ class Bubble:
     """A text and the shape around it, in pixels of the page.
 
     Attributes:
-        kind: "balloon" for speech, "caption" for a box, "band" for a text without a box of its own.
+        kind: "balloon" for speech, "burst" for shouts and sounds, "cloud" for thoughts, "whisper" with a
+            broken line, "caption" for a box, "band" for a text without a box of its own.
         box: bounding box without the tail.
         tip: end of the tail, or None.
     """
@@ -93,10 +103,12 @@ class Bubble:
     def outline(self) -> np.ndarray:
         """The vertices of the shape, count x 2; those of a tail (root, tip, root) come first."""
         box = self.box
-        if self.kind != "balloon":
+        if self.kind not in BALLOONS:
             left, top, right, bottom = box
             return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
         around = _superellipse(box.center, box.width / 2, box.height / 2, 0.15 * self.block.size)
+        if self.kind in _EDGES:
+            around = _edged(around, box.center, self.block.size, *_EDGES[self.kind])
         if self.tip is None:
             return around
         direction = np.subtract(self.tip, box.center)
@@ -114,7 +126,7 @@ class Bubble:
         """Each line with its left end, baseline and width."""
         block, (middle, center) = self.block, self.box.center
         top, indented = center - block.height / 2, self.box.left + _CAPTION_PADDING[0] * block.size
-        lefts = [middle - width / 2 if self.kind == "balloon" else indented for width in block.widths]
+        lefts = [middle - width / 2 if self.kind in BALLOONS else indented for width in block.widths]
         feet = [top + (number * LINE + 0.8) * block.size for number in range(len(block.lines))]
         return list(zip(block.lines, lefts, feet, block.widths, strict=True))
 
@@ -130,12 +142,31 @@ def _superellipse(middle: Point, wide: float, high: float, step: float) -> np.nd
     return np.stack([middle[0] + np.interp(stops, way, x), middle[1] + np.interp(stops, way, y)], axis=1)
 
 
+def _edged(
+    around: np.ndarray, middle: Point, size: int, pitch: float, depth: float, pointed: bool
+) -> np.ndarray:
+    """An outline drawn in between points: straight to each, or in arcs; the box of both is the same."""
+    way = np.hypot(*(around - np.roll(around, 1, axis=0)).T).cumsum()
+    count = max(8, round(float(way[-1]) / (pitch * size)))
+    phase = way / way[-1] * count
+    part = phase % 1
+    if pointed:
+        # Points of uneven length, as drawn by hand.
+        uneven = 0.55 + 0.45 * ((np.floor(phase + 0.5).astype(int) % count * 7) % 5) / 4
+        out = np.abs(2 * part - 1) * uneven
+    else:
+        out = np.sin(math.pi * part)
+    return middle + (around - middle) * (1 - depth + depth * out)[:, np.newaxis]
+
+
 def size_of(kind: BubbleKind, block: TextBlock) -> tuple[float, float]:
     """Width and height of the box around a text, in whole pixels."""
-    across, down = (pad * block.size for pad in (_PADDING if kind == "balloon" else _CAPTION_PADDING))
+    across, down = (pad * block.size for pad in (_PADDING if kind in BALLOONS else _CAPTION_PADDING))
     wide, high = block.width / 2 + across, block.height / 2 + down
-    if kind == "balloon":
+    if kind in BALLOONS:
         scale = _swelling(block, wide, high)
+        if kind in _EDGES:
+            scale /= 1 - _EDGES[kind][1]
         wide, high = wide * scale, high * scale
     return math.ceil(2 * wide), math.ceil(2 * high)
 
@@ -163,7 +194,7 @@ def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
     Args:
         kept: boxes that no tail may cross: faces with their margins, and other balloons.
     """
-    if bubble.kind != "balloon" or face is None:
+    if bubble.kind not in BALLOONS or bubble.kind == "cloud" or face is None:
         return bubble
     mouth = face.center[0], face.top + 0.75 * face.height
     tips = _tips(bubble, mouth, with_face_room(face), kept)

@@ -24,8 +24,8 @@ _CROWDED, _WORST = 1.0, 1.5
 """Cost of twice `EASY_LETTERS`, growing with the square of the excess, and its limit."""
 _FAR, _LATE = 0.5, 0.3
 """Cost of a line `REACH` away from the moment, and of one that ends before it."""
-_ONE_SENTENCE = 80
-"""Two parts of a sentence of fewer letters are joined."""
+_ONE_SENTENCE = MAX_LETTERS
+"""Parts of a sentence of no more letters are joined."""
 _BREATH = 1.5
 """Maximum seconds between the parts of a sentence."""
 _ENDINGS = tuple('.!?…:"”»)]')
@@ -129,8 +129,11 @@ def _joined(lines: Sequence[Line]) -> list[Line]:
 
 
 def _is_one_sentence(line: Line, after: Line) -> bool:
+    """Whether one goes on in the other: a part without a speaker of its own may be anybody's."""
+    same = (line.narrated, line.speaker) == (after.narrated, after.speaker)
     return (
-        (line.narrated, line.speaker) == (after.narrated, after.speaker)
+        (same or not (after.narrated or after.speaker))
+        and "sound" not in (line.manner, after.manner)
         and after.start - line.end <= _BREATH
         and not line.text.endswith(_ENDINGS)
         and len(line.text) + len(after.text) < _ONE_SENTENCE

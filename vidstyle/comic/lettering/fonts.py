@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import unicodedata
 from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
@@ -51,16 +52,17 @@ class Letters:
     """A font at any size.
 
     Attributes:
+        capitals: whether all is written in capitals, as comics are lettered.
         lacking: characters of texts so far that the font lacks.
     """
 
-    def __init__(self, path: Path | None = None) -> None:
+    def __init__(self, path: Path | None = None, capitals: bool = False) -> None:
         """`path`: a TrueType or OpenType font; None: Pillow's built-in one.
 
         Raises:
             InputError: it cannot be read.
         """
-        self.path = path
+        self.path, self.capitals = path, capitals
         self.lacking: dict[str, None] = {}
         self._sizes: dict[int, ImageFont.FreeTypeFont] = {}
         self._known: dict[str, bool] = {}
@@ -79,9 +81,9 @@ class Letters:
 
     @property
     def free_font(self) -> bytes | None:
-        """The file of Pillow's built-in font, which may be embedded (CC0); None for another font."""
+        """The file of Pillow's built-in font (CC0) or of the comic font (OFL), which may be embedded."""
         if self.path is not None:
-            return None
+            return self.path.read_bytes() if self.path == comic_font() else None
         file = self.font(_MIN_SIZE).path
         return file.getvalue() if isinstance(file, BytesIO) else None
 
@@ -91,11 +93,13 @@ class Letters:
 
     def writable(self, text: str) -> str:
         """The text with substitutes for characters that the font lacks; notes are left out."""
+        text = text.upper() if self.capitals else text
         shown = "".join(self._written(letter) for letter in unicodedata.normalize("NFC", text))
         return " ".join(shown.split())
 
     def missing(self, text: str) -> set[str]:
         """The characters of a text that the font lacks and that are substituted."""
+        text = text.upper() if self.capitals else text
         letters = set(unicodedata.normalize("NFC", text)).difference(_MARKS, NOTES)
         return {each for each in letters if not self._has(each)}
 
@@ -155,11 +159,20 @@ _DISLIKED = "bold italic oblique mono serif light thin condensed black math symb
 """Parts of font names that suit a comic, and that do not."""
 
 
+def comic_font() -> Path | None:
+    """The hand-lettered font that is installed with comics; None where it is not."""
+    found = find_spec("font_intuitive")
+    path = Path(found.origin).parent / "files" / "Intuitive.ttf" if found and found.origin else None
+    return path if path and path.is_file() else None
+
+
 def letters_for(texts: Iterable[str], letters: Letters) -> Letters:
-    """The given font, or an installed one if it is the built-in font and lacks characters."""
+    """The given font; instead of the built-in one the comic font, or an installed one that lacks less."""
     if letters.path is not None:
         return letters
-    wanted = "".join(texts)
+    wanted, comic = "".join(texts), comic_font()
+    if comic and not (drawn := Letters(comic, capitals=True)).missing(wanted):
+        return drawn
     best, fewest = letters, len(letters.missing(wanted))
     for file in islice(_files(), _MAX_FILES) if fewest else ():
         try:

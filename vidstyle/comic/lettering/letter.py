@@ -11,9 +11,9 @@ from vidstyle.comic.analyze.saliency import mean_under, within
 from vidstyle.comic.layout.crop import crop, elsewhere, on_page
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
-from vidstyle.comic.lettering.bubble import Bubble, TextBlock, shapes, size_of
+from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.lettering.subtitle_lines import Line
+from vidstyle.comic.lettering.subtitle_lines import Line, Manner
 from vidstyle.comic.moment import Box, Moment, Rectangle
 
 GROWTH = 1.6
@@ -23,6 +23,15 @@ ROUNDS = 3
 
 _SMALLER = 0.85
 """Factor on the font size where there is little room."""
+_QUIET = 0.85
+"""Factor on the font size of what is whispered."""
+_KINDS: dict[Manner, BubbleKind] = {
+    "said": "balloon",
+    "shouted": "burst",
+    "whispered": "whisper",
+    "thought": "cloud",
+    "sound": "burst",
+}
 _AIR = 0.35
 """Distance between bubbles and the border, in font sizes."""
 _BAND, _WIDEST_BAND = 0.3, 0.55
@@ -49,7 +58,7 @@ class TextStyle:
 
     def shapes(self, line: Line, widest: float) -> list[TextBlock]:
         """The shapes that the text of a line can take, none wider than `widest` pixels."""
-        text = self.letters.writable(line.text)
+        text = self.letters.writable(line.text.upper() if line.manner == "sound" else line.text)
         return shapes(self.letters, text, self.size, widest) if widest > 0 else []
 
 
@@ -163,11 +172,12 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: Tex
         across = [max(faces, key=lambda face: face.area)]
     of = dict(zip(speakers, across, strict=False))
     for line in lines:
-        blocks = style.shapes(line, area.width - 2 * style.size)
-        if line.narrated:
+        size = round(style.size * _QUIET) if line.manner == "whispered" else style.size
+        blocks = replace(style, size=size).shapes(line, area.width - 2 * style.size)
+        if line.narrated and line.manner != "sound":
             yield Wording("caption", blocks)
         else:
-            yield Wording("balloon", blocks, of.get(line.speaker))
+            yield Wording(_KINDS[line.manner], blocks, None if line.narrated else of.get(line.speaker))
 
 
 def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> Panel | None:

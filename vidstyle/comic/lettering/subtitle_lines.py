@@ -8,10 +8,13 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from vidstyle.comic.lettering.fonts import NOTES
 from vidstyle.errors import InputError, log
 from vidstyle.media.read.subtitles import SubtitleEvent, parse_subtitles, read_subtitles
+
+Manner = Literal["said", "shouted", "whispered", "thought", "sound"]
 
 # Possessive, and never beyond the next mark, so that their time is linear in the length of the text.
 _TAG = re.compile(r"</?[a-zA-Z][^<>]*+>|<\d[\d:.]*+>|\{\\[^{}]*+\}")
@@ -22,6 +25,16 @@ _ITALIC = re.compile(
 _DRAWING = re.compile(r"\{[^{}]*\\p[1-9]")
 _DASH = re.compile(r"^\s*[-‐‑–—]+\s*(?=\S)")
 _BRACKETS = re.compile(r"^[\[(][^\])]*[\])]$")
+_SPEAKER = re.compile(r"^([^\W\d_][\w .'’&#-]{0,23}?)(?:\s*\([^()]*\))?\s?:\s+(?=\S)")
+"""A name before what is said; it counts if it is in capitals."""
+_NARRATORS = "NAR", "NARRATOR", "NARRATION", "VO", "V.O.", "VOICE OVER", "VOICEOVER", "CAPTION"
+_HOW = re.compile(r"^[\[(]\s*([^\W\d_]+)[^\])]*[\])]\s*(?=\S)")
+_MANNERS: dict[str, Manner] = {
+    **dict.fromkeys(("whisper", "whispers", "whispering", "softly", "quietly", "sotto"), "whispered"),
+    **dict.fromkeys(("thinking", "thinks", "thought", "thoughts"), "thought"),
+    **dict.fromkeys(("shout", "shouts", "shouting", "yells", "yelling", "screams", "screaming"), "shouted"),
+}
+"""The first word of a remark in brackets before what is said in that manner."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +46,7 @@ class Line:
         text: plain text without line breaks.
         narrated: whether it is not spoken in the picture: narration, lyrics or a sound description.
         speaker: name, or number within the subtitle; empty if unknown.
+        manner: how it is said; "sound" for a sound that is described.
     """
 
     start: float
@@ -40,6 +54,7 @@ class Line:
     text: str
     narrated: bool = False
     speaker: str = ""
+    manner: Manner = "said"
 
 
 def lines_of_film(source: str | os.PathLike[str]) -> list[Line]:
@@ -91,11 +106,57 @@ def _lines_of(event: SubtitleEvent) -> Iterator[Line]:
     italic = not _plain(_ITALIC.sub("", marked)).strip()
     voices = _voices(html.unescape(_TAG.sub("", marked)).split("\n"))
     for number, voice in enumerate(voices):
-        text = _plain(voice)
-        narrated = italic or text[:1] in tuple(NOTES) or bool(_BRACKETS.match(text))
-        if text.strip(NOTES + " "):
-            speaker = event.speaker or (str(number + 1) if len(voices) > 1 else "")
-            yield Line(event.start, event.end, text, narrated, speaker)
+        name, text = _named(_plain(voice))
+        manner, text = _manner(text)
+        if not text.strip(NOTES + " "):
+            continue
+        is_narrator = name.upper() in _NARRATORS
+        narrated = italic or is_narrator or manner == "sound" or text[0] in NOTES
+        speaker = "" if is_narrator else event.speaker or name
+        yield Line(
+            event.start,
+            event.end,
+            text,
+            narrated,
+            speaker or (str(number + 1) if len(voices) > 1 else ""),
+            manner,
+        )
+
+
+def _named(text: str) -> tuple[str, str]:
+    """The name before what is said, or nothing, and what is said.
+
+    >>> _named("ANNA: Hello."), _named("Remember: run!"), _named("NAR: Long ago")
+    (('ANNA', 'Hello.'), ('', 'Remember: run!'), ('NAR', 'Long ago'))
+    """
+    found = _SPEAKER.match(text)
+    if found is None or not (found[1].isupper() or found[1].upper() in _NARRATORS):
+        return "", text
+    return found[1], text[found.end() :]
+
+
+def _manner(text: str) -> tuple[Manner, str]:
+    """How something is said, and the text without a remark about that.
+
+    >>> _manner("(whispering) Come."), _manner("[thunder]"), _manner("RUN, ALL OF YOU!"), _manner("No!")
+    (('whispered', 'Come.'), ('sound', 'thunder'), ('shouted', 'RUN, ALL OF YOU!'), ('said', 'No!'))
+    """
+    if _BRACKETS.match(text):
+        inner = text[1:-1].strip()
+        # Music is heard all the time: its notes are a caption.
+        return ("said", inner) if inner[:1] in tuple(NOTES) else ("sound", inner)
+    found = _HOW.match(text)
+    manner = _MANNERS.get(found[1].lower()) if found else None
+    if found and manner:
+        return manner, text[found.end() :]
+    letters = [each for each in text if each.isalpha()]
+    is_shouted = "!" in text[-3:] and (("!!" in text or "?!" in text) or _is_loud(letters))
+    return ("shouted" if is_shouted else "said"), text
+
+
+def _is_loud(letters: list[str]) -> bool:
+    """Whether a text of several letters is in capitals, in a script that has them."""
+    return len(letters) > 3 and all(each.isupper() for each in letters)
 
 
 def _plain(text: str) -> str:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from io import BytesIO
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 
-from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.lettering.bubble import DASH, Bubble, Point
 from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
@@ -109,17 +110,41 @@ def _draw_outline(canvas: np.ndarray, bubble: Bubble) -> None:
     left, top = (max(0, math.floor(low) - room) for low in points.min(axis=0))
     right, bottom = (math.ceil(high) + room for high in points.max(axis=0))
     part = canvas[top : min(height, bottom), left : min(width, right)]
-    body, line = _masks((points - (left, top)) * _LARGER, part.shape, bubble.line_width * _LARGER)
+    dash = DASH * bubble.block.size * _LARGER if bubble.kind == "whisper" else 0.0
+    body, line = _masks((points - (left, top)) * _LARGER, part.shape, bubble.line_width * _LARGER, dash)
     part[:] = np.rint(part * (1 - np.maximum(body, line)) + np.minimum(body, 1 - line) * PAPER)
 
 
-def _masks(points: np.ndarray, shape: tuple[int, ...], line_width: float) -> list[np.ndarray]:
-    """Coverage of each pixel by the polygon, and by its line: H x W x 1, 0..1."""
+def _masks(points: np.ndarray, shape: tuple[int, ...], line_width: float, dash: float) -> list[np.ndarray]:
+    """Coverage of each pixel by the polygon, and by its line: H x W x 1, 0..1.
+
+    `dash`: length of the line's dashes and gaps in pixels; 0: it is unbroken.
+    """
     from PIL import Image, ImageDraw
 
     corners = [(float(x), float(y)) for x, y in points]
     masks = [Image.new("L", (shape[1] * _LARGER, shape[0] * _LARGER)) for _ in range(2)]
     body, line = map(ImageDraw.Draw, masks)
     body.polygon(corners, fill=255)
-    line.line([*corners, *corners[:2]], fill=255, width=max(1, round(line_width)), joint="curve")
+    for piece in _dashes([*corners, *corners[:2]], dash):
+        line.line(piece, fill=255, width=max(1, round(line_width)), joint="curve")
     return [np.asarray(mask.reduce(_LARGER), np.float32)[..., np.newaxis] / 255 for mask in masks]
+
+
+def _dashes(corners: list[Point], dash: float) -> Iterator[list[Point]]:
+    """The pieces of a line that are drawn."""
+    if not dash:
+        yield corners
+        return
+    piece, way = [corners[0]], 0.0
+    for start, end in pairwise(corners):
+        way += math.dist(start, end)
+        if way // dash % 2 == 0:
+            piece.append(end)
+        elif len(piece) > 1:
+            yield piece
+            piece = [end]
+        else:
+            piece = [end]
+    if len(piece) > 1:
+        yield piece

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.layout.paper import INCH
-from vidstyle.comic.lettering.bubble import Bubble
+from vidstyle.comic.lettering.bubble import DASH, Bubble
 from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
@@ -107,9 +107,11 @@ def _bubble(bubble: Bubble) -> Iterator[str]:
     yield f'<g class="{bubble.kind}">'
     if bubble.kind != "band":
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in bubble.outline)
+        dash = DASH * bubble.block.size
+        dashes = f' stroke-dasharray="{dash:.1f}"' if bubble.kind == "whisper" else ""
         yield (
             f'<polygon points="{points}" fill="#fff" stroke="#000"'
-            f' stroke-width="{bubble.line_width:.2f}" stroke-linejoin="round"/>'
+            f' stroke-width="{bubble.line_width:.2f}" stroke-linejoin="round"{dashes}/>'
         )
     yield f'<text font-size="{bubble.block.size}">'
     # textLength keeps the width if another font is used.

@@ -19,6 +19,13 @@ LOOKBACK = 12
 PANELS_PER_PAGE = 6
 """If the number of panels is free, no two of so many successive ones look nearly the same."""
 
+FEW = 3
+"""With fewer panels a film that moves is told by moments of its shots, however alike they look."""
+BEAT, _BEATS = 0.9, 5
+"""Seconds of film for each such moment, and their maximum number."""
+_MOVES = 0.02
+"""Motion above which something happens in a film."""
+
 _FORCED, _TOO_CLOSE = 1000.0, 50.0
 """Score of a requested frame, and cost of two frames too close together in time. Each outweighs the sum of
 all terms after it."""
@@ -62,7 +69,8 @@ def choose(
     Args:
         survey: the candidates; blank ones are left out, and damaged ones if there are others.
         forced: requested frames, which are always chosen.
-        panels: how many in all; None: `default_panels`, and fewer where pictures would look the same.
+        panels: how many in all; None: `default_panels`, fewer where pictures would look the same, but of a
+            film that moves at least a few.
         least: minimum number where `panels` is None.
     """
     clear = [each for each in survey.candidates if not each.blank]
@@ -75,12 +83,20 @@ def choose(
     kept = _thinned(pool, values, survey, max(MAX_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
     like, places = similarity([each.thumbnail for each in pool]), _places(pool, survey)
-    wanted = _wanted(survey, like, len(forced), panels, least)
+    wanted, beats = _wanted(survey, like, len(forced), panels, least), _beats(survey, len(pool))
     while True:
+        few = wanted < FEW and panels is None
+        wanted = max(wanted, beats) if few else wanted
         chosen = _best(values, _steps(pool, places, wanted), _similarity_costs(like), places, wanted)
-        if panels is not None or wanted <= max(1, len(forced)) or not _has_doubles(like, chosen):
+        if few or panels is not None or wanted <= max(1, len(forced)) or not _has_doubles(like, chosen):
             return [pool[number] for number in chosen]
         wanted -= 1
+
+
+def _beats(survey: Survey, most: int) -> int:
+    """How many moments tell a film of which few pictures differ: 1 where nothing moves."""
+    moves = not survey.is_folder and any(each.motion > _MOVES for each in survey.candidates)
+    return max(1, min(_BEATS, most, round(survey.seconds / BEAT))) if moves else 1
 
 
 def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None, least: int) -> int:

@@ -12,6 +12,7 @@ from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT, similarity
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.select.choose import LOOKBACK, choose, importance
+from vidstyle.comic.select.framing import framed
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import OnStep, unwatched
 
@@ -77,7 +78,8 @@ def find_moments(
         raise UsageError("--skip", "leaves nothing of the film")
     better = _better(film, chosen, options, on_step)
     weights = importance(better, survey)
-    return [replace(each, importance=weight) for each, weight in zip(better, weights, strict=True)]
+    weighted = [replace(each, importance=weight) for each, weight in zip(better, weights, strict=True)]
+    return list(weighted) if survey.is_folder else list(framed(weighted))
 
 
 def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
