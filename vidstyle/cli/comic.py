@@ -71,7 +71,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
               help="Subtitles, .srt or .vtt.  [default: the film's]")  # fmt: skip
 @click.option("--title", default="", show_default=False, help="Title above the first page.")
 @click.option("--font", type=click.Path(path_type=Path), metavar="FILE",
-              help="Font, .ttf or .otf.  [default: comic capitals, or an installed one if needed]")  # fmt: skip
+              help="Font, .ttf or .otf.  [default: comic capitals, or one that has all letters]")  # fmt: skip
 @click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Save the key frames, with a table of their times.")  # fmt: skip
 @click.option("--storyboard", is_flag=True, help="Make a contact sheet with times instead.")
