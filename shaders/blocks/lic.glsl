@@ -9,14 +9,14 @@ vec3 lic(ivec2 at, float length_, float size, float angle, float contrast) {
     vec2 start = vec2(at) + 0.5;
     float mean = white_noise_between(start * per_pixel);
     for (int side = 0; side < 2; side++) {
-        vec2 direction = stroke_direction(picture_at(at), fixed_direction), place = start;
+        vec2 direction = stroke_direction(picture_at(at), fixed_direction), away = vec2(0.0);
         direction = side == 0 ? direction : -direction;
         float weight = 1.0;
         for (int number = 0; number < steps; number++) {
-            place += size * direction;
+            away += size * direction; // from the pixel: far from the page's corner, places would be rounded off
             weight -= 1.0 / total;
-            mean += weight * white_noise_between(place * per_pixel);
-            vec2 next = stroke_direction(picture_at(ivec2(floor(place))), fixed_direction);
+            mean += weight * white_noise_between((start + away) * per_pixel);
+            vec2 next = stroke_direction(picture_at(at + ivec2(floor(away + 0.5))), fixed_direction);
             direction = dot(next, direction) < 0.0 ? -next : next;
         }
     }
