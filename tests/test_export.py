@@ -71,7 +71,7 @@ def test_the_tables_of_a_page_hold_what_plans_of_other_values_hold(name: str) ->
 
 def test_what_changes_the_passes_is_no_control_of_a_page() -> None:
     changes = page_data(load_style({"format": 1, "knobs": ["etf.passes"], "base": [{"block": "etf"}]}))
-    assert [control["path"] for control in changes["controls"]] == ["ink", "paper"]
+    assert [control["path"] for control in changes["controls"]] == ["paper"]
     assert changes["fixed"] == ["etf.passes"]
 
 

@@ -5,7 +5,7 @@
 vec3 lic(ivec2 at, float length_, float size, float angle, float contrast) {
     vec2 fixed_direction = fixed_stroke_direction(angle);
     int steps = int(ceil(length_ / 2.0 / size));
-    float total = float(steps + 1), per_pixel = 1.0 / size;
+    float total = float(steps + 1), per_pixel = 1.0 / size, reach = ceil(float(steps) * size) + 2.0;
     vec2 start = vec2(at) + 0.5;
     float mean = white_noise_between(start * per_pixel);
     for (int side = 0; side < 2; side++) {
@@ -16,7 +16,7 @@ vec3 lic(ivec2 at, float length_, float size, float angle, float contrast) {
             away += size * direction; // from the pixel: far from the page's corner, places would be rounded off
             weight -= 1.0 / total;
             mean += weight * white_noise_between((start + away) * per_pixel);
-            vec2 next = stroke_direction(picture_at(at + ivec2(floor(away + 0.5))), fixed_direction);
+            vec2 next = stroke_direction(picture_at(at - int(reach) + ivec2(reach + 0.5 + away)), fixed_direction);
             direction = dot(next, direction) < 0.0 ? -next : next;
         }
     }

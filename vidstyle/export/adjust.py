@@ -30,7 +30,8 @@ def main_controls(style: Style) -> list[dict[str, Any]]:
     """The controls that the style recommends, then its colours, as `panel` describes them."""
     entries = [entry for entry in panel(style, style)["entries"] if entry["main"]]
     recommended = [entry for entry in entries if entry["step"]]
-    return recommended + [entry for entry in entries if entry["path"] in ("ink", "paper")]
+    colors = ("ink", "paper") if style.lines else ("paper",)
+    return recommended + [entry for entry in entries if entry["path"] in colors]
 
 
 def with_tints(style: Style) -> Style:
