@@ -99,7 +99,7 @@ def test_a_value_beyond_the_ends_is_refused(block: Block, parameter: Parameter) 
     wrong: dict[type, list[object]] = {
         Choice: ["", "none of them", 1, None],
         Switch: [1, 0, "true", None],
-        Color: ["red", "#12345", "#1234567", 0],
+        Color: ["reddish", "#12345", "#1234567", 0],
         SavedRef: ["a b", "../x", 3, None],
         Asset: ["/etc/passwd", "../x", 3, None],
     }

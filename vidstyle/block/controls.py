@@ -25,6 +25,9 @@ class Slider:
         help: one line, without a full stop.
         unit: "px" for lengths that follow the picture's size, "s", "degrees", "levels of 255" and so on.
         explore: the range for random styles; None keeps the default.
+        power: by which power of a picture's size the value grows, in styles that name a `height`: 1 for the
+            slope of edges, and for lengths, which is what "px" means; -1 for the width of a ramp of tones.
+        grows_if: the name of a switch of the block without which it does not grow.
     """
 
     low: float
@@ -32,6 +35,12 @@ class Slider:
     help: str
     unit: str = ""
     explore: tuple[float, float] | None = None
+    power: int = 0
+    grows_if: str = ""
+
+    def __post_init__(self) -> None:
+        if self.unit == "px":
+            object.__setattr__(self, "power", 1)
 
     def check(self, value: object, is_integer: bool) -> int | float:
         """The value as a number in range.

@@ -22,4 +22,5 @@ def flow_xdog(
 
     flow_dog, then soft_threshold. Paper, section 4.2 C, equation 1.
     """
-    return [(flow_dog, {"sigma": sigma, "p": p}), (soft_threshold, {"phi": phi, "epsilon": epsilon})]
+    ink = {"phi": phi, "epsilon": epsilon, "edges": True}
+    return [(flow_dog, {"sigma": sigma, "p": p}), (soft_threshold, ink)]

@@ -14,7 +14,9 @@ from vidstyle.core.kernels import TIE_LIFT, compiled
 def posterize(
     picture: np.ndarray,
     levels: Annotated[int, Slider(2, 32, "tones in each channel", explore=(5, 12))] = 10,
-    softness: Annotated[float, Slider(0, 1, "part of each step that is a ramp; reduces flicker")] = 0.15,
+    softness: Annotated[
+        float, Slider(0, 1, "part of each step that is a ramp; reduces flicker", power=-1)
+    ] = 0.15,
 ) -> np.ndarray:
     """Quantize each channel to a few flat tones.
 

@@ -6,23 +6,29 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Slider, block
+from vidstyle.block import Slider, Switch, block
 from vidstyle.core.kernels import compiled
+
+SLOPE = Slider(
+    0.001, 1, "slope of the ramp", "per level of 255", explore=(0.013, 0.059), power=1, grows_if="edges"
+)
 
 
 @block("pixel", on="channels")
 def soft_threshold(
     picture: np.ndarray,
-    phi: Annotated[
-        float, Slider(0.001, 1, "slope of the ramp", "per level of 255", explore=(0.013, 0.059))
-    ] = 0.03,
+    phi: Annotated[float, SLOPE] = 0.03,
     epsilon: Annotated[
         float, Slider(0, 255, "threshold; everything above it is white", "levels of 255", explore=(50, 110))
     ] = 110,
+    edges: Annotated[bool, Switch("keep the ramp as narrow on larger pictures, as for lines")] = False,
 ) -> np.ndarray:
     """Make everything above a threshold white, with a tanh ramp to black below it.
 
     1 + tanh(min(0, phi (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
+
+    `edges` is for what makes lines: their slope falls as a picture grows, so that phi has to grow with it.
+    For a curve of tones it stays off.
     """
     out = np.empty(picture.shape, np.float32)
     rows = len(picture), -1

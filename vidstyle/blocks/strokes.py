@@ -17,6 +17,8 @@ BRISTLE = (16.0, 1.6)
 """Length and width of the marks of bristles, in pixels."""
 
 
+LEAST_SHARE = 1 / 512
+"""What of a pixel strokes have to leave open for those below to be drawn."""
 MOST_ACROSS = 5
 """Squares of the grid along a stroke, at most: a pixel has to look for strokes in all of them."""
 
@@ -89,12 +91,9 @@ def _choose(strokes_, row, column, around, edges, reach, chosen):  # type: ignor
 
 @compiled(fastmath=True)
 def _paint(strokes_, around, first, size, looks, directions, pictures, chosen, out):  # type: ignore[no-untyped-def]
-    """Square by square, whose pixels see the same strokes: the two uppermost over what lies below."""
-    (half_length, half_width, reach, pitch), (variation, colors, bristles), (picture, under) = (
-        size,
-        looks,
-        pictures,
-    )
+    """Square by square, whose pixels see the same strokes, from the uppermost down."""
+    (half_length, half_width, reach, pitch), (picture, under) = size, pictures
+    (variation, colors, bristles), least_share = looks, np.float32(LEAST_SHARE)
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     along_scale, across_scale = np.float32(1 / BRISTLE[0]), np.float32(1 / BRISTLE[1])
     (cosines, sines), least = directions, (half_width + half) * (half_width + half)
@@ -111,7 +110,7 @@ def _paint(strokes_, around, first, size, looks, directions, pictures, chosen, o
             for y in range(rows[0], rows[1]):
                 for x in range(start, end):
                     cosine, sine = cosines[y, x], sines[y, x]
-                    red, green, blue, shown, seen = zero, zero, zero, one, 0
+                    red, green, blue, shown = zero, zero, zero, one
                     for k in range(count):
                         dx, dy = np.float32(x) + half - chosen[k, 0], np.float32(y) + half - chosen[k, 1]
                         along, across = dx * cosine + dy * sine, dy * cosine - dx * sine
@@ -122,10 +121,10 @@ def _paint(strokes_, around, first, size, looks, directions, pictures, chosen, o
                         cover = min(half_width + half - np.sqrt(squared), one)
                         tone = chosen[k, 3]
                         change = variation * (tone - half)
-                        if seen == 0:
-                            own = tone * np.float32(512) + np.float32(64)
-                            mark = noise_between(own + along * along_scale, own + across * across_scale)
-                            change += bristles * (mark - half)
+                        # The same for the opposite direction, which is the same direction.
+                        own = tone * np.float32(512) + np.float32(64)
+                        mark = noise_between(own + abs(along) * along_scale, own + abs(across) * across_scale)
+                        change += bristles * (mark - half)
                         row = min(max(int(np.floor(chosen[k, 1])), 0), height - 1)
                         column = min(max(int(np.floor(chosen[k, 0])), 0), columns - 1)
                         share = shown * cover
@@ -140,8 +139,7 @@ def _paint(strokes_, around, first, size, looks, directions, pictures, chosen, o
                         )
                         blue += share * min(max(picture[row, column, 2] + change + other[1], zero), one)
                         shown -= share
-                        seen += 1
-                        if seen == 2 or shown <= zero:
+                        if shown < least_share:
                             break
                     out[y, x, 0] = red + shown * under[y, x, 0]
                     out[y, x, 1] = green + shown * under[y, x, 1]

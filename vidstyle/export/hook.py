@@ -120,11 +120,11 @@ def _passes(style: Style, plan: dict[str, Any], powers: list[int], frozen: Froze
     factors = list(zip(plan["values"][:at], powers[:at], strict=True))
     for number, each in enumerate(plan["passes"], 1):
         values: dict[str, list[float]] = {}
-        lengths = set()
+        lengths: dict[str, int] = {}
         for name, kind, length in each["uniforms"]:
             end = at + COMPONENTS[kind] * max(length, 1)
-            if end == at + 1 and powers[at] == 1:
-                lengths.add(name)
+            if end == at + 1 and powers[at]:
+                lengths[name] = powers[at]
             values[name], at = plan["values"][at:end], end
         if "measures" in each:
             continue
@@ -176,7 +176,7 @@ class _Source:
     """Turns the shader of a pass into the source of a hook."""
 
     def __init__(
-        self, plan: dict[str, Any], each: dict[str, Any], values: dict[str, Any], lengths: set[str],
+        self, plan: dict[str, Any], each: dict[str, Any], values: dict[str, Any], lengths: dict[str, int],
         frozen: Frozen, factors: Factors,
     ) -> None:  # fmt: skip
         self._plan, self._pass, self._values, self._frozen = plan, each, values, frozen
@@ -267,10 +267,12 @@ class _Source:
         return f"{kind}[{length}]({', '.join(parts)})" if length else parts[0]
 
     def _length(self, name: str) -> str:
-        """A length, which grows with the picture as in `vidstyle.style.resolve`."""
-        grown = f"{self._literal(name)} * vidstyle_growth"
-        declared = self._parameter(name)[1]
-        return f"max({grown}, {_float(declared.control.low)})" if declared else f"({grown})"
+        """A value that grows with the picture as in `vidstyle.style.resolve`."""
+        grown = f"{self._literal(name)} {'*' if self._lengths[name] == 1 else '/'} vidstyle_growth"
+        if (declared := self._parameter(name)[1]) is None:
+            return f"({grown})"
+        low, high = _float(declared.control.low), _float(declared.control.high)
+        return f"max({grown}, {low})" if declared.control.unit == "px" else f"clamp({grown}, {low}, {high})"
 
     def _parameter(self, name: str) -> tuple[str, Any]:
         """The function of a constant, as block and parameter where it is one of a block; else None."""

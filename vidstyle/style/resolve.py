@@ -56,7 +56,8 @@ def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedSt
     """The steps of each layer for pictures of this size.
 
     Lengths of a style that names a `height` grow with the picture's shorter side, so that a turned
-    picture looks alike; none falls below the least that its slider allows.
+    picture looks alike, and edges stay as narrow, in pixels, as they are at that height. No value leaves the
+    range of its slider by that, but for lengths, which may be longer.
 
     Raises:
         StyleError: an asset cannot be read.
@@ -75,14 +76,26 @@ def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> Resol
     block = all_blocks()[step.block]
     values = block.arguments_for(step.values)
     pictures = {name: picture for name in block.saved_refs if (picture := values.pop(name))}
-    values = {name: _prepare_value(style, block, name, value, growth, read) for name, value in values.items()}
+    values = {
+        name: _grown(block, values, name, growth)
+        if isinstance(block.parameters[name].control, Slider)
+        else _prepare_value(style, block, name, value, read)
+        for name, value in values.items()
+    }
     return ResolvedStep(block, step.on or block.on, values, pictures, step.save, step.source)
 
 
-def _prepare_value(style: Style, block: Block, name: str, value: Any, growth: float, read: _Read) -> Any:
+def _grown(block: Block, values: dict[str, Any], name: str, growth: float) -> Any:
+    control, value = block.parameters[name].control, values[name]
+    assert isinstance(control, Slider)
+    if not control.power or (control.grows_if and not values[control.grows_if]):
+        return value
+    grown = max(value * growth**control.power, control.low)
+    return grown if control.unit == "px" else min(grown, control.high)
+
+
+def _prepare_value(style: Style, block: Block, name: str, value: Any, read: _Read) -> Any:
     control = block.parameters[name].control
-    if isinstance(control, Slider) and control.unit == "px":
-        return max(value * growth, control.low)
     if isinstance(control, Asset) and value:
         try:
             shipped = control.shipped()
