@@ -9,7 +9,18 @@ import pytest
 from covering import of_the_day
 from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 
-from vidstyle.block import Asset, Block, Choice, LumaWeights, Measured, PageRegion, SavedRef, Slider, Switch
+from vidstyle.block import (
+    Asset,
+    Block,
+    Choice,
+    LumaWeights,
+    Measured,
+    FrameTime,
+    PageRegion,
+    SavedRef,
+    Slider,
+    Switch,
+)
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Style
@@ -88,6 +99,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
     given: dict[object, Any] = {
         PageRegion: PageRegion(0, *luma.shape),
         LumaWeights: Encoding().weights,
+        FrameTime: 0,
         Measured: np.percentile(luma, block.percentiles_for(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.injected.items()}

@@ -110,6 +110,16 @@ def test_sizes_and_samples_are_those_of_python(style_browser: StyleBrowser) -> N
         )  # fmt: skip
 
 
+def test_noise_is_drawn_anew_as_on_the_cpu(style_browser: StyleBrowser) -> None:
+    chosen = Style("test", background=(Step("noise", {"amount": 1.0, "rate": 12}),))
+    times = [0.0, 0.04, 0.16, 7200.04]
+    with vidstyle.Renderer(chosen, "cpu") as renderer:
+        right = [renderer(picture(*SMALL), time).astype(int) for time in times]
+    made = style_browser.restyled(es_plan(chosen, *SMALL[::-1]), [picture(*SMALL)] * 4, times=times)
+    assert (right[0] == right[1]).all() and (right[1] != right[2]).any()
+    assert all((np.abs(one - other) <= 1).mean() > 0.999 for one, other in zip(made, right, strict=True))
+
+
 def test_numbers_follow_a_film_over_time_as_on_the_cpu(style_browser: StyleBrowser) -> None:
     chosen = Style("test", background=(Step("equalize", {"settle": 0.3}),))
     films = [picture(*SMALL), (picture(*SMALL) * 0.8 + 20).astype(np.uint8), picture(*SMALL)]

@@ -24,7 +24,7 @@ from vidstyle.export.frozen import frozen_percentiles
 from vidstyle.export.hook import growing, hook_of
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.media.read.reader import open_reader
-from vidstyle.style import Style, load_style, style_names
+from vidstyle.style import Step, Style, load_style, style_names
 
 DRIVERS = sorted(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
 MEAN, NEAR = 1.0, 0.998
@@ -88,6 +88,20 @@ def check(made: np.ndarray, style: Style, source: np.ndarray) -> None:
 def test_every_style_gives_in_ffmpeg_what_it_gives_on_the_cpu(name: str, tmp_path: Path) -> None:
     style, source = load_style(name), picture(*ODD)
     check(in_ffmpeg(text_of(style, *ODD[::-1], source), source, tmp_path), style, source)
+
+
+@needs_ffmpeg
+def test_noise_is_drawn_anew_from_frame_to_frame(tmp_path: Path) -> None:
+    steps = Step("gaussian"), Step("noise", {"amount": 1.0, "rate": 24}), Step("gaussian", {"sigma": 0.5})
+    style, source = Style("test", background=steps), picture(90, 160)
+    (tmp_path / "test.hook").write_text(text_of(style, 160, 90, source))
+    for number in range(4):
+        assert cv2.imwrite(str(tmp_path / f"in{number}.png"), source[..., ::-1])
+    run_ffmpeg(tmp_path / "test.hook", tmp_path / "in%d.png", "rgba", str(tmp_path / "out%d.png"))
+    with vidstyle.Renderer(style, "cpu") as renderer:
+        for number in range(4):
+            made = cv2.imread(str(tmp_path / f"out{number + 1}.png"))[..., ::-1].astype(int)
+            assert np.abs(made - renderer(source, number / 25)).mean() <= MEAN
 
 
 LENGTHS = {

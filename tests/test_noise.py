@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pictures import noise, run_color, run_luma, step, style
+from gpu import Sessions, faults, film_picture
+from pictures import noise, run_color, run_luma, same_bits, step, style
 
+from vidstyle.block import drawing_at, moment_of
 from vidstyle.core.picture import Encoding
+from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.style import Style
+
+sessions = Sessions.fixture()
 
 GRAY = np.full((96, 128), 0.5, np.float32)
 
@@ -84,3 +90,27 @@ def test_rows_sway_each_by_itself_and_not_too_far() -> None:
     assert np.abs(swayed - swayed[:, :1]).max() < 1e-3
     assert 2 < np.abs(swayed).max() <= 4 and np.unique(swayed[:, 0].round(3)).size > 80
     assert np.abs(np.diff(swayed[:, 0])).max() < 1.1
+
+
+TIMES = [0.0, 0.04, 0.1, 0.16, 3600.0]
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [style(step("noise", rate=10, amount=1.0)), style(step("shift", plate="all", jitter=3.0, rate=10))],
+    ids=["noise", "shift"],
+)
+def test_what_is_random_is_drawn_anew_so_many_times_a_second(chosen: Style, sessions: Sessions) -> None:
+    """On the GPU at the same times."""
+    picture = film_picture(48, 64)
+    with CpuRenderer(chosen) as renderer:
+        first, same, *others = (renderer.run(picture, time) for time in TIMES)
+    assert same_bits(first, same) and same_bits(others[0], others[1])
+    assert not same_bits(first, others[0]) and not same_bits(others[0], others[2])
+    assert not [line for time in TIMES for line in faults(sessions, chosen, picture, str(time), time=time)]
+
+
+def test_drawings_are_whole_numbers_even_after_a_day() -> None:
+    assert [drawing_at(moment_of(time), 25) for time in (None, 0.0, 0.039, 0.04, 1.0)] == [0, 0, 0, 1, 25]
+    assert 0 <= drawing_at(moment_of(1e6), 60) < 1 << 32
+    assert drawing_at(moment_of(-0.04), 25) >= 0

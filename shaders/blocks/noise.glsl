@@ -1,8 +1,9 @@
+#include "lib/drawing_at.glsl"
 #include "lib/octave_of_noise.glsl"
 
-// Noise of a channel, about 0: points, or octaves of half the size and weight of the one before.
-float channel_of_noise(ivec2 at, int channel, int kind, vec2 size) {
-    int start = channel * 5, octaves = kind == noise_kind_clouds ? 4 : 1;
+// Noise of a lattice, about 0: points, or octaves of half the size and weight of the one before.
+float lattice_noise(int start, ivec2 at, int kind, vec2 size) {
+    int octaves = kind == noise_kind_clouds ? 4 : 1;
     if (kind == noise_kind_points)
         return white_noise(at / ivec2(size + 0.5) + start * 10007) - 0.5;
     float sum = 0.0, part = 1.0;
@@ -13,11 +14,14 @@ float channel_of_noise(ivec2 at, int channel, int kind, vec2 size) {
     return sum * 0.5 / (1.0 - part);
 }
 
-// Random values added that are fixed to the page.
-channels noise(channels picture, ivec2 at, int kind, float size, float stretch, float amount, bool colored) {
+// Random values added that are fixed to the page until they are drawn anew.
+channels noise(
+    channels picture, ivec2 at, uint moment, int kind, float size, float stretch, float amount, bool colored,
+    int rate) {
     vec2 sides = vec2(size * stretch, size);
-    vec3 added = vec3(channel_of_noise(at, 0, kind, sides));
+    int start = drawing_at(moment, rate) * 16;
+    vec3 added = vec3(lattice_noise(start, at, kind, sides));
     if (colored)
-        added.gb = vec2(channel_of_noise(at, 1, kind, sides), channel_of_noise(at, 2, kind, sides));
+        added.gb = vec2(lattice_noise(start + 5, at, kind, sides), lattice_noise(start + 10, at, kind, sides));
     return clamp(picture + amount * channels(added), 0.0, 1.0);
 }

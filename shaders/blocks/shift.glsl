@@ -1,8 +1,10 @@
+#include "lib/drawing_at.glsl"
 #include "lib/octave_of_noise.glsl"
 
 // One channel, the chroma or the whole picture moved, interpolated linearly; rows sway at random.
-vec3 shift(ivec2 at, vec3 weights, int plate, float x, float y, float jitter) {
-    float wave = octave_of_noise(vec2(0.0, (float(at.y) + 0.5) / max(3.0 * jitter, 1.0)), 0);
+vec3 shift(ivec2 at, vec3 weights, uint moment, int plate, float x, float y, float jitter, int rate) {
+    int lattice = drawing_at(moment, rate) * 16 + 15;
+    float wave = octave_of_noise(vec2(0.0, (float(at.y) + 0.5) / max(3.0 * jitter, 1.0)), lattice);
     vec2 from = -vec2(x + 2.0 * jitter * wave, y), part = from - floor(from);
     ivec2 low = at + ivec2(floor(from));
     vec3 above = mix(picture_at(low), picture_at(low + ivec2(1, 0)), part.x);

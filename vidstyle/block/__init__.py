@@ -9,6 +9,7 @@ Everything else, from the command line to the JSON Schema, is derived from here.
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NewType, cast, get_args, get_origin, get_type_hints
@@ -68,9 +69,21 @@ LumaWeights = NewType("LumaWeights", np.ndarray)
 """Injected: the weights of red, green and blue in luma, three float32, from the picture's own matrix."""
 Measured = NewType("Measured", np.ndarray)
 """Injected into a measured block: the percentiles of luma that it asks for, smoothed over time."""
+FrameTime = NewType("FrameTime", int)
+"""Injected: the time of the frame in whole milliseconds, below 2**32; 0 for a picture that stands alone."""
 
-INJECTED: tuple[object, ...] = (PageRegion, LumaWeights, Measured)
+INJECTED: tuple[object, ...] = (PageRegion, LumaWeights, Measured, FrameTime)
 """The annotations of the parameters that the renderer fills in."""
+
+
+def moment_of(time: float | None) -> int:
+    """The `FrameTime` of a frame that is shown at a time in seconds."""
+    return 0 if time is None else math.floor(time * 1000 + 0.5) & 0xFFFFFFFF
+
+
+def drawing_at(moment: int, rate: int) -> int:
+    """Which drawing is shown if there are so many a second: a whole number, as a GPU has it in 32 bits."""
+    return (moment * rate & 0xFFFFFFFF) // 1000
 
 
 @dataclass(frozen=True)

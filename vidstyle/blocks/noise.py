@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Choice, PageRegion, Slider, Switch, block
+from vidstyle.block import Choice, FrameTime, PageRegion, Slider, Switch, block, drawing_at
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import compiled
 from vidstyle.core.strokes import white_noise
@@ -14,53 +14,57 @@ from vidstyle.core.strokes import white_noise
 OCTAVES = {"points": 0, "soft": 1, "clouds": 4}
 """How many sizes of noise between points each kind is the sum of; none for the points themselves."""
 APART = 10007
-"""Points between the lattices of two octaves or channels, which are parts of the same endless one."""
+"""Points between the lattices of two octaves, which are parts of the same endless one."""
+LATTICES = 16
+"""How many each drawing has: five for each channel."""
 
 
 @block("pixel", on="channels")
 def noise(
     picture: np.ndarray,
     place: PageRegion,
+    moment: FrameTime,
     kind: Annotated[str, Choice(tuple(OCTAVES), "square points, soft ones, or clouds")] = "soft",
     size: Annotated[float, Slider(1, 256, "size of a point, or of the largest clouds", "px", (1, 12))] = 1.5,
     stretch: Annotated[float, Slider(1, 64, "width by height", explore=(1, 6))] = 1,
     amount: Annotated[float, Slider(0, 1, "range of what is added", explore=(0.05, 0.25))] = 0.15,
     colored: Annotated[bool, Switch("each channel has its own")] = False,
+    rate: Annotated[int, Slider(0, 60, "times a second it is drawn anew; 0 for never")] = 0,
 ) -> np.ndarray:
-    """Add random values, which are fixed to the page, about 0.
+    """Add random values about 0, which are fixed to the page until they are drawn anew.
 
     Points are rounded to whole pixels; soft ones are interpolated by 3 t^2 - 2 t^3; clouds are four octaves
     of them. The result is clipped to 0..1. For blue noise, add that of `dither`.
     """
     sides = np.float32(size), np.float32(size) * np.float32(stretch)
     channels = range(3 if colored and picture.ndim == 3 else 1)
-    pages = [_page(kind, sides, channel, place, picture.shape[:2]) for channel in channels]
+    drawing = drawing_at(moment, rate) * LATTICES
+    pages = [_page(kind, sides, drawing + 5 * each, place, picture.shape[:2]) for each in channels]
     page = np.dstack(pages) if picture.ndim == 3 else pages[0]
     out = picture + np.float32(amount) * page
     return np.clip(out, 0, 1, out=out)
 
 
 def _page(
-    kind: str, sides: tuple[np.float32, np.float32], channel: int, place: PageRegion, shape: tuple[int, ...]
+    kind: str, sides: tuple[np.float32, np.float32], lattice: int, place: PageRegion, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """The noise of a channel, about 0; `sides` are the height and width of a point."""
-    lattice = channel * (OCTAVES["clouds"] + 1)
+    """Noise from a lattice on, about 0; `sides` are the height and width of a point."""
     if kind == "points":
         rows = np.arange(place.top, place.top + shape[0]) // whole_side(sides[0])
         columns = np.arange(shape[1]) // whole_side(sides[1])
-        points = _lattice(lattice, rows[0], rows[-1] + 1, columns[-1] + 1)
+        points = lattice_points(lattice, rows[0], rows[-1] + 1, columns[-1] + 1)
         return points[np.ix_(rows - rows[0], columns)] - np.float32(0.5)
     total, whole = np.zeros(shape, np.float32), 2 - 2 * 0.5 ** OCTAVES[kind]
     for octave in range(OCTAVES[kind]):
         part = np.float32(0.5**octave)
         rows, down = between_points(place.top, shape[0], sides[0] * part)
         columns, right = between_points(0, shape[1], sides[1] * part)
-        points = _lattice(lattice + octave, rows[0], rows[-1] + 2, columns[-1] + 2)
+        points = lattice_points(lattice + octave, rows[0], rows[-1] + 2, columns[-1] + 2)
         _add_between(points, rows - rows[0], down, columns, right, np.float32(part / whole), total)
     return total
 
 
-def _lattice(number: int, top: int, bottom: int, right: int) -> np.ndarray:
+def lattice_points(number: int, top: int, bottom: int, right: int) -> np.ndarray:
     """Part of the points of the lattice of an octave."""
     return white_noise(np.arange(top, bottom) + number * APART, np.arange(right) + number * APART)
 

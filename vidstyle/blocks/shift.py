@@ -7,10 +7,9 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Choice, LumaWeights, PageRegion, Slider, block
-from vidstyle.blocks.noise import between_points
+from vidstyle.block import Choice, LumaWeights, FrameTime, PageRegion, Slider, block, drawing_at
+from vidstyle.blocks.noise import LATTICES, between_points, lattice_points
 from vidstyle.core.kernels import compiled
-from vidstyle.core.strokes import white_noise
 
 PLATES = ("all", "red", "green", "blue", "chroma")
 
@@ -24,10 +23,12 @@ def shift(
     picture: np.ndarray,
     weights: LumaWeights,
     place: PageRegion,
+    moment: FrameTime,
     plate: Annotated[str, Choice(PLATES, "what is moved; the rest stays")] = "chroma",
     x: Annotated[float, Slider(-64, 64, "to the right", "px", (-6, 6))] = 4,
     y: Annotated[float, Slider(-64, 64, "down", "px", (-4, 4))] = 0,
     jitter: Annotated[float, Slider(0, 64, "by how much rows sway to both sides at random", "px")] = 0,
+    rate: Annotated[int, Slider(0, 60, "times a second they sway anew; 0 for never")] = 0,
 ) -> np.ndarray:
     """Move one channel, the chroma or the whole picture, as ink out of register or colour late on a tape.
 
@@ -37,7 +38,8 @@ def shift(
     out = np.empty(picture.shape, np.float32)
     from_y = float(np.float32(-y))
     rows, parts = between_points(place.top, len(picture), np.float32(max(3 * jitter, 1)))
-    points = white_noise(np.arange(rows[0], rows[-1] + 2), np.arange(1))[:, 0]
+    lattice = drawing_at(moment, rate) * LATTICES + LATTICES - 1
+    points = lattice_points(lattice, rows[0], rows[-1] + 2, 1)[:, 0]
     waves = points[rows - rows[0]] + parts * (points[rows - rows[0] + 1] - points[rows - rows[0]])
     from_x = -(np.float32(x) + np.float32(2 * jitter) * (waves - np.float32(0.5)))
     down = math.floor(from_y), np.float32(from_y - math.floor(from_y))

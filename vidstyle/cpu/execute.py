@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, Measured, PageRegion
+from vidstyle.block import LumaWeights, Measured, FrameTime, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import mix_channels
@@ -38,6 +38,7 @@ class FrameExecutor:
         pool: threads for the bands.
         source: the picture; its planes are only read.
         follow: takes what was measured for a step and returns the smoothed numbers.
+        moment: of the frame.
     """
 
     def __init__(
@@ -46,8 +47,10 @@ class FrameExecutor:
         schedule: Schedule,
         source: Picture,
         follow: Callable[[Measure[Node], np.ndarray], np.ndarray],
+        moment: int = 0,
     ) -> None:
         self._pool, self._source, self._output = pool, source, schedule.output
+        self._moment = moment
         self._stored: dict[Node, Value] = {}
         self._numbers: dict[Measure[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
@@ -153,6 +156,7 @@ class FrameExecutor:
         injected: dict[object, Any] = {
             PageRegion: PageRegion(top - above, *node.shape, (above, below)),
             LumaWeights: encoding_of(node.matrix).weights,
+            FrameTime: self._moment,
             Measured: self._numbers.get(node.measure),  # type: ignore[arg-type]
         }
         pictures = {name: inputs.get(name) for name in block.saved_refs}

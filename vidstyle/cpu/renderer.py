@@ -6,6 +6,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 import numpy as np
 
+from vidstyle.block import moment_of
 from vidstyle.core.bands import CORES, CallingThread
 from vidstyle.core.closing import Closing
 from vidstyle.core.kernel_library import rehearsing
@@ -124,4 +125,4 @@ class CpuRenderer(Closing):
         def follow(measure: Measure[Node], measured: np.ndarray) -> np.ndarray:
             return self._smoothers[measure.step].follow(measured, time, measure.time_constant)
 
-        return FrameExecutor(self._pool, tasks, picture, follow).picture(lowered)
+        return FrameExecutor(self._pool, tasks, picture, follow, moment_of(time)).picture(lowered)

@@ -24,6 +24,9 @@ from vidstyle.style import Style
 STEP = 1.02
 """By how much the height of a style is moved to see what follows it: little, so that its passes stay."""
 
+FRAME_TIME = 40
+"""Of a frame, in milliseconds. libplacebo tells no time, but how many passes of hooks there were."""
+
 Factors = list[tuple[float, int]]
 """The factor of each page but the first, and the power of the height by which it grows."""
 Frozen = Mapping[str, tuple[float, ...]]
@@ -116,7 +119,8 @@ def _saved(image: int) -> str:
 
 
 def _passes(style: Style, plan: dict[str, Any], powers: list[int], frozen: Frozen) -> Iterator[str]:
-    at = len(plan["pages"]) - 1
+    at, made = len(plan["pages"]) - 1, 0
+    count = sum(len(each["writes"]) for each in plan["passes"] if "measures" not in each)
     factors = list(zip(plan["values"][:at], powers[:at], strict=True))
     for number, each in enumerate(plan["passes"], 1):
         values: dict[str, list[float]] = {}
@@ -131,7 +135,9 @@ def _passes(style: Style, plan: dict[str, Any], powers: list[int], frozen: Froze
         for target, image in enumerate(each["writes"]):
             title = f"{style.name} {number} of {len(plan['passes'])}"
             yield from _directives(plan, each, image, title, factors)
-            yield _Source(plan, each, values, lengths, frozen, factors).text(target)
+            made += 1
+            frame = f"(max(frame - {made}, 0) / {count})"
+            yield _Source(plan, each, values, lengths, frozen, factors, frame).text(target)
 
 
 def _directives(
@@ -177,14 +183,14 @@ class _Source:
 
     def __init__(
         self, plan: dict[str, Any], each: dict[str, Any], values: dict[str, Any], lengths: dict[str, int],
-        frozen: Frozen, factors: Factors,
+        frozen: Frozen, factors: Factors, frame: str,
     ) -> None:  # fmt: skip
         self._plan, self._pass, self._values, self._frozen = plan, each, values, frozen
         self._lengths = lengths
         text = plan["shaders"][each["shader"]]
         self._functions = {match["number"]: match["function"] for match in _CALL.finditer(text)}
         self._body = text[: text.index("#if __VERSION__ < 430")].splitlines()
-        self._factors = factors
+        self._factors, self._frame = factors, frame
 
     def text(self, target: int) -> str:
         """The source for one of the targets."""
@@ -232,6 +238,8 @@ class _Source:
         first = names.split("[")[0]
         if names == "halved":
             yield "const bool halved = true;"
+        elif names == "moment":
+            yield f"#define moment (uint{self._frame} * {FRAME_TIME}u)"
         elif names.startswith("origin,"):
             yield "const ivec2 origin = ivec2(0), stride = ivec2(1);"
         elif names.endswith("_last"):

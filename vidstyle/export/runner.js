@@ -421,6 +421,7 @@ class Context {
 const UNIFORMS = {
   bool: [1, (gl, at, numbers) => gl.uniform1iv(at, numbers)],
   int: [1, (gl, at, numbers) => gl.uniform1iv(at, numbers)],
+  uint: [1, (gl, at, numbers) => gl.uniform1uiv(at, numbers)],
   ivec2: [2, (gl, at, numbers) => gl.uniform2iv(at, numbers)],
   float: [1, (gl, at, numbers) => gl.uniform1fv(at, numbers)],
   vec2: [2, (gl, at, numbers) => gl.uniform2fv(at, numbers)],
@@ -485,13 +486,16 @@ class Frame {
     let at = this.pages.length - 1;
     const ends = style.plan.passes.map((pass) => (at += countOf(pass)));
     style.plan.passes.forEach((pass, number) => {
-      this.pass(style, pass, this.targets[number], ends[number] - countOf(pass));
+      this.pass(style, pass, this.targets[number], ends[number] - countOf(pass), Math.floor((time ?? 0) * 1000 + 0.5));
       if (pass.measures !== undefined) this.measure(style, pass, time, at);
     });
   }
 
-  /** @param {LoadedStyle} style @param {PlanPass} pass @param {WebGLFramebuffer} target @param {number} at in the values */
-  pass(style, pass, target, at) {
+  /**
+   * @param {LoadedStyle} style @param {PlanPass} pass @param {WebGLFramebuffer} target @param {number} at in the values
+   * @param {number} moment of the frame, in whole milliseconds
+   */
+  pass(style, pass, target, at, moment) {
     const { plan, values } = style;
     const gl = this.context.gl;
     const { program, locations } = this.context.program(plan.vertex, plan.shaders[pass.shader]);
@@ -505,6 +509,7 @@ class Frame {
     const { stride, first } = pass.measures === undefined ? WHOLE : sampling(this.pages[pass.page], plan.samples);
     set("origin", "ivec2", first);
     set("stride", "ivec2", [stride, stride]);
+    set("moment", "uint", [moment]);
     set("halved", "bool", [Number(this.context.bits === 16)]);
     for (const [name, page] of Object.entries(pass.sizes)) set(name, "ivec2", this.pages[page]);
     for (const [name, type, length] of pass.uniforms) {

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.block import moment_of
 from vidstyle.core.bands import shared_pool
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
@@ -118,16 +119,17 @@ class GpuSession:
             stabilizer, measures = self._stabilizer, runner.plan.measures
             scene_cut = bool(stabilizer or measures) and self._cuts.is_cut(small_luma(picture))
             weights = self._blend_weights(measures, request.time, scene_cut)
+            moment = moment_of(request.time)
             if isinstance(stabilizer, Stabilizer):
                 stabilized = stabilizer.before(picture, request.time, scene_cut)
-                readbacks = runner.start(stabilized.picture, weights)
+                readbacks = runner.start(stabilized.picture, weights, moment=moment)
                 finish = partial(stabilizer.after, stabilized=stabilized)
             elif stabilizer is not None:
                 assert request.time is not None
                 stabilizer.estimate(picture, request.time, scene_cut)
-                readbacks = runner.start(with_planes(picture), weights, stabilizer)
+                readbacks = runner.start(with_planes(picture), weights, stabilizer, moment)
             else:
-                readbacks = runner.start(picture, weights)
+                readbacks = runner.start(picture, weights, moment=moment)
             self._check()
             return InFlightFrame(request, runner.plan, readbacks, finish)
 

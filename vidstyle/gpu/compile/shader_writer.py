@@ -166,6 +166,9 @@ class _Writer:
             return "at"
         if name == "page":
             return self.shader.add_uniform(f"page_{number}", parameter, (node.shape[1], node.shape[0]))
+        if name == "moment":
+            self._text.add_once("uniform uint moment;")
+            return "moment"
         if name == "measured" and node.measure is not None:
             self.shader.add_sampler(f"measured_{number}", "sampler2D", node.measure)
             return f"texelFetch(measured_{number}, ivec2(0), 0).{'xyzw'[: len(node.measure.percentages)]}"

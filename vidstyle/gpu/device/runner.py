@@ -104,6 +104,7 @@ class Runner:
         }
         resources.trim(self._shaders.values())
         self._measured: dict[ShaderMeasure, moderngl.Texture] = {}
+        self._moment = 0
 
     @property
     def is_tiled(self) -> bool:
@@ -111,7 +112,11 @@ class Runner:
         return len(self._jobs) > 1
 
     def start(
-        self, picture: Picture, weights: BlendWeights, stabilizer: GpuStabilizer | None = None
+        self,
+        picture: Picture,
+        weights: BlendWeights,
+        stabilizer: GpuStabilizer | None = None,
+        moment: int = 0,
     ) -> list[Readback]:
         """Start all passes of a picture; does not wait for the GPU.
 
@@ -119,7 +124,9 @@ class Runner:
             picture: of the plan's layout, or of planes that `stabilizer` brings to it.
             weights: of the new percentiles of each measured step.
             stabilizer: temporal stabilization; not for a page that is processed in tiles.
+            moment: of the frame.
         """
+        self._moment = moment
         found = (self._run_job(job, picture, weights, stabilizer) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
@@ -178,6 +185,7 @@ class Runner:
             program.set(name, pair)
         program.set("stride", (stride, stride))
         program.set("page", each.shape[::-1])
+        program.set("moment", self._moment)
         self._bind_targets(each, shader)
         program.run(corner, size, shader.groups)
         if each.sampled is not None and job.ends_measure:
