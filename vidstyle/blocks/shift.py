@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Choice, LumaWeights, FrameTime, PageRegion, Slider, block, drawing_at
+from vidstyle.block import Choice, FrameTime, LumaWeights, PageRegion, Slider, block, drawing_at
 from vidstyle.blocks.noise import LATTICES, between_points, lattice_points
 from vidstyle.core.kernels import compiled
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, Measured, FrameTime, PageRegion
+from vidstyle.block import FrameTime, LumaWeights, Measured, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import mix_channels
