@@ -27,6 +27,7 @@ from vidstyle.comic.moment import Box, Rectangle
 from vidstyle.comic.output.panel_renderer import on_paper
 from vidstyle.comic.output.raster import page_image
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
+from vidstyle.comic.output.svg import svg
 from vidstyle.comic.output.write import Output
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.read.subtitles import read_subtitles
@@ -234,6 +235,27 @@ def test_another_seed_is_another_page(film: Path, tmp_path: Path) -> None:
     assert (tmp_path / "0.png").read_bytes() != (tmp_path / "1.png").read_bytes()
 
 
+def test_panels_end_at_slanted_edges(tmp_path: Path) -> None:
+    """As pixels and in SVG: paper beyond the edge, then ink, then the picture."""
+    panel = RenderedPanel(
+        Rectangle(10, 10, 90, 90),
+        Rectangle(14, 14, 86, 86),
+        np.full((72, 72, 3), 128, np.uint8),
+        leans=(0, -8),
+    )
+    sheet = Sheet(100, 100, 72, Letters(), [panel])
+    picture = np.asarray(page_image(sheet))[..., 0]
+    # The right edge goes from 74 at the top to 90 at the bottom.
+    for row, edge in ((20, 76), (80, 88)):
+        assert picture[row, edge + 3] == 255 and picture[row, edge - 8] == 128
+        assert (picture[row, edge - 4 : edge + 2] == 0).any()
+    (root,) = drawings(svg([sheet], ""))
+    name = "{http://www.w3.org/2000/svg}"
+    (polygon, clip) = root.findall(f".//{name}polygon")
+    assert polygon.get("points") == "10.0,10.0 74.0,10.0 90.0,90.0 10.0,90.0"
+    assert root.find(f".//{name}clipPath") is not None and clip.get("points") != polygon.get("points")
+
+
 def test_a_storyboard_shows_whole_pictures_with_times(film: Path, tmp_path: Path) -> None:
     assert 0 == run(film, tmp_path / "board.svg", "--storyboard", "--panels", 3, "--size", "600x400")
     (root,) = drawings((tmp_path / "board.svg").read_bytes())
@@ -287,7 +309,7 @@ def test_the_films_own_subtitles_are_taken_unless_not_wanted(name: str, tmp_path
         (["none.mp4", "a.png", "--font", "words.srt"], 3, "words.srt is not a font; give a .ttf "
          "or .otf file"),
         (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a size of paper; give a3, a4, a5, letter, "
-         "square, strip, 1200x1800 or 210x297mm"),
+         "square, strip, webtoon, 1200x1800 or 210x297mm"),
         (["none.mp4", "a.png", "--style", "nope"], 3, "nope"),
         (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is neither a number of panels nor auto"),
         (["none.mp4", "a.png", "--skip", "12"], 2, "'12' is not a part of a film such as 0:10-0:25"),

@@ -14,6 +14,7 @@ from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_f
 from vidstyle.comic.layout.cost import NARROWEST, WIDEST
 from vidstyle.comic.layout.layout import GOOD, GOOD_AT_ALL, PageLayout, Panel, lay_out, pages_for
 from vidstyle.comic.layout.paper import Paper, paper
+from vidstyle.comic.layout.slant import between_leans, corners
 from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.errors import UsageError
 
@@ -325,3 +326,37 @@ def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> No
     pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
     assert pauses[0] < pauses[2]
     assert pauses == [paper("strip").row_gutter * times for times in (1, 1, 3)]
+
+
+def test_slanted_gutters_are_as_wide_as_straight_ones() -> None:
+    """At both ends; panels cover the same page, and gutters of whole rows lean to either side in turn."""
+    page, moments = paper("a4"), random_film(3, 24)
+    straight = lay_out(moments, page, kind="classic")
+    leaning = lay_out(moments, page, kind="dynamic")
+    sides = []
+    for one, other in pairwise(leaning.panels):
+        left, right = corners(one.rectangle, one.leans), corners(other.rectangle, other.leans)
+        if one.leans[1] == 0 or other.leans[0] == 0:
+            continue
+        sides.append(one.leans[1] > 0)
+        for end, start in ((left[1], right[0]), (left[2], right[3])):
+            assert end[1] == start[1] and start[0] - end[0] == page.gutter
+    assert set(sides) == {True, False}
+    for before, after in zip(straight.panels, leaning.panels, strict=True):
+        assert after.rectangle.contains(before.rectangle)
+        assert before.rectangle.contains(between_leans(after.rectangle, after.leans))
+        assert after.crop.aspect == pytest.approx(after.picture.aspect)
+    assert all(each.leans == (0, 0) for each in straight.panels)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 6, 9, 16])
+def test_a_grid_has_equal_panels_in_reading_order(count: int) -> None:
+    page = paper("a4")
+    panels = lay_out(even_film(count), page, kind="grid").panels
+    for one, other in combinations(panels, 2):
+        assert one.page != other.page or one.rectangle.intersection(other.rectangle).area == 0
+        assert is_read_first(one.rectangle, other.rectangle, False) or one.page < other.page
+    heights = Counter(each.rectangle.height for each in panels if each.page == 0)
+    assert max(heights) - min(heights) <= 1
+    bottom, right = (max(getattr(each.rectangle, side) for each in panels) for side in ("bottom", "right"))
+    assert (right, bottom) == (page.inside.right, page.inside.bottom)

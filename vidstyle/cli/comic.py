@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import click
 
@@ -18,7 +18,7 @@ from vidstyle.cli.options import (
     path_arguments,
 )
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.comic.layout.paper import DPI
+from vidstyle.comic.layout.paper import DPI, LayoutKind
 from vidstyle.errors import printable
 from vidstyle.pipeline.progress import StepProgress
 
@@ -56,7 +56,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.option("--at", type=TIMES, default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
 @click.option("--skip", type=SPANS, default=(), help="Exclude these time ranges.")
 @click.option("--seed", type=number(0, whole=True), default=0, help="Select another good layout.")
-@click.option("--size", metavar="NAME|WxH", help="a4, a5, a3, letter, square, strip, 1200x1800 or "
+@click.option("--size", metavar="NAME|WxH", help="a4, a5, a3, letter, square, strip, webtoon, 1200x1800 or "
               "210x297mm.  [default: a4; for .html strip]")  # fmt: skip
 @click.option("--landscape", is_flag=True, help="Landscape orientation, for named sizes.")
 @click.option("--dpi", type=number(), default=DPI, help="Pixels per inch.")
@@ -64,7 +64,11 @@ SPANS = Parsed("T-T,T-T", parse_spans)
               help="Number of pages.  [default: automatic]")  # fmt: skip
 @click.option("--bleed", "bleeding", is_flag=True,
               help="Full bleed: extend full-width panels to the page edge.")  # fmt: skip
-@click.option("--right-to-left", is_flag=True, help="Right-to-left reading order.")
+@click.option("--layout", type=click.Choice(get_args(LayoutKind)), default="dynamic",
+              help="Gutters: straight, slanted, or slanted from right to left; or a grid.")  # fmt: skip
+@click.option("--reading", type=click.Choice(("ltr", "rtl")), default="ltr",
+              help="Reading order: from left to right or from right to left.")  # fmt: skip
+@click.option("--right-to-left", "reading", flag_value="rtl", help="The same as --reading rtl.")
 @click.option("-s", "--style", "styles", type=STYLE, metavar="A,B,C",
               help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
 @click.option("--subtitles", type=click.Path(), metavar="FILE|none",
@@ -92,6 +96,7 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     from vidstyle.comic.select.moments import KeyFrameOptions
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
+    options["right_to_left"] = options.pop("reading") == "rtl"
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
     comic_options = ComicOptions(key_frames=key_frames, styles=names, **options)
     with display(progress) as show:

@@ -12,7 +12,7 @@ from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.film import Film, open_film
 from vidstyle.comic.analyze.saliency import attention_map, attention_of_box
 from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
-from vidstyle.comic.layout.paper import BORDER, DPI, paper
+from vidstyle.comic.layout.paper import BORDER, DPI, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
@@ -74,6 +74,7 @@ class _Job:
         self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
         default_style = PLAIN if options.storyboard else "comic"
         self._styles = [load_style(each) for each in options.styles or (default_style,)]
+        self._right_to_left = options.right_to_left or options.layout == "manga"
         self._letters = Letters(options.font)
         self._size = letter_size(self._paper)
         self._title: Label | None = None
@@ -134,7 +135,7 @@ class _Job:
 
     def _comic_pages(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> PageLayout:
         spoken, count = match(lines, moments)
-        style = TextStyle(self._letters, self._size, self._paper.border, self._options.right_to_left)
+        style = TextStyle(self._letters, self._size, self._paper.border, self._right_to_left)
         shown = list(zip(moments, spoken, strict=True))
         colors = film.frames_at([moment.time for moment, said in shown if said], keep=True)
         attention = (
@@ -154,8 +155,9 @@ class _Job:
             *(moments, below_title(self._paper, self._title_height, pages)),
             pages=options.pages,
             seed=options.seed,
-            right_to_left=options.right_to_left,
-            bleeding=options.bleeding,
+            right_to_left=self._right_to_left,
+            bleeding=options.bleeding or options.layout == "manga",
+            kind=options.layout,
             area_scales=area_scales,
         )
         return lowered(layout, moments, self._paper, self._title_height) if self._title_height else layout
@@ -173,6 +175,7 @@ class ComicOptions:
         landscape: landscape orientation for a named paper size.
         pages: number of pages; None: depends on the panels.
         seed: varies the layout.
+        layout: "classic", "dynamic", "manga" (from right to left) or "grid".
         right_to_left: right-to-left reading order.
         bleeding: whether full-width panels extend to the page edge.
         subtitles: a file, "none", or None for the film's own, if there are any.
@@ -194,6 +197,7 @@ class ComicOptions:
     landscape: bool = False
     pages: int | None = None
     seed: int = 0
+    layout: LayoutKind = "dynamic"
     right_to_left: bool = False
     bleeding: bool = False
     subtitles: str | None = None

@@ -10,8 +10,10 @@ import numpy as np
 
 from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturbed_weights, wanted_areas
 from vidstyle.comic.layout.crop import crop
+from vidstyle.comic.layout.grid import grid_places
 from vidstyle.comic.layout.pagination import Pagination, Row
-from vidstyle.comic.layout.paper import Paper
+from vidstyle.comic.layout.paper import SLANTED, LayoutKind, Paper
+from vidstyle.comic.layout.slant import Leans, slanted
 from vidstyle.comic.layout.slicing import Grid, Placement, rows
 from vidstyle.comic.layout.strip import lay_out_strip
 from vidstyle.comic.lettering.bubble import Bubble
@@ -42,6 +44,7 @@ class Panel:
         picture: place of its picture: in the rectangle, within the border and below bands of text.
         crop: the window of the moment's picture that it shows, in pixels, with the aspect of `picture`.
         bubbles: its text, in reading order.
+        leans: see `slant`; `rectangle` and `picture` are bounding boxes then.
     """
 
     moment: int
@@ -50,6 +53,7 @@ class Panel:
     picture: Rectangle
     crop: Box
     bubbles: tuple[Bubble, ...] = ()
+    leans: Leans = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,7 @@ def lay_out(
     seed: int = 0,
     right_to_left: bool = False,
     bleeding: bool = False,
+    kind: LayoutKind = "classic",
     area_scales: Sequence[float] | None = None,
 ) -> PageLayout:
     """Lay out moments as comic pages, or as one strip.
@@ -88,6 +93,7 @@ def lay_out(
         seed: 0 gives the best layout, other seeds give different good ones; the same seed the same.
         right_to_left: right-to-left reading order.
         bleeding: whether full-width panels extend to the page edge.
+        kind: "grid" is a regular grid, which no seed varies; all but it and "classic" have slanted gutters.
         area_scales: factor on the area of each panel, for its text.
 
     Raises:
@@ -105,14 +111,21 @@ def lay_out(
     else:
         number = pages or pages_for(len(moments))
         sizes = [(paper.width, paper.height)] * number
-        placed, cost = _lay_out_pages(moments, paper, number, seed, area_scales)
+        if kind == "grid":
+            placed, cost = grid_places(len(moments), number, paper), 0.0
+        else:
+            placed, cost = _lay_out_pages(moments, paper, number, seed, area_scales)
     if bleeding:
         placed = [(page, _bled(rectangle, paper, sizes[page][1])) for page, rectangle in placed]
     if right_to_left:
         placed = [(page, rectangle.mirrored(paper.width)) for page, rectangle in placed]
+    if kind in SLANTED:
+        leaning = slanted(placed, paper, seed)
+    else:
+        leaning = [(page, rectangle, (0, 0)) for page, rectangle in placed]
     panels = tuple(
-        Panel(number, page, rectangle, rectangle, crop(moments[number], rectangle.aspect))
-        for number, (page, rectangle) in enumerate(placed)
+        Panel(number, page, rectangle, rectangle, crop(moments[number], rectangle.aspect), leans=leans)
+        for number, (page, rectangle, leans) in enumerate(leaning)
     )
     return PageLayout(panels, tuple(sizes), cost)
 

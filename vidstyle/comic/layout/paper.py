@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Literal
 
 from vidstyle.comic.moment import Rectangle
 from vidstyle.errors import UsageError
+
+LayoutKind = Literal["classic", "dynamic", "manga", "grid"]
+"""Straight gutters, slanted ones, slanted ones from right to left with bleed, and a regular grid."""
+SLANTED = "dynamic", "manga"
 
 MILLIMETRES = {
     "a3": (297.0, 420.0),
@@ -17,15 +22,15 @@ MILLIMETRES = {
 }
 """Width and height of the named paper sizes in portrait orientation."""
 
-STRIP = 1080
-"""Width of a strip for phones in pixels."""
+STRIPS = {"strip": 1080, "webtoon": 800}
+"""Widths of the named strips for phones in pixels."""
 
 DPI = 150
 MARGIN = 10.0
 GUTTER = 3.0
 ROW_GUTTER = 5.0
 """Millimetres; larger than the gutter between columns, so that the reading order is clear."""
-BORDER = 1.5
+BORDER = 2.16
 """Width of panel borders in points."""
 
 _POINTS = 72.0
@@ -73,7 +78,8 @@ def paper(size: str = "a4", dpi: float = DPI, landscape: bool = False, border: f
     """The paper of a size.
 
     Args:
-        size: a name of `MILLIMETRES`, "strip", or WIDTHxHEIGHT: pixels or, with "mm" behind it, millimetres.
+        size: a name of `MILLIMETRES` or `STRIPS`, or WIDTHxHEIGHT in pixels or, with "mm" behind it, in
+            millimetres.
         dpi: pixels per inch.
         landscape: landscape orientation for a named size.
         border: points.
@@ -83,7 +89,7 @@ def paper(size: str = "a4", dpi: float = DPI, landscape: bool = False, border: f
 
     >>> page = paper("a4")
     >>> page.width, page.height, page.margin, page.gutter, page.border
-    (1240, 1754, 59, 18, 3)
+    (1240, 1754, 59, 18, 4)
     >>> paper("1920x1080").width
     1920
     """
@@ -98,16 +104,16 @@ def paper(size: str = "a4", dpi: float = DPI, landscape: bool = False, border: f
 
 def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:
     """Width and height in pixels; the height of a strip is 0."""
-    if size == "strip":
-        return STRIP, 0
+    if size in STRIPS:
+        return STRIPS[size], 0
     sides = MILLIMETRES.get(size)
     if sides:
         width, height = (round(_pixels(side, dpi)) for side in (sides[::-1] if landscape else sides))
     else:
         found = re.fullmatch(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)\s*(px|mm)?", size)
         if not found:
-            names = ", ".join(MILLIMETRES)
-            raise UsageError(size, "is not a size of paper", f"give {names}, strip, 1200x1800 or 210x297mm")
+            names = ", ".join([*MILLIMETRES, *STRIPS])
+            raise UsageError(size, "is not a size of paper", f"give {names}, 1200x1800 or 210x297mm")
         number = [float(side) for side in found.groups()[:2]]
         width, height = (round(_pixels(side, dpi) if found[3] == "mm" else side) for side in number)
     if min(width, height) < _LEAST or max(width, height) > _MOST:

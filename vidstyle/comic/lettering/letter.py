@@ -10,6 +10,7 @@ import numpy as np
 from vidstyle.comic.analyze.saliency import mean_under, within
 from vidstyle.comic.layout.crop import crop, elsewhere, on_page
 from vidstyle.comic.layout.layout import PageLayout, Panel
+from vidstyle.comic.layout.slant import between_leans
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
@@ -134,7 +135,7 @@ def _calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[float, Pa
     windows = panel.crop, *elsewhere(panel.crop, text.moment)
     for size in (style.size, round(style.size * _SMALLER)):
         for window in windows:
-            bubbles = _balloons(panel.picture, window, text, replace(style, size=size))
+            bubbles = _balloons(panel, window, text, replace(style, size=size))
             if bubbles is None:
                 continue
             seen = within(text.attention, text.moment, window)
@@ -154,11 +155,12 @@ def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> Panel:
     return next(filter(None, tried))
 
 
-def _balloons(picture: Rectangle, window: Box, text: PanelText, style: TextStyle) -> list[Bubble] | None:
+def _balloons(panel: Panel, window: Box, text: PanelText, style: TextStyle) -> list[Bubble] | None:
+    picture = panel.picture
     seen = [on_page(face, window, picture) for face in text.moment.faces]
     faces = tuple(face for face in seen if face.area > 0)
     air = round(_AIR * style.size)
-    area = picture.padded(-air, -air, -air)
+    area = between_leans(picture, panel.leans).padded(-air, -air, -air)
     room = FreeSpace(area, picture, faces, within(text.attention, text.moment, window))
     wordings = list(_wordings(text.lines, faces, area, style))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)
@@ -183,14 +185,15 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: Tex
 def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> Panel | None:
     """The lines in bands above the picture, which is lower by them; None if they take too much of it."""
     inside = panel.picture
+    written = between_leans(inside, panel.leans)
     found, top = list[Bubble](), inside.top
     for line in text.lines:
-        blocks = style.shapes(line, inside.width - round(1.2 * style.size))
+        blocks = style.shapes(line, written.width - round(1.2 * style.size))
         if not blocks:
             return None
         block = min(blocks, key=lambda block: len(block.lines))
         _, height = size_of("band", block)
-        found.append(Bubble("band", Box(inside.left, top, inside.right, top + height), block))
+        found.append(Bubble("band", Box(written.left, top, written.right, top + height), block))
         top += round(height - _BANDS_OVERLAP * style.size)
     picture = inside._replace(top=round(found[-1].box.bottom) + style.border)
     if picture.top - inside.top > most * inside.height:

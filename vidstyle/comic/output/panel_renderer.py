@@ -142,5 +142,7 @@ def drawn(
                 shown = renderer.panel(moment.picture(color), each.crop, each.picture)
                 said = " / ".join(" ".join(bubble.block.lines) for bubble in each.bubbles)
                 note = ": ".join(filter(None, [timecode(moment.time), said]))
-                sheet.panels.append(RenderedPanel(each.rectangle, each.picture, shown, each.bubbles, note))
+                sheet.panels.append(
+                    RenderedPanel(each.rectangle, each.picture, shown, each.bubbles, note, each.leans)
+                )
         yield sheet

@@ -11,6 +11,7 @@ from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 
+from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH, Bubble, Point
 from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
@@ -89,10 +90,19 @@ def page_image(sheet: Sheet) -> Image:
 
 
 def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
-    _fill(canvas, panel.rectangle, INK)
+    rectangle = panel.rectangle
+    paper = canvas[rectangle.top : rectangle.bottom, rectangle.left : rectangle.right].copy()
+    _fill(canvas, rectangle, INK)
     if panel.band:
         _fill(canvas, panel.band, PAPER)
     _fill(canvas, panel.picture, panel.color)
+    if panel.leans != (0, 0):
+        drawn = canvas[rectangle.top : rectangle.bottom, rectangle.left : rectangle.right]
+        outer, inner = (
+            _masks((np.array(corners(box, panel.leans)) - rectangle[:2]) * _LARGER, paper.shape, 0, 0)[0]
+            for box in (rectangle, panel.inside)
+        )
+        drawn[:] = np.rint(paper * (1 - outer) + INK * (outer - outer * inner) + drawn * (outer * inner))
     for bubble in panel.bubbles:
         if bubble.kind != "band":
             _draw_outline(canvas, bubble)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vidstyle.comic.layout.slant import Leans
 from vidstyle.comic.lettering.bubble import Bubble
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.moment import Rectangle
@@ -18,6 +19,7 @@ class RenderedPanel:
     Attributes:
         color: the picture, H x W x 3 uint8, of the size of `picture`.
         note: description of the picture for screen readers.
+        leans: see `slant`.
     """
 
     rectangle: Rectangle
@@ -25,6 +27,13 @@ class RenderedPanel:
     color: np.ndarray
     bubbles: tuple[Bubble, ...] = ()
     note: str = ""
+    leans: Leans = (0, 0)
+
+    @property
+    def inside(self) -> Rectangle:
+        """The rectangle without its border."""
+        border = self.picture.left - self.rectangle.left
+        return self.rectangle.padded(-border, -border, -border)
 
     @property
     def band(self) -> Rectangle | None:

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.layout.paper import INCH
+from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH, Bubble
 from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.raster import JPEG_QUALITY
@@ -76,16 +77,28 @@ def _panel(panel: RenderedPanel, number: int) -> Iterator[str]:
     yield f'<g id="panel-{number}">'
     if panel.note:
         yield f"<title>{escape(panel.note)}</title>"
-    yield _rect(panel.rectangle, "#000")
+    if panel.leans == (0, 0):
+        yield _rect(panel.rectangle, "#000")
+    else:
+        yield f'<polygon points="{_points(corners(panel.rectangle, panel.leans))}" fill="#000"/>'
+        inside = _points(corners(panel.inside, panel.leans))
+        yield f'<clipPath id="edge-{number}"><polygon points="{inside}"/></clipPath>'
+        yield f'<g clip-path="url(#edge-{number})">'
     if panel.band:
         yield _rect(panel.band, "#fff")
     yield (
         f'<image {_place(panel.picture)} preserveAspectRatio="none"'
         f' href="data:image/jpeg;base64,{b64encode(_jpeg(panel.color)).decode("ascii")}"/>'
     )
+    if panel.leans != (0, 0):
+        yield "</g>"
     for bubble in panel.bubbles:
         yield from _bubble(bubble)
     yield "</g>"
+
+
+def _points(points: Iterable[tuple[float, float]]) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
 
 
 def _rect(rectangle: Rectangle, fill: str) -> str:
@@ -106,7 +119,7 @@ def _jpeg(color: np.ndarray) -> bytes:
 def _bubble(bubble: Bubble) -> Iterator[str]:
     yield f'<g class="{bubble.kind}">'
     if bubble.kind != "band":
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in bubble.outline)
+        points = _points(map(tuple, bubble.outline.tolist()))
         dash = DASH * bubble.block.size
         dashes = f' stroke-dasharray="{dash:.1f}"' if bubble.kind == "whisper" else ""
         yield (
