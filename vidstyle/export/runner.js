@@ -193,6 +193,8 @@ export class Runner {
     });
     /** @type {Context | null} null while the context is lost */
     this.context = null;
+    /** How many loaded styles need each shader. @type {Map<string, number>} */
+    this.users = new Map();
     this.fitting = document.createElement("canvas");
     this.open();
   }
@@ -225,12 +227,27 @@ export class Runner {
    */
   async load(plan) {
     if (plan.format !== FORMAT) throw new Error(`the plan has format ${plan.format}, this runner reads ${FORMAT}`);
-    for (const text of plan.shaders) this.context?.compile(plan.vertex, text);
+    for (const text of plan.shaders) {
+      this.users.set(text, (this.users.get(text) ?? 0) + 1);
+      this.context?.compile(plan.vertex, text);
+    }
     while (this.context && !plan.shaders.every((text) => this.context?.isCompiled(text))) {
       await new Promise((done) => setTimeout(done, 10));
     }
     for (const text of plan.shaders) this.context?.program(plan.vertex, text);
     return new LoadedStyle(plan);
+  }
+
+  /** Frees a style and the programs that no other one needs. @param {LoadedStyle} style it is not drawn again */
+  unload(style) {
+    style.release();
+    for (const text of style.plan.shaders) {
+      const left = (this.users.get(text) ?? 1) - 1;
+      this.users.set(text, left);
+      if (left > 0) continue;
+      this.users.delete(text);
+      this.context?.forget(text);
+    }
   }
 
   /**
@@ -381,6 +398,15 @@ class Context {
       found.checked = true;
     }
     return found;
+  }
+
+  /** @param {string} fragment */
+  forget(fragment) {
+    const found = this.programs.get(fragment);
+    if (!found) return;
+    this.programs.delete(fragment);
+    this.gl.deleteProgram(found.program);
+    this.gl.deleteShader(found.shader);
   }
 
   /**

@@ -69,9 +69,9 @@ FIELDS: dict[str, Fields] = {
         "lock": {"name": _is_lock, "on": is_bool},
         "star": {"tile": is_index, "on": is_bool},
         "move": {"part": is_part},
-        "plan": {"tile": is_index, "side": _is_side},
+        "plan": {"tile": is_index, "side": _is_side, "whole": is_bool},
         "plane": TILE,
-        "tune": {**POINT, "side": _is_side},
+        "tune": {**POINT, "side": _is_side, "whole": is_bool},
         "keep": POINT,
         "save": {"tile": is_index, "name": is_text, "overwrite": is_bool},
         "export": {"tile": is_index, "name": is_text, "kind": _is_kind},
@@ -156,7 +156,7 @@ class ExplorePage:
             "frames": list(exploration.frames),
             "rate": exploration.rate,
             "count": exploration.clip.count,
-            "render": exploration.clip.file() is not None,
+            "render": not exploration.clip.live,
             "design": self.designer is not None,
             "folder": str(Path.cwd()),
         }
@@ -270,12 +270,10 @@ class ExplorePage:
         fields = [message[name] for name in FIELDS[do] if name != "id"]
         match do:
             case "plan":
-                style = exploration.tile(message["tile"]).style
-                return _unsent(await asyncio.wrap_future(exploration.plan(style, message["side"])), sent)
+                return await self._plan(exploration.tile(message["tile"]).style, message, sent)
             case "tune":
                 plane = await asyncio.to_thread(exploration.plane, message["tile"])
-                style = plane.style_at(message["x"], message["y"])
-                return _unsent(await asyncio.wrap_future(exploration.plan(style, message["side"])), sent)
+                return await self._plan(plane.style_at(message["x"], message["y"]), message, sent)
             case "plane":
                 plane = await asyncio.to_thread(exploration.plane, message["tile"])
                 axes = [{"path": axis.path, "low": axis.low, "high": axis.high, "whole": axis.is_whole,
@@ -303,6 +301,14 @@ class ExplorePage:
         result = await asyncio.to_thread(action, *fields)
         await self.tell_all()
         return {"tile": result} if do == "keep" else {"clip": self.clip()} if do == "move" else {}
+
+    async def _plan(self, style: Style, message: Mapping[str, Any], sent: set[str]) -> dict[str, Any]:
+        """The plan of a style, without what the browser has already, unless it asks for the whole."""
+        plan = await asyncio.wrap_future(self.exploration.plan(style, message["side"]))
+        if plan["key"] in sent and not message["whole"]:
+            return {name: plan[name] for name in ("key", "values")}
+        sent.add(plan["key"])
+        return plan
 
     def _render(self, tile: int, name: str) -> str:
         if self._stop is not None:
@@ -381,14 +387,6 @@ class _Viewer:
         finally:
             self._under_way.release()
         await self.send(answer)
-
-
-def _unsent(plan: dict[str, Any], sent: set[str]) -> dict[str, Any]:
-    """The plan, without what the browser has already."""
-    if plan["key"] in sent:
-        return {name: plan[name] for name in ("key", "values")}
-    sent.add(plan["key"])
-    return plan
 
 
 def _number(request: web.Request, name: str, count: int = 2**31) -> int:

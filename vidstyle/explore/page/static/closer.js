@@ -229,7 +229,7 @@ export class Closer {
   #tunedSubject(tile, [x, y]) {
     return {
       name: `${tile}@${x},${y}`,
-      plan: (side) => this.handlers.ask("tune", { tile, x, y, side }),
+      plan: (side, whole) => this.handlers.ask("tune", { tile, x, y, side, whole }),
       address: (frame, side) => `tuned.jpg?tile=${tile}&x=${x}&y=${y}&frame=${frame}&side=${side}`,
     };
   }

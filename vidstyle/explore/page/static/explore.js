@@ -6,7 +6,7 @@
 
 import { Closer } from "./closer.js";
 import { drawn, get, make } from "./elements.js";
-import { PagePainter, ServerPainter } from "./painters.js";
+import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
 import { SourceFrames } from "./source_frames.js";
@@ -49,8 +49,10 @@ const runner = lacks.length ? null : new Runner({ onrestored: () => (stale = tru
 const asked = options.get("where");
 const inPage = runner !== null && (asked ? asked === "page" : !runner.isSoftware);
 
+const plans = inPage && runner ? new LoadedPlans(runner) : null;
+
 /** @param {SourceFrames} source */
-const painterOf = (source) => (inPage && runner ? new PagePainter(runner, source, redraw) : new ServerPainter(source, redraw));
+const painterOf = (source) => (plans ? new PagePainter(plans, source, redraw) : new ServerPainter(source, redraw));
 
 let stale = true;
 function redraw() {
@@ -67,7 +69,7 @@ const painter = painterOf(source);
 function subjectOf(tile) {
   return {
     name: String(tile),
-    plan: (side) => connection.ask("plan", { tile, side }),
+    plan: (side, whole) => connection.ask("plan", { tile, side, whole }),
     address: (frame, side) => `tile.jpg?tile=${tile}&frame=${frame}&side=${side}`,
   };
 }
@@ -95,7 +97,7 @@ function takeClip(next) {
   get("moment").hidden = next.frames.length === next.count || next.count < 2;
   tiles.fit(width / height);
   painter.keep(new Set());
-  source.open(next, tileSide());
+  source.open(next, inPage ? tileSide() : null);
   prepare();
 }
 

@@ -16,20 +16,52 @@ import { fetched } from "./source_frames.js";
  * A style to draw.
  * @typedef {object} Subject
  * @property {string} name tells it from others
- * @property {(side: number) => Promise<PlanMessage>} plan asks the server for its plan
+ * @property {(side: number, whole: boolean) => Promise<PlanMessage>} plan asks the server for its plan; `whole`:
+ *   also if it was sent before
  * @property {(frame: number, side: number) => string} address of the picture that the server makes of it
  */
 
+/** How many plans stay loaded: those that are shown, and those to which one is likely to come back. */
+const KEPT = 40;
+
+/** The plans that are loaded, for all painters: the server sends each of them once. */
+export class LoadedPlans {
+  /** By their keys, the one used last at the end. @type {Map<string, Promise<LoadedStyle>>} */
+  #styles = new Map();
+
+  /** @param {import("./runner.js").Runner} runner */
+  constructor(runner) {
+    this.runner = runner;
+  }
+
+  /**
+   * The style of a plan, and the values of the subject.
+   * @param {Subject} subject @param {number} side
+   */
+  async get(subject, side) {
+    let { key, values, plan } = await subject.plan(side, false);
+    if (!plan && !this.#styles.has(key)) ({ key, values, plan } = await subject.plan(side, true));
+    const style = this.#styles.get(key) ?? (plan && this.runner.load(plan));
+    if (!style) throw new Error("the server did not send the plan");
+    this.#styles.delete(key);
+    this.#styles.set(key, style);
+    for (const [oldest, old] of this.#styles) {
+      if (this.#styles.size <= KEPT) break;
+      this.#styles.delete(oldest);
+      old.then((each) => this.runner.unload(each), () => {});
+    }
+    return { style: await style, values };
+  }
+}
+
 /** Restyles with WebGL. */
 export class PagePainter {
-  /** Plans that are loaded, by their keys. @type {Map<string, Promise<LoadedStyle>>} */
-  #loaded = new Map();
   /** @type {Map<string, {side: number, style: LoadedStyle | null, values: number[]}>} */
   #subjects = new Map();
 
-  /** @param {import("./runner.js").Runner} runner @param {SourceFrames} source @param {() => void} onready */
-  constructor(runner, source, onready) {
-    this.runner = runner;
+  /** @param {LoadedPlans} plans @param {SourceFrames} source @param {() => void} onready */
+  constructor(plans, source, onready) {
+    this.plans = plans;
     this.source = source;
     this.onready = onready;
   }
@@ -49,11 +81,7 @@ export class PagePainter {
     if (known?.side === side) return;
     const entry = { side, style: known?.style ?? null, values: known?.values ?? [] };
     this.#subjects.set(subject.name, entry);
-    const { key, values, plan } = await subject.plan(side);
-    if (plan && !this.#loaded.has(key)) this.#loaded.set(key, this.runner.load(plan));
-    const style = await this.#loaded.get(key);
-    if (!style) return;
-    Object.assign(entry, { style, values });
+    Object.assign(entry, await this.plans.get(subject, side));
     this.onready();
   }
 
@@ -69,14 +97,15 @@ export class PagePainter {
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     // Styles that differ in values alone share programs and textures.
     entry.style.values = entry.values;
-    return this.runner.draw(entry.style, picture, canvas, { size }) !== null;
+    return this.plans.runner.draw(entry.style, picture, canvas, { size }) !== null;
   }
 
   /** Frees what is drawn no more. @param {Set<string>} names of the subjects that still are */
   keep(names) {
-    for (const name of this.#subjects.keys()) if (!names.has(name)) this.#subjects.delete(name);
+    const gone = [...this.#subjects].filter(([name]) => !names.has(name));
+    for (const [name] of gone) this.#subjects.delete(name);
     const used = new Set([...this.#subjects.values()].map((entry) => entry.style));
-    for (const style of this.#loaded.values()) style.then((each) => used.has(each) || each.release(), () => {});
+    for (const [, { style }] of gone) if (!used.has(style)) style?.release();
   }
 }
 
@@ -112,7 +141,8 @@ export class ServerPainter {
     return /** @type {Promise<void>} */ (
       new Promise((begin) => {
         this.#subjects.set(subject.name, { subject, side, pictures, asked: 0, stop: new AbortController(), begin });
-        this.#ask();
+        // Later, when all that is shown is known: the first would ask for its moving pictures before the others' first.
+        queueMicrotask(() => this.#ask());
       })
     );
   }

@@ -22,14 +22,18 @@ export class SourceFrames {
     this.onchange = onchange;
   }
 
-  /** Takes another clip, or another part of it. @param {Clip} clip @param {number} side the shorter side */
+  /**
+   * Takes another clip, or another part of it.
+   * @param {Clip} clip
+   * @param {number | null} side the shorter side; null where the frames themselves are not needed
+   */
   async open(clip, side) {
     const asked = ++this.#asked;
     for (const picture of this.pictures) picture?.close();
     this.clip = clip;
     this.pictures = [];
     this.#began = performance.now();
-    for (const [place, frame] of clip.frames.entries()) {
+    for (const [place, frame] of side === null ? [] : clip.frames.entries()) {
       const picture = await fetched(`frame.jpg?frame=${frame}&side=${side}`).catch(() => undefined);
       if (asked !== this.#asked) return picture?.close();
       this.pictures[place] = picture;

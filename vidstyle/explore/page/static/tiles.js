@@ -5,6 +5,7 @@
  */
 
 import { drawn, make } from "./elements.js";
+import { fetched } from "./source_frames.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./painters.js").Subject} Subject */
@@ -85,7 +86,10 @@ export class Tiles {
     this.shown = tiles;
     for (const [place, tile] of tiles.entries()) {
       const { cell, take, star, closer, kind } = this.cells[place];
-      if (before[place]?.tile !== tile.tile) cell.classList.add("waiting");
+      if (before[place]?.tile !== tile.tile) {
+        cell.classList.add("waiting");
+        this.#preview(place);
+      }
       cell.classList.toggle("chosen", tile.kind === "chosen");
       kind.textContent = origin(tile);
       take.disabled = false;
@@ -95,6 +99,17 @@ export class Tiles {
       closer.setAttribute("aria-label", `Look closer at ${place + 1}`);
     }
     this.element.setAttribute("aria-busy", String(!tiles.length));
+  }
+
+  /** Shows the small picture by which the tile was chosen, until it is drawn. @param {number} place */
+  async #preview(place) {
+    const { cell, canvas } = this.cells[place];
+    const { tile } = this.shown[place];
+    const picture = await fetched(`look.jpg?tile=${tile}`).catch(() => null);
+    if (!picture || this.shown[place].tile !== tile || !cell.classList.contains("waiting")) return;
+    [canvas.width, canvas.height] = [picture.width, picture.height];
+    canvas.getContext("2d")?.drawImage(picture, 0, 0);
+    this.ready(place);
   }
 
   /** The style at a place has been drawn. @param {number} place */
