@@ -16,7 +16,7 @@ from media import photograph
 from pictures import noise
 
 from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
-from vidstyle.blade.draw import draw_bank
+from vidstyle.blade.draw import EMPTY, GAP, LEFT, RIGHT, TOP, draw_bank
 from vidstyle.blade.inference import BankRun, apply_filters, padded_filters
 from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
 from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius, window_weights
@@ -234,6 +234,7 @@ BAD = {
     "a window too wide for shaders": {"rho": np.float64(8.1)},
     "a range too narrow for floats": {"ranges": np.array([[0, 5e-324], [0.2, 0.8]])},
     "bins that are floats": {"bins": np.array([24, 3, np.inf])},
+    "sliders of parts that are not there": {"about": np.frombuffer(b'{"sliders": [["p", 0, 1]]}', np.uint8)},
     "description that is none": {"about": np.zeros(3, np.uint8)},
     "description nested too deeply": {"about": np.full(100_000, ord("["), np.uint8)},
     "bins of infinity": {"bins": np.full(3, np.inf)},
@@ -318,14 +319,20 @@ def test_fidelity_agrees_with_scikit_image() -> None:
 
 def test_a_bank_is_drawn_with_its_bins_in_rows_and_columns() -> None:
     bank = random_bank()
-    drawn = draw_bank(bank)
-    assert drawn.shape == (24 * 44 + 4, 9 * 44 + 4, 3) and drawn.dtype == np.uint8
     lone = np.zeros_like(bank.filters)
     lone[0, 10, 2, 2], lone[0, 10, 0, 0], lone[0, 10, 4, 4] = 1, -0.5, -0.5
+    samples = np.arange(BINS.count)
     drawn = draw_bank(replace(bank, filters=lone))
-    cell = drawn[4 + 44 : 4 + 84, 4 + 44 : 4 + 84]
+    assert drawn.shape == (TOP + 9 * 44 + GAP, LEFT + 24 * 44 + RIGHT, 3) and drawn.dtype == np.uint8
+    # Filter 10 is of the second orientation, the first strength and the second coherence.
+    top, left = TOP + 3 * 44, LEFT + 44
+    cell = drawn[top : top + 40, left : left + 40]
     assert cell[4, 4, 2] > cell[4, 4, 0], "negative is blue"
     assert cell[20, 20, 0] > cell[20, 20, 2], "positive is red"
+    about = {"samples": samples.tolist(), "residuals": [samples.tolist()]}
+    with_maps = draw_bank(replace(bank, filters=lone, about=about))
+    assert len(with_maps) > len(drawn)
+    assert tuple(with_maps[TOP - 1, LEFT - 1]) == EMPTY, "no sample fell into the first bin"
 
 
 def test_pairs_cover_a_filter_once() -> None:

@@ -15,6 +15,7 @@ from vidstyle.blade.references import (
     detail_base,
     edge_tangent_flow,
     flow_dog_parts,
+    second_order_tv_flow,
     tv_flow,
 )
 from vidstyle.errors import UsageError
@@ -182,6 +183,16 @@ def test_more_passes_smooth_along_the_edge_only():
 
 
 # Mean curvature motion: the paper's TV flow
+
+
+def test_the_papers_scheme_flows_as_ours_does() -> None:
+    luma = cv2.GaussianBlur(disc(9), (0, 0), 1)
+    ours, theirs = tv_flow(luma, 4), second_order_tv_flow(luma, 4)
+    change, difference = (float(np.square(each - ours).mean()) for each in (luma, theirs))
+    assert difference < 0.1 * change
+    np.testing.assert_allclose(theirs, theirs.T, atol=1e-6)
+    with pytest.raises(UsageError):
+        second_order_tv_flow(luma, 0)
 
 
 @pytest.mark.parametrize(("radius", "time"), [(20, 60), (12, 30), (8, 20)])

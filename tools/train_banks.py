@@ -1,81 +1,104 @@
-"""Remakes the banks in filters_bank/ and its README: `python tools/train_banks.py --images DIR`.
+"""Remakes the banks in filters_bank/: `python tools/train_banks.py --images DIR`.
 
-The last pictures of the folder, by name, are only measured with. The same pictures give the same bytes.
+The last pictures of the folder, by name, are left to `fidelity.py`. The same pictures give the same bytes.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from vidstyle.blade.bank import Bank, load_bank, save_bank
-from vidstyle.blade.inference import BankRun
+from vidstyle.blade.bank import save_bank
 from vidstyle.blade.photographs import Photograph, photographs_in
-from vidstyle.blade.reference_filter import ReferenceFilter, reference_by_name
+from vidstyle.blade.reference_filter import ReferenceFilter, joined, reference_by_name
 from vidstyle.blade.regression import TrainingConfig
 from vidstyle.blade.structure_tensor import Bins
-from vidstyle.blade.training import measure, train
+from vidstyle.blade.training import train
+from vidstyle.blocks.detail import CONTRASTS
 
 FOLDER = Path(__file__).parent.parent / "filters_bank"
-LONG_SIDE = 1000
+LONG_SIDE = 512
 HELD_OUT = 10
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How a bank is made and measured.
+    """How a bank is made.
 
     Attributes:
-        uses: weights of the parts and of the picture itself with which fidelity is measured, by a name.
+        config: its shape; parts and scale are those of each of its teachers.
+        teachers: what its parts approximate, in their order, and the part of the size at which they run.
+        about: what else the bank says of itself.
     """
 
     name: str
-    reference: ReferenceFilter
     config: TrainingConfig
-    uses: dict[str, tuple[tuple[float, ...], float]]
+    teachers: tuple[tuple[ReferenceFilter, float], ...]
+    about: dict[str, Any] = field(default_factory=dict)
 
 
-ALONE = {"alone": ((1.0,), 0.0)}
+def _teacher(name: str, *settings: dict[str, float], scale: float = 1.0) -> tuple[ReferenceFilter, float]:
+    """A reference filter with several settings, at this part of the size."""
+    return joined([reference_by_name(name, **each) for each in settings]), scale
+
+
+def _lines(name: str, size: int, *sigmas: float) -> Plan:
+    """A bank for lines of several widths, in pixels; those above 1 are of reduced pictures."""
+    whole = [{"sigma": sigma} for sigma in sigmas if sigma <= 1]
+    teachers = [_teacher("flow_dog", *whole)] if whole else []
+    teachers += [_teacher("flow_dog", {"sigma": sigma}, scale=1 / sigma) for sigma in sigmas if sigma > 1]
+    return Plan(name, TrainingConfig(Bins(16, 5, 3), 2.0, size), tuple(teachers), {"sigmas": sigmas})
+
+
+LAYERS = [{"contrast": contrast} for contrast in CONTRASTS]
+TIMES = (3.0, 6.0, 12.0)
+"""Of total variation flow, in levels of 255 times pixels; between them filters are interpolated."""
+FLOWS = [{"time": time, "gradient_power": 0} for time in TIMES]
 PLANS = (
     Plan(
         "etf",
-        reference_by_name("edge_tangent_flow", sigma=2.0, rho=2.0),
         TrainingConfig(Bins(24, 1, 3), 2.0, 5),
-        ALONE,
+        (_teacher("edge_tangent_flow", {"sigma": 2.0, "rho": 2.0}),),
+    ),
+    Plan(
+        "etf_broad",
+        TrainingConfig(Bins(24, 1, 3), 4.0, 11),
+        (_teacher("edge_tangent_flow", {"sigma": 4.0, "rho": 4.0}),),
     ),
     Plan(
         "tvf",
-        reference_by_name("tv_flow", time=2.0, gradient_power=1),
         TrainingConfig(Bins(16, 4, 4), 1.0, 7),
-        ALONE,
+        (_teacher("tv_flow", {"time": 2.0, "gradient_power": 1}),),
     ),
     Plan(
-        "flow_dog",
-        reference_by_name("flow_dog", sigma=1.0),
-        TrainingConfig(Bins(16, 5, 3), 1.5, 7, (1, 0)),
-        {"p 10": ((1.0, 10.0), 0.0), "p 20": ((1.0, 20.0), 0.0)},
+        "tvf_flat", TrainingConfig(Bins(16, 4, 4), 1.0, 7), (_teacher("tv_flow", *FLOWS),), {"times": TIMES}
     ),
-    Plan(
-        "flow_dog_fine",
-        reference_by_name("flow_dog", sigma=0.5),
-        TrainingConfig(Bins(16, 5, 3), 1.5, 7, (1, 0)),
-        {"p 10": ((1.0, 10.0), 0.0)},
-    ),
+    _lines("flow_dog_fine", 9, 0.5, 0.7, 1.0),
+    _lines("flow_dog", 7, 1.0, 1.4),
+    _lines("flow_dog_coarse", 9, 1.4, 4.0),
     Plan(
         "detail",
-        reference_by_name("detail_base"),
-        TrainingConfig(Bins(16, 5, 3), 1.5, 9),
-        {
-            "delta -100": ((1.0,), 0.0),
-            "delta -20": ((0.2,), 0.8),
-            "delta +20": ((-0.2,), 1.2),
-            "delta +60": ((-0.6,), 1.6),
-        },
+        TrainingConfig(Bins(16, 8, 3, (10.0, 58.0)), 1.5, 9),
+        (_teacher("detail_base", *LAYERS),),
     ),
 )
+
+
+class KeptPhotograph(Photograph):
+    """A photograph that is decoded once for all banks."""
+
+    def color(self) -> np.ndarray:
+        return self._color
+
+    @cached_property
+    def _color(self) -> np.ndarray:
+        return super().color()
 
 
 def main() -> None:
@@ -84,90 +107,28 @@ def main() -> None:
     parser.add_argument("--images", type=Path, required=True)
     parser.add_argument("--only", action="append", choices=[plan.name for plan in PLANS])
     arguments = parser.parse_args()
-    pictures = photographs_in(arguments.images, LONG_SIDE)
+    found = photographs_in(arguments.images, LONG_SIDE)[:-HELD_OUT]
+    pictures = [KeptPhotograph(each.path, LONG_SIDE) for each in found]
     FOLDER.mkdir(exist_ok=True)
     for plan in PLANS:
         if not arguments.only or plan.name in arguments.only:
-            make(plan, pictures[:-HELD_OUT], pictures[-HELD_OUT:])
-    write_readme({path.stem: load_bank(path) for path in sorted(FOLDER.glob("*.npz"))})
+            make(plan, pictures)
 
 
-def make(plan: Plan, pictures: list[Photograph], held_out: list[Photograph]) -> None:
-    """One bank."""
-    bank, report = train(plan.config, plan.reference, pictures)
-    print(f"{plan.name}: {report}", flush=True)
-    bank.about["fidelity"] = {
-        use: measured(bank, plan.reference, weights, identity, held_out)
-        for use, (weights, identity) in plan.uses.items()
+def make(plan: Plan, pictures: Sequence[Photograph]) -> None:
+    """One bank: the parts of all its teachers, which share the choice of filters."""
+    banks = []
+    for reference, scale in plan.teachers:
+        config = replace(plan.config, sums=reference.sums, scale=scale)
+        bank, report = train(config, reference, pictures)
+        print(f"{plan.name}: {', '.join(reference.parts)}, scale {scale:g}: {report}", flush=True)
+        banks.append(bank)
+    joined_lists = {
+        name: [each for bank in banks for each in bank.about[name]] for name in ("parts", "residuals")
     }
-    save_bank(bank, FOLDER / f"{plan.name}.npz")
-    for use, fidelity in bank.about["fidelity"].items():
-        print(f"  {use}: {fidelity}", flush=True)
-
-
-def measured(
-    bank: Bank,
-    reference: ReferenceFilter,
-    weights: tuple[float, ...],
-    identity: float,
-    pictures: list[Photograph],
-) -> dict[str, float]:
-    """How close one use of a bank comes to the same use of its reference."""
-    run = BankRun(bank, weights, identity)
-    return measure(run, reference, pictures, weights, identity)
-
-
-def write_readme(banks: dict[str, Bank]) -> None:
-    """What the banks are, read from themselves."""
-    lines = [HEAD, *(row(name, bank) for name, bank in banks.items()), FIDELITY]
-    for name, bank in banks.items():
-        for use, fidelity in bank.about["fidelity"].items():
-            numbers = " | ".join(
-                f"{fidelity[f'{which}psnr']:.2f} dB | {fidelity[f'{which}mssim']:.4f}"
-                for which in ("", "untouched ")
-            )
-            lines.append(f"| `{name}` | {use} | {numbers} |")
-    one = next(iter(banks.values()))
-    lines.append(PICTURES.format(count=len(one.about["pictures"]), long_side=one.about["long_side"]))
-    lines += [f"| {name} | `{checksum}` |" for name, checksum in one.about["pictures"]]
-    (FOLDER / "README.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def row(name: str, bank: Bank) -> str:
-    """What a bank is."""
-    settings = ", ".join(f"{key} {value:g}" for key, value in bank.about["settings"].items())
-    bins = f"{bank.bins.orientations} x {bank.bins.strengths} x {bank.bins.coherences}"
-    parts = ", ".join(bank.about["parts"])
-    what = f"{bank.about['imitates']}{f' ({settings})' if settings else ''}"
-    return f"| `{name}` | {what} | {parts} | {bins} | {bank.size} x {bank.size} | {bank.rho:g} |"
-
-
-HEAD = """\
-# Banks of learned filters
-
-Each file holds a small linear filter for each bin of local structure (orientation x strength x coherence),
-trained on photographs by `python tools/train_banks.py --images DIR`, which also writes this page; the same
-photographs give the same bytes. `vidstyle train etf --show etf.png` draws a bank. The files are NumPy
-archives, read without pickle and checked.
-
-| bank | reference | parts | bins | filters | rho |
-|---|---|---|---|---|---|"""
-FIDELITY = """
-## Fidelity
-
-Luma of held-out photographs, against the reference filter with the same settings; *untouched* compares the
-photographs themselves with the same reference.
-
-| bank | used | PSNR | MSSIM | untouched PSNR | untouched MSSIM |
-|---|---|---|---|---|---|"""
-PICTURES = """
-## Training pictures
-
-{count} photographs, their longer side reduced to {long_side} pixels; the next ten by name were
-held out. The photographs are not part of this repository.
-
-| file | SHA-256 begins with |
-|---|---|"""
+    about = banks[0].about | joined_lists | plan.about
+    filters = np.concatenate([bank.filters for bank in banks])
+    save_bank(replace(banks[0], filters=filters, about=about), FOLDER / f"{plan.name}.npz")
 
 
 if __name__ == "__main__":

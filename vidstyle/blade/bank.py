@@ -6,7 +6,8 @@ import json
 import re
 import zipfile
 import zlib
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from io import BytesIO
 from pathlib import Path
@@ -34,6 +35,8 @@ MAX_FILTERS = 1024
 """The most filters of a part: their numbers are kept in textures of 16 bits."""
 MAX_RHO = 8
 """The largest standard deviation of the tensor's window, in pixels: shaders hold 16 of its weights."""
+MAX_SLIDERS = 3
+"""The most weights that a bank declares as sliders."""
 MAX_WEIGHT = 1024.0
 """The largest weight of a pixel; those of trained banks are below 1."""
 ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
@@ -65,7 +68,8 @@ class Bank:
         filters: parts x bins x size x size float32. The result is the weighted sum of the parts; a
             block sets the weights.
         about: how it was trained, as plain data: "imitates" (the reference filter), "parts" (names),
-            "pictures" (names and checksums), "fidelity" and others.
+            "pictures" (names and checksums), "samples" and "residuals" (in levels of 255) of each filter,
+            "sliders" and others.
     """
 
     bins: Bins
@@ -95,6 +99,20 @@ class Bank:
     def packed_in_half(self) -> tuple[np.ndarray, ...]:
         """`packed` as half floats; the error is at most 1/4096 of a weight."""
         return tuple(part.astype(np.float16) for part in self.packed)
+
+    @property
+    def sliders(self) -> dict[str, tuple[float, float]]:
+        """The names and ranges of the weights of the parts after the first, as the bank declares them."""
+        return {name: (low, high) for name, low, high in self.about.get("sliders", [])}
+
+    def weights_at(self, shares: Sequence[float]) -> tuple[float, ...]:
+        """The weights of the parts with each slider at this share of its range; 1 for the first part.
+
+        Parts without a slider have no weight.
+        """
+        ends = zip(shares, self.sliders.values(), strict=False)
+        found = [1.0, *(low + share * (high - low) for share, (low, high) in ends)]
+        return (*found, *[0.0] * (len(self.filters) - len(found)))
 
     @property
     def sums(self) -> tuple[float, ...]:
@@ -182,6 +200,13 @@ def shipped_bank(name: str) -> Bank:
     return load_bank(shipped_banks()[name])
 
 
+@cache
+def shipped_parts(name: str, first: int, last: int) -> Bank:
+    """The parts first..last - 1 of a bank in filters_bank/: others cost time even with weights of 0."""
+    bank = shipped_bank(name)
+    return replace(bank, filters=bank.filters[first:last])
+
+
 def shipped_banks() -> dict[str, Path]:
     """The files in filters_bank/ by name."""
     return {path.stem: path for path in sorted(asset_folder("filters_bank").glob("*.npz"))}
@@ -226,5 +251,23 @@ def _problem(bank: Bank) -> str:
         return f"has {len(filters)} parts of {filters.shape[2]} x {filters.shape[2]} pixels"
     if filters.shape[1] != bins.count or bins.count > MAX_FILTERS:
         return f"has {filters.shape[1]} filters for {bins.count} bins; there are at most {MAX_FILTERS}"
+    if not _are_sliders(bank.about.get("sliders", []), len(filters) - 1):
+        return "declares sliders that are not [name, low, high] of a part after the first"
     wrong = filters.size - np.count_nonzero(np.abs(filters) <= MAX_WEIGHT)
     return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""
+
+
+def _are_sliders(declared: object, most: int) -> bool:
+    """Whether sliders are declared as `Bank.sliders` reads them, with weights that a filter may have."""
+    return (
+        isinstance(declared, list)
+        and len(declared) <= min(most, MAX_SLIDERS)
+        and all(
+            isinstance(each, list)
+            and len(each) == 3
+            and isinstance(each[0], str)
+            and all(type(end) in (int, float) and abs(end) <= MAX_WEIGHT for end in each[1:])
+            for each in declared
+        )
+        and len({each[0] for each in declared}) == len(declared)
+    )

@@ -1,7 +1,10 @@
-"""Draws all filters of a bank in one picture, as in the paper's appendix."""
+"""Draws all filters of a bank in one picture, as in the paper's figures S3 to S6."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import cv2
 import numpy as np
 
 from vidstyle.blade.bank import Bank
@@ -9,35 +12,126 @@ from vidstyle.blade.bank import Bank
 ZOOM = 8
 """Size of a coefficient in pixels."""
 GAP = 4
+LEFT, TOP, RIGHT = 150, 64, 90
+"""Room for the names of rows and columns, and for the scale."""
 NEGATIVE, ZERO, POSITIVE = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float32)
 """Colours of the most negative, zero and most positive coefficients."""
+EMPTY = (255, 220, 120)
+"""Frame of a filter that no pixel of the training pictures fell to."""
 
 
 def draw_bank(bank: Bank) -> np.ndarray:
     """The filters of all parts, H x W x 3 uint8 RGB.
 
-    Orientations go down, coherences within strengths to the right, parts beside one another. The middle
-    coefficient outshines the others, so each filter is scaled by its second largest.
+    Orientations go to the right, strengths within coherences down, parts below one another. All filters of a
+    part share a scale, which ends at the largest coefficient that is not a middle one, which outshine others.
+    Where the bank says how many samples a filter had and what error was left on them, two maps follow.
     """
-    parts = [_draw_part(bank, filters) for filters in bank.filters]
-    gap = np.full((parts[0].shape[0], 4 * GAP, 3), 255, np.uint8)
-    row = [part for drawn in parts for part in (drawn, gap)][:-1]
-    return np.concatenate(row, axis=1)
+    samples = _per_bin(bank, "samples")
+    residuals = bank.about.get("residuals", [])
+    pages = []
+    for number, filters in enumerate(bank.filters):
+        names = bank.about.get("parts", [])
+        title = names[number] if number < len(names) else f"part {number + 1}"
+        pages.append(_draw_part(bank, filters, str(title), samples))
+        if number < len(residuals):
+            pages.append(_draw_map(bank, np.asarray(residuals[number]), "residual, levels of 255", "0.2f"))
+    if samples is not None:
+        pages.append(_draw_map(bank, samples, "samples", ",.0f"))
+    return np.concatenate(pages)
 
 
-def _draw_part(bank: Bank, filters: np.ndarray) -> np.ndarray:
-    across = bank.bins.strengths * bank.bins.coherences
-    step = bank.size * ZOOM + GAP
-    page = np.full((bank.bins.orientations * step + GAP, across * step + GAP, 3), 255, np.uint8)
-    for number, coefficients in enumerate(filters):
-        top, left = GAP + number // across * step, GAP + number % across * step
-        drawn = np.repeat(np.repeat(_colored(coefficients), ZOOM, axis=0), ZOOM, axis=1)
-        page[top : top + drawn.shape[0], left : left + drawn.shape[1]] = drawn
+def _per_bin(bank: Bank, name: str) -> np.ndarray | None:
+    """Numbers that the bank tells of each bin, if it does."""
+    numbers = np.asarray(bank.about.get(name, []), np.float64)
+    return numbers if numbers.shape == (bank.bins.count,) else None
+
+
+def _rows(bank: Bank) -> Iterator[tuple[int, int, str]]:
+    """Strength, coherence and name of each row."""
+    bins = bank.bins
+    for coherence in range(bins.coherences):
+        for strength in range(bins.strengths):
+            levels = _bin_text(strength, bins.strengths, bins.strength_range)
+            clear = _bin_text(coherence, bins.coherences, bins.coherence_range)
+            yield strength, coherence, f"s {levels}  c {clear}"
+
+
+def _bin_text(number: int, count: int, ends: tuple[float, float]) -> str:
+    """The range of a bin; the bins at the ends are open."""
+    low, high = (ends[0] + (ends[1] - ends[0]) * each / count for each in (number, number + 1))
+    if count == 1:
+        return "all"
+    if number == 0:
+        return f"<{high:.3g}"
+    return f">{low:.3g}" if number == count - 1 else f"{low:.3g}-{high:.3g}"
+
+
+def _page(bank: Bank, cell_height: int, title: str) -> np.ndarray:
+    """White, with the names of rows and columns."""
+    bins, step = bank.bins, bank.size * ZOOM + GAP
+    height = TOP + bins.strengths * bins.coherences * cell_height + GAP
+    page = np.full((height, LEFT + bins.orientations * step + RIGHT, 3), 255, np.uint8)
+    _write(page, title, LEFT, 20, 0.55)
+    for number in range(bins.orientations):
+        _write(page, f"{180 * number / bins.orientations:g}", LEFT + number * step + GAP, TOP - 12)
+    _write(page, "orientation, degrees", LEFT, TOP - 28)
+    for row, (_, _, name) in enumerate(_rows(bank)):
+        _write(page, name, 6, TOP + row * cell_height + cell_height // 2 + 4)
     return page
 
 
-def _colored(coefficients: np.ndarray) -> np.ndarray:
-    largest = np.sort(np.abs(coefficients), axis=None)[-2]
-    share = np.clip(coefficients / max(float(largest), 1e-12), -1, 1)[..., None]
+def _draw_part(bank: Bank, filters: np.ndarray, title: str, samples: np.ndarray | None) -> np.ndarray:
+    bins, side, step = bank.bins, bank.size * ZOOM, bank.size * ZOOM + GAP
+    page, largest = _page(bank, step, title), _scale_end(filters)
+    for row, (strength, coherence, _) in enumerate(_rows(bank)):
+        for column in range(bins.orientations):
+            number = (column * bins.strengths + strength) * bins.coherences + coherence
+            top, left = TOP + row * step, LEFT + column * step
+            drawn = _colored(filters[number] / largest)
+            page[top : top + side, left : left + side] = drawn.repeat(ZOOM, axis=0).repeat(ZOOM, axis=1)
+            if samples is not None and samples[number] == 0:
+                cv2.rectangle(page, (left - 2, top - 2), (left + side + 1, top + side + 1), EMPTY, 2)
+    _draw_scale(page, largest)
+    return page
+
+
+def _scale_end(filters: np.ndarray) -> float:
+    """The largest coefficient that is not in the middle of its filter."""
+    beside = np.abs(filters)
+    beside[:, filters.shape[1] // 2, filters.shape[2] // 2] = 0
+    return max(float(beside.max()), 1e-12)
+
+
+def _draw_scale(page: np.ndarray, largest: float) -> None:
+    """A bar of the colours at the right, with its numbers."""
+    left, height = page.shape[1] - RIGHT + 16, min(160, page.shape[0] - TOP - GAP)
+    page[TOP : TOP + height, left : left + 14] = _colored(np.linspace(1, -1, height))[:, None]
+    for share, text in ((0.0, f"{largest:.3g}"), (0.5, "0"), (1.0, f"-{largest:.3g}")):
+        _write(page, text, left + 18, TOP + int(share * height) + 4)
+
+
+def _draw_map(bank: Bank, numbers: np.ndarray, title: str, form: str) -> np.ndarray:
+    """A number for each bin, black for the most."""
+    bins, step, height = bank.bins, bank.size * ZOOM + GAP, 18
+    ends = f"{title}: white {numbers.min():{form}}, black {numbers.max():{form}}"
+    page = _page(bank, height, ends)
+    # By the root of the root: there are a thousand times more samples in flat places.
+    shades = 255 - 255 * ((numbers - numbers.min()) / max(float(np.ptp(numbers)), 1e-12)) ** 0.25
+    for row, (strength, coherence, _) in enumerate(_rows(bank)):
+        for column in range(bins.orientations):
+            shade = shades[(column * bins.strengths + strength) * bins.coherences + coherence]
+            top, left = TOP + row * height, LEFT + column * step
+            page[top : top + height - 2, left : left + step - GAP] = int(shade)
+    return page
+
+
+def _write(page: np.ndarray, text: str, x: int, y: int, size: float = 0.4) -> None:
+    cv2.putText(page, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, size, (40, 40, 40), 1, cv2.LINE_AA)
+
+
+def _colored(shares: np.ndarray) -> np.ndarray:
+    """Numbers from -1 to 1 as colours; those beyond have the colour of the end."""
+    share = np.clip(shares, -1, 1)[..., None]
     end = np.where(share < 0, NEGATIVE, POSITIVE)
     return (ZERO + np.abs(share) * (end - ZERO) + 0.5).astype(np.uint8)

@@ -15,7 +15,7 @@ from vidstyle.blade.simd import filter_pixel_block
 from vidstyle.blade.structure_tensor import LANES, pad_edges, select_filters, window_radius
 from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import RANGES, WIDE_RANGE
-from vidstyle.core.resample import scaled_shape
+from vidstyle.core.resample import resample, scaled_shape
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,11 @@ class BankRun:
                 selected = select_filters(luma, self.bank.bins, self.window, (above, below))
             luma = apply_filters(luma, selected, self._padded, self.limits, (above, below))
         return luma
+
+    def whole(self, luma: np.ndarray) -> np.ndarray:
+        """The result on a picture that it is reduced for and enlarged from, as in a style."""
+        reduced = resample(luma, self.shape_at_scale((luma.shape[0], luma.shape[1])), "area")
+        return resample(self.run(reduced), (luma.shape[0], luma.shape[1]), "bicubic")
 
 
 def padded_filters(filters: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import inspect
 import shlex
 import subprocess
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -70,6 +70,21 @@ def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
     return ReferenceFilter(name, apply, parts, sums, settings)
 
 
+def joined(references: Sequence[ReferenceFilter]) -> ReferenceFilter:
+    """Several settings of one reference filter, whose parts a bank learns side by side."""
+
+    def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
+        return [target for each in references for target in each.apply(color, photograph)]
+
+    parts = tuple(f"{part}{_settings_text(each)}" for each in references for part in each.parts)
+    sums = tuple(total for each in references for total in each.sums)
+    return ReferenceFilter(references[0].name, apply, parts, sums)
+
+
+def _settings_text(reference: ReferenceFilter) -> str:
+    return "".join(f", {name} {value:g}" for name, value in reference.settings.items())
+
+
 def reference_by_command(command: str) -> ReferenceFilter:
     """A program that reads a picture and writes one: "ffmpeg -i {in} -vf nlmeans {out}"; not run in a shell.
 
@@ -92,8 +107,12 @@ def reference_by_command(command: str) -> ReferenceFilter:
     return ReferenceFilter(command, apply)
 
 
-def reference_by_function(name: str) -> ReferenceFilter:
+def reference_by_function(name: str, sliders: Sequence[str] = ()) -> ReferenceFilter:
     """A Python function, "module:function", from RGB, H x W x 3 uint8, to such a picture.
+
+    Args:
+        sliders: names of the pictures that it returns besides: floats that a slider weighs and that are added
+            to the first, 0 where nothing changes.
 
     Raises:
         UsageError: there is no such function.
@@ -106,14 +125,20 @@ def reference_by_function(name: str) -> ReferenceFilter:
 
     def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         try:
-            result = np.asarray(function((color * 255 + 0.5).astype(np.uint8)))
+            results = function((color * 255 + 0.5).astype(np.uint8))
+            results = [np.asarray(each) for each in (results if sliders else [results])]
         except Exception as error:  # whatever a function of the user's raises
             reason = f"failed on {photograph.path.name} ({type(error).__name__}: {error})"
             raise InputError(name, reason, "try it by hand") from error
-        scale = 1 / 255 if result.dtype == np.uint8 else 1
-        return [_luma_of_result(result.astype(np.float32) * np.float32(scale), color, name, "function")]
+        if len(results) != 1 + len(sliders):
+            reason = f"returned {len(results)} pictures, not one and {len(sliders)} for sliders"
+            raise InputError(name, reason, "return one for each --slider besides the first")
+        scales = (np.float32(1 / 255 if each.dtype == np.uint8 else 1) for each in results)
+        scaled = (each.astype(np.float32) * scale for each, scale in zip(results, scales, strict=True))
+        return [_luma_of_result(each, color, name, "function") for each in scaled]
 
-    return ReferenceFilter(name, apply)
+    sums = (1, *[0] * len(sliders))
+    return ReferenceFilter(name, apply, ("result", *sliders) if sliders else ("all",), sums)
 
 
 def reference_by_pairs(folder: Path) -> ReferenceFilter:

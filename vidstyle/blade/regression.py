@@ -16,6 +16,7 @@ import numpy as np
 from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius
 from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrized
 from vidstyle.core.kernels import compiled
+from vidstyle.core.resample import resample, scaled_shape
 
 STRIPES = 8
 """Number of parts of a picture that are summed separately; fixed, so that results do not depend on cores."""
@@ -30,6 +31,7 @@ class TrainingConfig:
         sums: for each part, the sum of each filter: 1 where a constant stays, 0 where it vanishes.
         smoothness: weight of the regularizer, the squared differences of neighbouring coefficients,
             relative to the mean energy of a bin's samples.
+        scale: the part of the size, 0..1, at which the bank runs; it learns from reduced pictures.
         prior_samples: weight, in samples, of the average over all bins of the same orientation in each
             bin: rare bins then do not fit noise, and empty ones behave like the average.
     """
@@ -40,6 +42,7 @@ class TrainingConfig:
     sums: tuple[int, ...] = (1,)
     smoothness: float = 1e-4
     prior_samples: float = 50.0
+    scale: float = 1.0
 
 
 @dataclass
@@ -85,10 +88,14 @@ def accumulate(
     Args:
         luma: H x W float32 0..1.
         targets: the target of each part, H x W; pixels near the border are left out.
+            Both of the whole size, whatever the scale.
         pool: runs the stripes of the picture in parallel.
     """
     margin = max(config.size // 2, window_radius(config.rho)) + 1
-    height, width = luma.shape
+    height, width = shape = scaled_shape(luma.shape, config.scale)
+    luma = resample(luma, shape, "area")
+    # A target that is worth reducing is smooth, and is to be met at the pixels, not on the mean around them.
+    targets = [resample(target, shape, "bicubic") for target in targets]
     total = NormalEquations.empty(config)
     if min(height, width) <= 2 * margin:
         return total

@@ -61,6 +61,7 @@ def train(
             sums.add(accumulate(config, luma_of(color), reference.apply(color, photograph), pool))
             on_picture("learning", number, len(photographs))
     filters = solve(config, sums)
+    errors = 255 * np.sqrt(np.maximum(np.nan_to_num(residuals(config, sums, filters)), 0))
     about = {
         "imitates": reference.name,
         "settings": dict(reference.settings),
@@ -69,9 +70,10 @@ def train(
         "kinship": config.prior_samples,
         "long_side": photographs[0].long_side,
         "pictures": [[photograph.path.name, photograph.checksum] for photograph in photographs],
-        "samples": int(sums.samples.sum()),
+        "samples": sums.samples.tolist(),
+        "residuals": errors.round(3).tolist(),
     }
-    return Bank(config.bins, config.rho, filters, about), _report(config, sums, filters)
+    return Bank(config.bins, config.rho, filters, about), _report(sums, errors)
 
 
 def measure(
@@ -99,7 +101,7 @@ def measure(
         color = photograph.color()
         luma, parts = luma_of(color), reference.apply(color, photograph)
         target = np.tensordot(np.asarray(weights, np.float32), np.stack(parts), 1) + identity * luma
-        result = run.run(luma)
+        result = run.whole(luma)
         rows.append((psnr(result, target), mssim(result, target), psnr(luma, target), mssim(luma, target)))
         errors += float(np.square(result - target).mean())
         changes += float(np.square(luma - target).mean())
@@ -134,8 +136,7 @@ def mssim(result: np.ndarray, target: np.ndarray) -> float:
     return float((inside if inside.size else similarity).mean())
 
 
-def _report(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> TrainingReport:
-    errors = np.nan_to_num(residuals(config, sums, filters)) * sums.samples
-    mean = errors.sum(axis=1) / max(int(sums.samples.sum()), 1)
-    levels = tuple(255 * float(np.sqrt(max(part, 0))) for part in mean)
+def _report(sums: NormalEquations, errors: np.ndarray) -> TrainingReport:
+    total = max(int(sums.samples.sum()), 1)
+    levels = tuple(float(np.sqrt(part)) for part in (errors**2 * sums.samples).sum(axis=1) / total)
     return TrainingReport(int(sums.samples.sum()), int((sums.samples == 0).sum()), levels)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from typing import Annotated
 
-from vidstyle.blade.bank import shipped_bank
+from vidstyle.blade.bank import shipped_bank, shipped_parts
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Slider, block
-
-LEARNED = {0.5: "flow_dog_fine", 1.0: "flow_dog"}
-"""The banks by their sigma in pixels; for other values one of them runs on a reduced picture."""
 
 
 @block("learned", on="luma")
@@ -19,8 +17,22 @@ def flow_dog(
 ) -> BankRun:
     """Sharpen across the edges and smooth along them.
 
-    (1 + p) G - p G', with Gaussians of sigma and 1.6 sigma across the edge, then smoothed along it, learned.
-    The result goes beyond black and white. Paper, section 4.2 C; Winnemoeller, Kyprianidis and Olsen 2012.
+    (1 + p) G - p G', with Gaussians of sigma and 1.6 sigma across the edge, then one of 1.5 sigma along it,
+    learned. The result goes beyond black and white. Paper, section 4.2 C, which prints the two Gaussians the
+    other way round; Winnemoeller, Kyprianidis and Olsen 2012. Above 1 px it runs on a reduced picture, with
+    directions of that picture; between the sigmas that were learned, filters are interpolated by variance.
     """
-    near = max(learned for learned in LEARNED if learned <= sigma)
-    return BankRun(shipped_bank(LEARNED[near]), (1.0, p), scale=near / sigma, is_wide=True)
+    name = "flow_dog_fine" if sigma < 1 else "flow_dog" if sigma <= 1.4 else "flow_dog_coarse"
+    learned = shipped_bank(name).about["sigmas"]
+    first = min(bisect_right(learned, sigma), len(learned) - 1) - 1
+    near, far = (_blur(learned[number]) for number in (first, first + 1))
+    share = min((_blur(sigma) - near) / (far - near), 1.0)
+    weights = [weight for part in (1 - share, share) if part > 0 for weight in (part, part * p)]
+    first += share == 1
+    bank = shipped_parts(name, 2 * first, 2 * first + len(weights))
+    return BankRun(bank, tuple(weights), scale=min(1 / sigma, 1), is_wide=True)
+
+
+def _blur(sigma: float) -> float:
+    """What a filter depends on linearly: its variance, and from 1 px on what the reduction has blurred."""
+    return sigma**2 if sigma < 1 else 2 - sigma**-2

@@ -17,10 +17,14 @@ def learned(
     amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
     passes: Annotated[int, Slider(1, 8, "number of passes", explore=(1, 3))] = 1,
     reselect: Annotated[bool, Switch("select the filters in each pass")] = True,
+    first: Annotated[float, Slider(0, 1, "the bank's first slider, from its low end to its high one")] = 0.5,
+    second: Annotated[float, Slider(0, 1, "the bank's second slider")] = 0.5,
+    third: Annotated[float, Slider(0, 1, "the bank's third slider")] = 0.5,
 ) -> BankRun:
     """Apply a bank of learned filters to luma; `vidstyle train` makes banks.
 
-    Paper, section 5, equation 2. Of a bank with several parts only the first is used.
+    A bank may declare sliders, which weigh its parts after the first; other parts are not used. Paper,
+    section 5, equation 2.
     """
-    weights = (amount, *[0.0] * (len(bank.filters) - 1))
+    weights = tuple(amount * weight for weight in bank.weights_at((first, second, third)))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect)

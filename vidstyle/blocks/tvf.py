@@ -4,19 +4,39 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
+
 from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.inference import BankRun
-from vidstyle.block import Slider, block
+from vidstyle.block import Choice, Slider, block
 
 
 @block("learned", on="luma")
 def tvf(
     passes: Annotated[int, Slider(1, 12, "more for flatter areas", explore=(1, 4))] = 2,
     amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
+    flow: Annotated[
+        str,
+        Choice(
+            ("curvature", "variation"),
+            "curvature rounds shapes and keeps contrast; variation makes pieces of even tone",
+            ("curvature", "variation"),
+        ),
+    ] = "curvature",
+    time: Annotated[float, Slider(1, 12, "of each pass of variation", "levels of 255 x pixels", (4, 12))] = 6,
 ) -> BankRun:
     """Flatten texture and preserve edges.
 
-    Total variation flow in the form of Marquina and Osher, learned. Paper, sections 4.2 C and
-    5.4.1.
+    Learned. `curvature` is total variation flow in the form of Marquina and Osher, which the paper trains:
+    mean curvature motion. `variation` is the true flow: a disc of radius r loses 2 time / r levels in each
+    pass.
+    Paper, sections 4.2 C and 5.4.1.
     """
-    return BankRun(shipped_bank("tvf"), (amount,), 1 - amount, passes=passes)
+    if flow == "curvature":
+        return BankRun(shipped_bank("tvf"), (amount,), 1 - amount, passes=passes)
+    bank = shipped_bank("tvf_flat")
+    times = (0.0, *bank.about["times"])
+    identity, *weights = (float(np.interp(time, times, row)) for row in np.eye(len(times)))
+    return BankRun(
+        bank, tuple(amount * each for each in weights), 1 - amount + amount * identity, passes=passes
+    )

@@ -33,6 +33,8 @@ LEARNABLE = 0.4
               help="Approximate a Python function from RGB, uint8, to RGB.")  # fmt: skip
 @click.option("--pairs", metavar="DIR", type=click.Path(path_type=Path),
               help="Approximate the pictures of the same names in DIR.")  # fmt: skip
+@click.option("--slider", "sliders", metavar="NAME=LOW:HIGH", multiple=True,
+              help="Weight of a further picture that the function returns.")  # fmt: skip
 @click.option("--bins", metavar="OxSxC", default="16x5x3",
               help="Bins of orientation, strength and coherence.")  # fmt: skip
 @click.option("--size", type=number(3, 15, whole=True), default=7, help="Filter size in pixels, odd.")
@@ -60,13 +62,17 @@ def train(bank: Path, **options: Any) -> None:
 
 
 def _train(path: Path, options: dict[str, Any]) -> None:
-    from vidstyle.blade.bank import save_bank
+    from vidstyle.blade.bank import MAX_SLIDERS, save_bank
     from vidstyle.blade.inference import BankRun
     from vidstyle.blade.photographs import photographs_in
     from vidstyle.blade.training import measure
     from vidstyle.blade.training import train as train_bank
 
-    reference = _reference(options)
+    sliders = _sliders(options["sliders"])
+    reference = _reference(options, [name for name, *_ in sliders])
+    if len(sliders) > min(len(reference.parts) - 1, MAX_SLIDERS):
+        most = min(len(reference.parts) - 1, MAX_SLIDERS)
+        raise UsageError("--slider", f"is given {len(sliders)} times", f"this reference has room for {most}")
     config = _config(options, reference)
     if path.exists() and not options["overwrite"]:
         raise UsageError(path, "exists", "add -y to replace it")
@@ -78,10 +84,11 @@ def _train(path: Path, options: dict[str, Any]) -> None:
         on_picture = StepProgress(show)
         bank, report = train_bank(config, reference, pictures[: len(pictures) - held_out], on_picture)
         fidelity = None
+        bank.about["sliders"] = [list(slider) for slider in sliders]
         if held_out > 0:
-            ones = (1.0,) * len(reference.parts)
-            run = BankRun(bank, ones)
-            fidelity = measure(run, reference, pictures[-held_out:], ones, on_picture=on_picture)
+            middle = bank.weights_at([0.5] * len(sliders)) if sliders else (1.0,) * len(reference.parts)
+            run = BankRun(bank, middle)
+            fidelity = measure(run, reference, pictures[-held_out:], middle, on_picture=on_picture)
             bank.about["fidelity"] = fidelity
     say(str(report))
     if fidelity:
@@ -96,7 +103,23 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     say(text, {"files": [str(path)], "filters": bank.bins.count, "fidelity": fidelity})
 
 
-def _reference(options: dict[str, Any]) -> ReferenceFilter:
+def _sliders(texts: tuple[str, ...]) -> list[tuple[str, float, float]]:
+    from vidstyle.blade.bank import MAX_WEIGHT
+
+    found = []
+    for text in texts:
+        name, _, ends = text.partition("=")
+        try:
+            low, high = (float(end) for end in ends.split(":"))
+        except ValueError:
+            low = high = 0.0
+        if not name or not -MAX_WEIGHT <= low < high <= MAX_WEIGHT:
+            raise UsageError(text, "is not NAME=LOW:HIGH", "write it so, as --slider strength=0:2")
+        found.append((name, low, high))
+    return found
+
+
+def _reference(options: dict[str, Any], sliders: list[str]) -> ReferenceFilter:
     from vidstyle.blade import reference_filter
 
     sources = ("reference", "command", "function", "pairs")
@@ -105,6 +128,8 @@ def _reference(options: dict[str, Any]) -> ReferenceFilter:
         raise UsageError("train", "learns from one reference", f"give one of --{', --'.join(sources)}")
     if given[0] == "reference":
         return reference_filter.reference_by_name(options["reference"], **_settings(options["settings"]))
+    if given[0] == "function":
+        return reference_filter.reference_by_function(options["function"], sliders)
     make = getattr(reference_filter, f"reference_by_{given[0]}")
     return make(options[given[0]])
 

@@ -6,6 +6,7 @@ the border is repeated. They commute with turns and mirroring, as does a bank th
 
 from vidstyle.blade.references.detail_base import detail_base
 from vidstyle.blade.references.edge_flow import edge_tangent_flow, flow_dog_parts
+from vidstyle.blade.references.second_order_flow import second_order_tv_flow
 from vidstyle.blade.references.tv_flow import tv_flow
 
-__all__ = ["detail_base", "edge_tangent_flow", "flow_dog_parts", "tv_flow"]
+__all__ = ["detail_base", "edge_tangent_flow", "flow_dog_parts", "second_order_tv_flow", "tv_flow"]

@@ -1,9 +1,8 @@
 """Detail control: an edge-aware smoothing, whose residual is the detail.
 
 Talebi and Milanfar 2016: W z + (W2 z - W z) + ... + (z - Wk z) with ever finer kernels, each layer of detail
-times its own factor. The factors here are all 1 + delta / 100, so the sum is z + delta / 100 (z - W z), as in
-the paper (section 4.2 C), and only the widest kernel counts. A block combines the base W z that is computed
-here with the picture.
+times its own factor. Their kernels are powers of one another, element by element: the square of a kernel is
+that of a contrast smaller by the root of 2. A block combines the bases W z that are computed here.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ RADIUS = 4
 """Pixels to each side from which the base is averaged: windows of 9 x 9."""
 
 
-def detail_base(luma: np.ndarray, contrast: float = 20.0, spread: float = 2.0) -> np.ndarray:
+def detail_base(luma: np.ndarray, contrast: float = 40.0, spread: float = 2.5) -> np.ndarray:
     """Luma without its detail: the average of nearby pixels with similar neighbourhoods.
 
     The non-local means kernel of Talebi and Milanfar 2016 (Buades et al. 2005) over 9 x 9 pixels,

@@ -12,7 +12,9 @@ import cv2
 import numpy as np
 
 from vidstyle.blade.references.rows import for_all_rows, require_positive
+from vidstyle.blade.structure_tensor import window_weights
 from vidstyle.core.kernels import compiled, index_at
+from vidstyle.core.resample import resample, scaled_shape
 
 CUT = 3
 """Standard deviations at which a Gaussian ends. At 2 it would lose a twentieth of its weight and an eighth of
@@ -21,11 +23,14 @@ its standard deviation, so that a sigma would not mean what it says; at 3 it los
 ISOTROPIC = 1e-9
 """Share of the tensor's trace by which its eigenvalues must differ; less is rounding."""
 
+ALONG = 1.5
+"""Standard deviation along the flow by that across it, at sigma 1 and above."""
+
 WIDER = 1.6
 """Ratio of the two Gaussians, whose difference approximates a Laplacian (Marr and Hildreth 1980)."""
 
 
-def edge_tangent_flow(luma: np.ndarray, sigma: float = 2.0, rho: float = 2.0) -> np.ndarray:
+def edge_tangent_flow(luma: np.ndarray, sigma: float = 2.0, rho: float = 2.0, steps: float = 1) -> np.ndarray:
     """Luma averaged along its edges.
 
     Paper, section 5.4.2, equation 12: diffusion along the tangent of the smoothed structure tensor, whatever
@@ -36,20 +41,23 @@ def edge_tangent_flow(luma: np.ndarray, sigma: float = 2.0, rho: float = 2.0) ->
         luma: H x W, 0..1; beyond its border the border is repeated.
         sigma: standard deviation in pixels along the line; diffusion for the time sigma^2 / 2.
         rho: standard deviation in pixels of the tensor's smoothing; larger ones give broader strokes.
+        steps: how often, each time along the lines of what the step before has made, as in the paper.
 
     Returns:
         H x W float32, new, within the range of luma.
 
     Raises:
-        UsageError: a length is not above 0.
+        UsageError: a length or the number of steps is not above 0.
     """
-    require_positive(sigma=sigma, rho=rho)
-    planes = luma.astype(np.float64)[..., np.newaxis]
-    return average_along_lines(planes, structure_tensor(luma, rho), sigma)[..., 0].astype(np.float32)
+    require_positive(sigma=sigma, rho=rho, steps=steps)
+    for _ in range(round(steps)):
+        planes = luma.astype(np.float64)[..., np.newaxis]
+        luma = average_along_lines(planes, structure_tensor(luma, rho), sigma)[..., 0].astype(np.float32)
+    return luma
 
 
 def flow_dog_parts(
-    luma: np.ndarray, sigma: float = 1.0, sigma_m: float = 2.0, rho: float = 2.0
+    luma: np.ndarray, sigma: float = 1.0, sigma_m: float | None = None, rho: float = 2.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """The two pictures of which the flow-guided high-emphasis filter is smooth + p * difference.
 
@@ -57,11 +65,14 @@ def flow_dog_parts(
     a Gaussian along the flow (Kang et al. 2009; Winnemoeller et al. 2012). The paper (section 5.4.3)
     prints the two Gaussians the other way round, which would blur. It goes far beyond 0..1.
 
+    All lengths grow with sigma: directions are those of the picture reduced by sigma, where sigma is above 1,
+    which is what the choice of filters sees too. Broad lines follow broad shapes, not the grain on them.
+
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.
         sigma: standard deviation in pixels across the edge, of the narrower Gaussian.
-        sigma_m: standard deviation in pixels along the flow.
-        rho: standard deviation in pixels of the structure tensor's smoothing.
+        sigma_m: standard deviation in pixels along the flow; None for `ALONG` sigma, or `ALONG` below 1.
+        rho: standard deviation of the structure tensor's smoothing, in pixels of the reduced picture.
 
     Returns:
         G_sigma and G_sigma - G_1.6sigma, both smoothed along the flow; H x W float32, new.
@@ -69,8 +80,11 @@ def flow_dog_parts(
     Raises:
         UsageError: a length is not above 0.
     """
-    require_positive(sigma=sigma, sigma_m=sigma_m, rho=rho)
-    tensor = structure_tensor(luma, rho)
+    coarseness = max(sigma, 1.0)
+    along = ALONG * coarseness if sigma_m is None else sigma_m
+    require_positive(sigma=sigma, sigma_m=along, rho=rho)
+    reduced = resample(luma, scaled_shape(luma.shape, 1 / coarseness), "area")
+    tensor = resample(structure_tensor(reduced, rho), luma.shape, "bilinear")
     across = np.empty((*luma.shape, 2))
     plane = luma.astype(np.float64)[..., np.newaxis]
 
@@ -78,7 +92,7 @@ def flow_dog_parts(
         _filter_across(top, bottom, plane, tensor, sigma, math.ceil(1 / sigma), np.empty((2, 2)), across)
 
     for_all_rows(run, luma.shape)
-    parts = average_along_lines(across, tensor, sigma_m).astype(np.float32)
+    parts = average_along_lines(across, tensor, along).astype(np.float32)
     return parts[..., 0].copy(), parts[..., 1].copy()
 
 
@@ -120,16 +134,16 @@ def structure_tensor(luma: np.ndarray, rho: float) -> np.ndarray:
     """Products of the derivatives, smoothed: H x W x 3 float64, xx, xy and yy, y pointing down.
 
     Differences along the diagonals of 2 x 2 pixels, as in the features by which filters are chosen (paper,
-    section 5.3), so both see the same lines. They lie between the pixels; the Gaussian of standard deviation
-    rho has an even number of taps and brings them back.
+    section 5.3), in the same window, so both see the same lines. They lie between the pixels; the Gaussian of
+    standard deviation rho has an even number of taps and brings them back. It is cut at two rho.
     """
-    radius = math.ceil(CUT * rho)
+    weights = window_weights(rho).astype(np.float64)
+    radius = len(weights) // 2
     padded = np.pad(luma.astype(np.float64), radius, mode="edge")
     falling = padded[1:, 1:] - padded[:-1, :-1]
     rising = padded[:-1, 1:] - padded[1:, :-1]
     across, down = (falling + rising) / 2, (falling - rising) / 2
     products = np.stack([across * across, across * down, down * down], axis=-1)
-    weights = gaussian(np.arange(2 * radius) - radius + 0.5, rho)
     smooth = cv2.sepFilter2D(products, cv2.CV_64F, weights, weights, anchor=(0, 0))
     return np.ascontiguousarray(smooth[: luma.shape[0], : luma.shape[1]])
 

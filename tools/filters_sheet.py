@@ -1,0 +1,64 @@
+"""Draws the sheet of the learned blocks: `python -m tools.filters_sheet DIR`, ten photographs of a folder."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from vidstyle.blade.photographs import photographs_in
+from vidstyle.gallery.style_samples import encoded, labelled, sheet_of
+from vidstyle.renderer import stylize
+from vidstyle.style import Step, Style
+
+SETTINGS: dict[str, tuple[str, dict[str, Any]]] = {
+    "source": ("detail", {"delta": 0}),
+    "etf 1: a breath": ("etf", {"passes": 1}),
+    "etf 2: 6 passes": ("etf", {"passes": 6, "rho": 3}),
+    "etf 3: broad, 1 pass": ("etf", {"brush": "broad", "passes": 1, "rho": 4}),
+    "etf 4: broad, 3 passes": ("etf", {"brush": "broad", "passes": 3, "rho": 5, "reselect": True}),
+    "etf 5: broad, 8 passes": ("etf", {"brush": "broad", "passes": 8, "rho": 8, "reselect": True}),
+    "tvf curvature": ("tvf", {"passes": 6}),
+    "tvf variation": ("tvf", {"flow": "variation", "passes": 4, "time": 12}),
+    "detail -100": ("detail", {"delta": -100}),
+    "detail -20": ("detail", {"delta": -20}),
+    "detail +20": ("detail", {"delta": 20}),
+    "detail +100": ("detail", {"delta": 100}),
+}
+"""What is shown of each photograph, in rows."""
+SIDE = 300
+
+
+def main() -> None:
+    """Draw, and say where."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/filters.jpg"))
+    arguments = parser.parse_args()
+    pictures = [cropped(each.color()) for each in photographs_in(arguments.folder, 900)[-10:]]
+    sheet = [
+        labelled(styled(picture, *setting), name)
+        for picture in pictures
+        for name, setting in SETTINGS.items()
+    ]
+    arguments.output.write_bytes(encoded(sheet_of(sheet, len(SETTINGS)), ".jpg"))
+    print(arguments.output)
+
+
+def styled(picture: np.ndarray, block: str, values: dict[str, Any]) -> np.ndarray:
+    """A part of a picture with one block at a setting."""
+    return stylize(picture, Style("sheet", background=(Step(block, values),)))
+
+
+def cropped(color: np.ndarray) -> np.ndarray:
+    """The middle, as 8 bits."""
+    top, left = ((side - SIDE) // 2 for side in color.shape[:2])
+    part = color[top : top + SIDE, left : left + SIDE]
+    return cv2.convertScaleAbs(part, alpha=255)
+
+
+if __name__ == "__main__":
+    main()
