@@ -99,9 +99,12 @@ def test_tables_of_the_bench_replace_those_in_the_document() -> None:
     assert changed == f"{page[:begin]}<!-- bench -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
 
 
-@pytest.mark.parametrize(
-    "tool", sorted({*ROOT.glob("tools/*.py"), *ROOT.glob("tools/drivers/*.py")}), ids=lambda tool: tool.stem
-)
+TOOLS = [
+    path for pattern in ("*.py", "drivers/*.py", "*/__main__.py") for path in ROOT.glob(f"tools/{pattern}")
+]
+
+
+@pytest.mark.parametrize("tool", sorted(TOOLS), ids=lambda tool: str(tool.relative_to(ROOT)))
 def test_a_tool_can_be_imported(tool: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tool.parent))
     assert runpy.run_path(str(tool), run_name="imported")["__doc__"]
