@@ -78,6 +78,8 @@ SPANS = Parsed("T-T,T-T", parse_spans)
               help="Font, .ttf or .otf.  [default: comic capitals, or one that has all letters]")  # fmt: skip
 @click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Save the key frames, with a table of their times.")  # fmt: skip
+@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.toml",
+              help="Write the pages as a file to edit, which can be INPUT.")  # fmt: skip
 @click.option("--storyboard", is_flag=True, help="Make a contact sheet with times instead.")
 @click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
               help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).  "
@@ -88,7 +90,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @progress_option
 @reporting_options
 def comic(source: str, target: str, styles: str | None, progress: str, **options: Any) -> None:
-    """Make comic pages of INPUT, a film or a folder of pictures.
+    """Make comic pages of INPUT, a film, a folder of pictures or what --save has written.
 
     OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 
@@ -20,15 +20,19 @@ from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
 from vidstyle.comic.lettering.subtitle_lines import Line, lines_of_file, lines_of_film
 from vidstyle.comic.lettering.title import below_title, lowered, numbers, title_of
 from vidstyle.comic.moment import Moment
+from vidstyle.comic.output.page_file import PageFile, page_file, read_page_file
 from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, drawn
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
-from vidstyle.errors import log
+from vidstyle.errors import UsageError, log
+from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
+PAGE_FILE = ".toml"
+"""Ending of the name of an editable comic."""
 _NO_FACES = "faces are not looked for: pip install 'vidstyle[comic]', or add --face-model FILE"
 
 
@@ -67,13 +71,19 @@ class _Job:
     def __init__(self, source: str, target: Path, options: ComicOptions, on_step: OnStep) -> None:
         check_pillow()
         options.key_frames.check()
+        self._saved: PageFile | None = None
+        if Path(source).suffix.lower() == PAGE_FILE:
+            self._saved, source, options = _saved(Path(source), options)
         self._source, self._options, self._step = source, options, on_step
         self._output = Output(target, source, options.overwrite)
         size = options.size or ("strip" if self._output.is_strip else "a4")
         border = 0 if options.storyboard else BORDER
         self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
         default_style = PLAIN if options.storyboard else "comic"
-        self._styles = [load_style(each) for each in options.styles or (default_style,)]
+        self._style_names = options.styles or (default_style,)
+        self._styles = [load_style(each) for each in self._style_names]
+        if options.save:
+            self._check_save(options.save)
         self._right_to_left = options.right_to_left or options.layout == "manga"
         self._letters = Letters(options.font)
         self._size = letter_size(self._paper)
@@ -84,9 +94,11 @@ class _Job:
             self._lines = [] if options.subtitles == "none" else lines_of_file(Path(options.subtitles))
 
     def run(self) -> Comic:
-        """Analyse, select, lay out, letter and draw."""
+        """Analyse, select, lay out, letter and draw; or draw what was saved."""
         faces = FaceFinder(self._options.face_model)
         with open_film(self._source, faces) as film:
+            if self._saved:
+                return self._draw(self._saved.plan(film), film)
             lines = self._dialogue_lines()
             if lines and not faces.has_model:
                 log.info(_NO_FACES)
@@ -98,12 +110,26 @@ class _Job:
 
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
         moments, pages, folder = list(plan.moments), len(plan.layout.sizes), self._options.frames
+        if save := self._options.save:
+            styles = [str(each) for each in self._style_names]
+            content = page_file(plan, self._source, save, self._options.title, styles)
+            with atomic_file(save, self._source, self._options.overwrite) as write:
+                write(content)
         with (
             Frames(folder, len(moments), self._options.overwrite) if folder else nullcontext() as frames,
-            PanelRenderer(self._styles, self._paper.dpi, self._options.device) as renderer,
+            PanelRenderer(self._styles, plan.dpi, self._options.device) as renderer,
         ):
             sheets = drawn(plan, film, renderer, frames, partial(self._step, "drawing"))
             return Comic(self._output.write(sheets, pages, self._options.title), moments, pages)
+
+    def _check_save(self, target: Path) -> None:
+        """Raise an error if the page file cannot be written."""
+        if target.suffix.lower() != PAGE_FILE:
+            raise UsageError(target, "cannot be a page file", f"end its name in {PAGE_FILE}")
+        if not all(isinstance(each, str) for each in self._style_names):
+            raise UsageError("--save", "needs styles by name or path")
+        with atomic_file(target, self._source, self._options.overwrite):
+            pass
 
     def _choose_font(self, lines: Sequence[Line]) -> None:
         title = self._options.title
@@ -183,6 +209,7 @@ class ComicOptions:
         font: a file; None: a hand-lettered font in capitals, else Pillow's built-in one, or an installed one
             if that lacks glyphs.
         frames: a folder to save the key frames to, with a table of their times.
+        save: page file to write as well, which can be edited and given as a source.
         storyboard: make a contact sheet with timecodes instead of a comic.
         face_model: face detection model, an OpenCV cascade (.xml) or YuNet (.onnx); None: the networks of
             the package mtcnn.
@@ -204,7 +231,23 @@ class ComicOptions:
     title: str = ""
     font: Path | None = None
     frames: Path | None = None
+    save: Path | None = None
     storyboard: bool = False
     face_model: Path | None = None
     overwrite: bool = False
     device: str = "auto"
+
+
+_WITH_PAGE_FILE = {"styles", "frames", "save", "overwrite", "device"}
+"""Options that hold for a page file, in which all others have been decided."""
+
+
+def _saved(path: Path, options: ComicOptions) -> tuple[PageFile, str, ComicOptions]:
+    """A page file, its source, and the options with what it says."""
+    usual = ComicOptions()
+    for each in fields(options):
+        if each.name not in _WITH_PAGE_FILE and getattr(options, each.name) != getattr(usual, each.name):
+            raise UsageError(path, f"has decided the option {each.name} already", "change the file instead")
+    saved = read_page_file(path)
+    styles = options.styles or saved.styles
+    return saved, saved.source, replace(options, styles=styles, title=saved.title)

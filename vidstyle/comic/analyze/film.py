@@ -30,7 +30,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError, log
-from vidstyle.media.read.sampler import FilmSampler, SampledFrame
+from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
 from vidstyle.media.read.sequence import natural_order
 from vidstyle.pipeline.progress import OnStep, unwatched
 
@@ -183,7 +183,7 @@ class FilmFile(Film):
         ] or [replace(self.at(candidate.time), scene=candidate.scene)]
 
     def at(self, time: float) -> Candidate:
-        start = Fraction(time)
+        start = exact_time(time)
         if sample := next(self._sampler.frames(start, start + Fraction(1, 1000)), None):
             return self._measured(sample).result()
         raise InputError(self.name, f"has no picture at {time:g} s")

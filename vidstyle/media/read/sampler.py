@@ -27,6 +27,10 @@ from vidstyle.media.read.trim import Trim
 from vidstyle.media.resize import square_pixels
 
 
+_FINEST = 1_000_000
+"""Units of time in a second of the finest time base."""
+
+
 class FilmSampler(Closing):
     """Random access to the frames of an open film.
 
@@ -87,7 +91,7 @@ class FilmSampler(Closing):
         Raises:
             InputError: there is none.
         """
-        source, start = self._source, Fraction(time) if time > 0 else None
+        source, start = self._source, exact_time(time) if time > 0 else None
         self._seek(start or Fraction(0))
         self._deinterlacer.reset()
         trim = Trim(source.time_base, start, None, ())
@@ -131,6 +135,15 @@ class FilmSampler(Closing):
             if self._copies is None or not self._copies.fits(frame.native):
                 self._copies = SmallCopies(frame.native, self._source)
             yield SampledFrame(frame.pts * self._source.time_base, frame.native, self._copies)
+
+
+def exact_time(seconds: float) -> Fraction:
+    """The time of which a float is the rounded value, so that a frame is found again by its own time.
+
+    >>> exact_time(14 / 25), Fraction(14 / 25) < Fraction(14, 25)
+    (Fraction(14, 25), False)
+    """
+    return Fraction(seconds).limit_denominator(_FINEST)
 
 
 def _between(

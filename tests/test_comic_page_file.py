@@ -1,0 +1,98 @@
+"""Editable comics: what is saved is drawn again to the byte, and only what was changed changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from stories import story, write_film
+
+from vidstyle.comic.make import ComicOptions, make_comic
+from vidstyle.comic.select.moments import KeyFrameOptions
+from vidstyle.errors import InputError, UsageError
+
+WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A film, its comic, and the file of that."""
+    path = tmp_path_factory.mktemp("comic")
+    write_film(path / "film.mp4", story(4, 25))
+    (path / "words.srt").write_text(WORDS)
+    make_comic(
+        path / "film.mp4",
+        path / "page.png",
+        ComicOptions(
+            KeyFrameOptions(4),
+            styles=("plain",),
+            size="420x600",
+            title="Été",
+            subtitles=str(path / "words.srt"),
+            save=path / "comic.toml",
+        ),
+    )
+    return path
+
+
+def drawn(folder: Path, text: str, name: str) -> np.ndarray:
+    """The page of an edited file, H x W."""
+    (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    make_comic(folder / f"{name}.toml", folder / f"{name}.png")
+    page = cv2.imread(str(folder / f"{name}.png"), cv2.IMREAD_GRAYSCALE)
+    assert page is not None
+    return page
+
+
+def test_a_saved_comic_is_drawn_again_to_the_byte(folder: Path) -> None:
+    drawn(folder, (folder / "comic.toml").read_text(encoding="utf-8"), "same")
+    assert (folder / "same.png").read_bytes() == (folder / "page.png").read_bytes()
+
+
+def test_only_what_was_changed_changes(folder: Path) -> None:
+    text, page = (folder / "comic.toml").read_text(encoding="utf-8"), cv2.imread(str(folder / "page.png"), 0)
+    assert page is not None and text.count("[[page.panel]]") == 4
+    (bubble,) = (part for part in text.split("[[") if 'text = "KNOCKS' in part)
+    left, top, right, bottom = map(float, bubble.partition("place = [")[2].partition("]")[0].split(","))
+    x, y = (left + right) / 2, (top + bottom) / 2
+    changed = drawn(folder, text.replace("KNOCKS", "bang"), "words") != page
+    rows, columns = np.nonzero(changed)
+    assert rows.size and abs(rows - y).max() < bottom - top and abs(columns - x).max() < right - left
+    first = text.index("time = ")
+    later = text[:first] + "time = 0.08" + text[text.index("\n", first) :]
+    place = text.partition("place = [")[2].partition("]")[0]
+    left, top, right, bottom = map(int, place.split(","))
+    moved = drawn(folder, later, "time") != page
+    assert moved[top:bottom, left:right].any()
+    moved[top:bottom, left:right] = False
+    assert not moved.any()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("format = 1", "format = ", "is not TOML: "),
+        ("format = 1", "format = 2", "format is of another version; 1 is known"),
+        ("window = [", "window = [0, ", "page 1: panel 1: window is not 4 numbers"),
+        ("place = [", "place = [-", "page 1: panel 1: place "),
+        ("time = ", "hour = ", "page 1: panel 1: time is missing or no number"),
+        ("time = ", "time = 1e", "has no picture at|no number|is outside|is not TOML"),
+        ('kind = "burst"', 'kind = "bust"', "words 1: kind is not one of balloon, burst"),
+        ("[[page]]", "[[sheet]]", "."),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_told(folder: Path, old: str, new: str, message: str) -> None:
+    text = (folder / "comic.toml").read_text(encoding="utf-8")
+    assert old in text
+    with pytest.raises(InputError, match=message):
+        drawn(folder, text.replace(old, new, 1), "wrong")
+    assert not (folder / "wrong.png").exists()
+
+
+def test_options_that_a_file_has_decided_are_refused(folder: Path) -> None:
+    with pytest.raises(UsageError, match="has decided the option seed already; change the file instead"):
+        make_comic(folder / "comic.toml", folder / "other.png", ComicOptions(seed=3))
+    with pytest.raises(UsageError, match="cannot be a page file; end its name in .toml"):
+        make_comic(folder / "film.mp4", folder / "other.png", ComicOptions(save=folder / "page.txt"))

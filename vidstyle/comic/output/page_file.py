@@ -1,0 +1,245 @@
+"""An editable comic: pages as a TOML file, which is written beside a comic and read instead of a film.
+
+All that has been decided stands in it: frames by their times, the part of each that is shown, places on the
+page, words with their line breaks. What is not changed stays as it is, to the byte.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from pathlib import Path
+from typing import Any, get_args
+
+from vidstyle.comic.analyze.film import Film
+from vidstyle.comic.layout.layout import PageLayout, Panel
+from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, size_of
+from vidstyle.comic.lettering.fonts import Letters, comic_font
+from vidstyle.comic.moment import Box, Moment, Rectangle
+from vidstyle.comic.output.panel_renderer import PagePlan
+from vidstyle.comic.output.sheet import Label
+from vidstyle.errors import InputError
+
+FORMAT = 1
+_MOST_BYTES, _MOST_PANELS, _MOST_SIDE, _MOST_PIXELS = 1 << 20, 300, 200_000, 1 << 28
+"""Limits of a file, of its panels and of its pages."""
+_COMIC, _BUILT_IN = "comic", "built-in"
+"""Names of fonts that are not files."""
+
+
+def page_file(plan: PagePlan, source: str, target: Path, title: str, styles: Sequence[str]) -> bytes:
+    """The file of a comic.
+
+    Args:
+        plan: the comic.
+        source: film or folder.
+        target: where the file will be written; the source is named from there.
+        title: of the comic.
+        styles: names or paths.
+    """
+    return ("\n".join(_lines(plan, _relative(source, target), title, styles)) + "\n").encode()
+
+
+def _relative(source: str, target: Path) -> str:
+    try:
+        return Path(os.path.relpath(source, target.parent)).as_posix()
+    except ValueError:  # another drive
+        return os.path.abspath(source)
+
+
+def _lines(plan: PagePlan, source: str, title: str, styles: Sequence[str]) -> Iterator[str]:
+    letters = plan.letters
+    font = str(letters.path) if letters.path else _BUILT_IN
+    yield "# A comic of vidstyle: `vidstyle comic THIS-FILE OUTPUT` draws it. Change a time, a word, a place."
+    yield "# Places are left, top, right, bottom in pixels of the page; window: the part of the frame shown."
+    yield from _entries(format=FORMAT, source=source, title=title, styles=list(styles), dpi=plan.dpi)
+    yield from _entries(font=_COMIC if letters.path and letters.path == comic_font() else font)
+    for page, size in enumerate(plan.layout.sizes):
+        yield from ("", "[[page]]", *_entries(size=list(size)))
+        for panel in plan.layout.panels:
+            if panel.page == page:
+                yield from _panel(panel, plan.moments[panel.moment])
+        for label in plan.labels[page]:
+            yield from ("", "[[page.label]]", *_entries(text=label.text, at=[label.middle, label.foot]))
+            yield from _entries(size=label.size, bold=label.is_bold)
+
+
+def _panel(panel: Panel, moment: Moment) -> Iterator[str]:
+    yield from ("", "[[page.panel]]", *_entries(time=moment.time, window=list(panel.crop)))
+    yield from _entries(place=list(panel.rectangle), picture=list(panel.picture), leans=list(panel.leans))
+    for bubble in panel.bubbles:
+        yield from ("", "[[page.panel.words]]", *_entries(text="\n".join(bubble.block.lines)))
+        yield from _entries(kind=bubble.kind, size=bubble.block.size, place=list(bubble.box))
+        yield from _entries(tip=list(bubble.tip)) if bubble.tip else ()
+
+
+def _entries(**values: Any) -> Iterator[str]:
+    # Texts, numbers, lists and truth values of JSON are those of TOML, but for one control character.
+    for name, value in values.items():
+        text = json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+        yield f"{name} = {text}"
+
+
+@dataclass(frozen=True)
+class PageFile:
+    """A comic that was read from its file, before its film is opened.
+
+    Attributes:
+        source: film or folder.
+        title: of the comic.
+        styles: names or paths.
+    """
+
+    source: str
+    title: str
+    styles: tuple[str, ...]
+    _data: _Table
+
+    def plan(self, film: Film) -> PagePlan:
+        """The comic.
+
+        Raises:
+            InputError: a value is missing or impossible, or the film has no such time.
+        """
+        data = self._data
+        letters, dpi = _letters(data), data.number("dpi", 10, 2400)
+        moments, panels, sizes, labels = list[Moment](), list[Panel](), list[tuple[int, int]](), []
+        for page in data.tables("page"):
+            width, height = page.whole("size", 2, 64, _MOST_SIDE)
+            if width * height > _MOST_PIXELS:
+                raise page.error("size", f"is more than {_MOST_PIXELS} pixels")
+            sheet = Rectangle(0, 0, width, height)
+            for each in page.tables("panel"):
+                panels.append(_read_panel(each, len(moments), len(sizes), letters, sheet))
+                moments.append(replace(film.at(each.number("time", 0)), small=None))
+            sizes.append((width, height))
+            labels.append([_read_label(each, letters) for each in page.tables("label")])
+        if not 1 <= len(panels) <= _MOST_PANELS:
+            raise data.error("panel", f"has {len(panels)} entries", f"give 1 to {_MOST_PANELS}")
+        return PagePlan(moments, PageLayout(tuple(panels), tuple(sizes), 0.0), labels, letters, dpi)
+
+
+def read_page_file(path: Path) -> PageFile:
+    """Read the file of a comic.
+
+    Raises:
+        InputError: it cannot be read, or is none.
+    """
+    try:
+        content = path.read_bytes()
+        if len(content) > _MOST_BYTES:
+            raise InputError(path, f"is larger than {_MOST_BYTES >> 20} MiB", "give the file of a comic")
+        data = _Table(tomllib.loads(content.decode()), path, "")
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(path, f"is not TOML: {error}", "mend it, or make it anew with --save") from None
+    if data.value("format", int) != FORMAT:
+        raise data.error("format", "is of another version", f"{FORMAT} is known")
+    source = str(path.parent / data.value("source", str))
+    styles = data.value("styles", list)
+    if not styles or not all(isinstance(each, str) for each in styles):
+        raise data.error("styles", "is no list of names")
+    return PageFile(source, data.value("title", str), tuple(styles), data)
+
+
+def _letters(data: _Table) -> Letters:
+    font = data.value("font", str)
+    if font == _COMIC:
+        path = comic_font()
+        if path is None:
+            raise data.error("font", "is not installed", "pip install 'vidstyle[comic]'")
+        return Letters(path, capitals=True)
+    return Letters() if font == _BUILT_IN else Letters(Path(font))
+
+
+def _read_panel(table: _Table, moment: int, page: int, letters: Letters, sheet: Rectangle) -> Panel:
+    place, picture = (table.rectangle(name) for name in ("place", "picture"))
+    if not (sheet.contains(place) and place.contains(picture)):
+        raise table.error("place", "does not lie on its page, or not around its picture")
+    left, right = table.whole("leans", 2, -_MOST_SIDE, _MOST_SIDE)
+    if 2 * (abs(left) + abs(right)) >= picture.width:
+        raise table.error("leans", "are wider than the panel")
+    words = tuple(_read_words(each, letters) for each in table.tables("words"))
+    return Panel(moment, page, place, picture, table.box("window"), words, (left, right))
+
+
+def _read_words(table: _Table, letters: Letters) -> Bubble:
+    kind, (size,) = table.value("kind", str), table.whole("size", 1, 1, 1000)
+    if kind not in get_args(BubbleKind):
+        raise table.error("kind", f"is not one of {', '.join(get_args(BubbleKind))}")
+    lines = tuple(letters.writable(line) for line in table.value("text", str).split("\n"))
+    block = TextBlock(lines, tuple(letters.width(line, size) for line in lines), size)
+    box, wanted = table.box("place"), size_of(kind, block)
+    if kind != "band" and (box.width, box.height) != wanted:
+        # Other words: the shape grows or shrinks around its middle.
+        across, down = (wanted[0] - box.width) / 2, (wanted[1] - box.height) / 2
+        box = box.padded(across, down, down)
+    tip = table.numbers("tip", 2) if table.has("tip") else None
+    return Bubble(kind, box, block, (tip[0], tip[1]) if tip else None)
+
+
+def _read_label(table: _Table, letters: Letters) -> Label:
+    (middle, foot), (size,) = table.numbers("at", 2), table.whole("size", 1, 1, 1000)
+    return Label(table.value("text", str), middle, foot, size, table.value("bold", bool))
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A table of the file, with its path and its place in it for messages."""
+
+    content: dict[str, Any]
+    path: Path
+    place: str
+
+    def error(self, name: str, reason: str, remedy: str = "") -> InputError:
+        return InputError(self.path, f"{self.place}{name} {reason}", remedy)
+
+    def has(self, name: str) -> bool:
+        return name in self.content
+
+    def value(self, name: str, kind: type) -> Any:
+        if type(self.content.get(name)) is not kind:
+            raise self.error(name, "is missing or of a wrong kind")
+        return self.content[name]
+
+    def tables(self, name: str) -> list[_Table]:
+        found = self.content.get(name, [])
+        if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
+            raise self.error(name, "is no list of tables")
+        return [
+            _Table(each, self.path, f"{self.place}{name} {number}: ") for number, each in enumerate(found, 1)
+        ]
+
+    def number(self, name: str, least: float, most: float = 1e9) -> float:
+        (number,) = self.numbers(name, 1)
+        if not least <= number <= most:
+            raise self.error(name, f"is outside {least:g} to {most:g}")
+        return number
+
+    def numbers(self, name: str, count: int) -> list[float]:
+        found = self.content.get(name)
+        found = found if isinstance(found, list) else [found]
+        if len(found) != count or not all(type(each) in (int, float) and isfinite(each) for each in found):
+            raise self.error(name, "is missing or no number" if count == 1 else f"is not {count} numbers")
+        return [float(each) for each in found]
+
+    def whole(self, name: str, count: int, least: int, most: int) -> list[int]:
+        found = self.numbers(name, count)
+        if not all(each == int(each) and least <= each <= most for each in found):
+            raise self.error(name, f"is not made of whole numbers from {least} to {most}")
+        return [int(each) for each in found]
+
+    def box(self, name: str) -> Box:
+        box = Box(*self.numbers(name, 4))
+        if box.area <= 0 or max(map(abs, box)) > 1e6:
+            raise self.error(name, "is not left, top, right, bottom of a rectangle")
+        return box
+
+    def rectangle(self, name: str) -> Rectangle:
+        self.box(name)
+        return Rectangle(*self.whole(name, 4, 0, _MOST_SIDE))
