@@ -26,7 +26,6 @@ from vidstyle.media.read.source import VideoSource
 from vidstyle.media.read.trim import Trim
 from vidstyle.media.resize import square_pixels
 
-
 _FINEST = 1_000_000
 """Units of time in a second of the finest time base."""
 
