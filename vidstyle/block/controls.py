@@ -171,7 +171,11 @@ class Asset:
     read: Callable[[Path], object]
     shipped: Callable[[], dict[str, Path]] = dict
     optional: bool = False
-    range_text = "a path inside the style's folder"
+
+    @property
+    def range_text(self) -> str:
+        """The shipped names, and what else it may be."""
+        return ", ".join([*sorted(self.shipped()), "a path inside the style's folder"])
 
     def check(self, value: object, is_integer: bool) -> str:
         """The value, if it is a plain relative path. Whether it exists is checked with the style."""

@@ -40,7 +40,7 @@ def dither(
     picture: np.ndarray,
     place: PageRegion,
     thresholds: Annotated[
-        Any, Asset("bayer2, bayer4, bayer8, blue, or a .png tile", read_thresholds, shipped_thresholds)
+        Any, Asset("name of a pattern, or a .png tile", read_thresholds, shipped_thresholds)
     ] = "bayer4",
     strength: Annotated[
         float, Slider(0, 1, "1 for two tones after it, 1/n for n tones", explore=(0.1, 0.5))

@@ -62,7 +62,7 @@ def glyphs(
     place: PageRegion,
     weights: LumaWeights,
     alphabet: Annotated[
-        Any, Asset("letters, or a .png of glyphs side by side", read_alphabet, shipped_alphabets)
+        Any, Asset("name of an alphabet, or a .png of glyphs side by side", read_alphabet, shipped_alphabets)
     ] = "letters",
     cell: Annotated[float, Slider(3, 64, "width of a glyph, in whole pixels", "px", explore=(5, 12))] = 8,
     invert: Annotated[bool, Switch("on white, with more of a glyph where it is darker")] = False,

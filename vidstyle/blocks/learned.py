@@ -12,7 +12,7 @@ from vidstyle.block import Asset, Slider, Switch, block
 @block("learned", on="luma")
 def learned(
     bank: Annotated[
-        Any, Asset("a bank file (.npz), or the name of a shipped bank", load_bank, shipped_banks)
+        Any, Asset("name of a bank, or a bank file (.npz)", load_bank, shipped_banks)
     ] = "etf",
     amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
     passes: Annotated[int, Slider(1, 8, "number of passes", explore=(1, 3))] = 1,

@@ -66,7 +66,7 @@ def read_palette(path: Path) -> tuple[np.ndarray]:
 def palette(
     picture: np.ndarray,
     colors: Annotated[
-        Any, Asset("a palette's name, or a text file of #rrggbb lines", read_palette, shipped_palettes)
+        Any, Asset("name of a palette, or a text file of #rrggbb lines", read_palette, shipped_palettes)
     ] = "ember",
 ) -> np.ndarray:
     """Replace each colour by the nearest of a palette of 2 to 64, in OKLab.

@@ -204,7 +204,9 @@ class StepReader:
                         f"{value!r} is one too many: a style has at most {MAX_FILES} files of its own"
                     )
             except ValueError as error:
-                self.mistakes.append(f"{where}{parameter.name}: {error}")
+                names = parameter.control.shipped()
+                hint = f"; {suggest(value, names)}" if names else ""
+                self.mistakes.append(f"{where}{parameter.name}: {error}{hint}")
 
     def check_saved(self, key: str, name: str, where: str) -> None:
         """Check that an earlier step saves a picture of this name."""
