@@ -11,7 +11,7 @@ from vidstyle.explore.generate import Rules, alter, cross, mutate, random_style
 from vidstyle.explore.phrases import BASE, grammar, shipped_styles
 from vidstyle.explore.random_steps import is_valid
 from vidstyle.explore.rules import COUNT, FILTERS, GRAY_SHARE
-from vidstyle.style import Style, style_text, table_from_style
+from vidstyle.style import Style, load_style, style_text, table_from_style
 
 PAPER_ENDS = {
     ("flow_dog", "sigma"): (0.5, 8),
@@ -123,7 +123,7 @@ def test_variations_are_valid_and_keep_what_is_locked(style: Style) -> None:
 
 
 def test_distance_says_how_far() -> None:
-    style = shipped_styles()[4]
+    style = load_style("poster")
     assert table_from_style(mutate(style, 1, 0.0))["background"] == table_from_style(style)["background"]
 
     def moved(distance: float) -> float:

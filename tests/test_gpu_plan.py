@@ -22,7 +22,7 @@ from vidstyle.style import Style, override, style_names
 from vidstyle.style.resolve import resolve
 
 SHAPE = (360, 640)
-GIVEN = {"at": "ivec2", "page": "ivec2", "weights": "vec3", "measured": "vec2"}
+GIVEN = {"at": "ivec2", "page": "ivec2", "weights": "vec3", "measured": "vec2", "moment": "uint"}
 TYPES = {Switch: "bool", Choice: "int", Color: "vec3"}
 
 with_shaders = pytest.mark.parametrize(
@@ -165,7 +165,7 @@ def test_every_block_has_a_shader_that_asks_for_what_the_block_has(block: Block)
             elif name in block.parameters:
                 assert parameter.type == glsl_type(block.parameters[name], block)
             else:
-                asset = re.fullmatch(r"(\w+)_(count|sizes)", name)
+                asset = re.fullmatch(r"(\w+)_(count|sizes?)", name)
                 is_picture = parameter is signature.parameters[0] and block.kind != "filter"
                 assert is_picture or (asset and isinstance(block.parameters[asset[1]].control, Asset)), name
 

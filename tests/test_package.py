@@ -19,7 +19,7 @@ import vidstyle
 
 ROOT = Path(__file__).parent.parent
 SHIPPED = {
-    "vidstyle": {".py", ".html", ".json", ".css", ".js", ".svg", ".typed", ".toml", ".webp"},
+    "vidstyle": {".py", ".html", ".json", ".css", ".js", ".svg", ".typed", ".toml", ".webp", ".png", ".txt"},
     "shaders": {".glsl"},
     "filters_bank": {".npz", ".md"},
 }
