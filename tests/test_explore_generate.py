@@ -123,7 +123,7 @@ def test_variations_are_valid_and_keep_what_is_locked(style: Style) -> None:
 
 
 def test_distance_says_how_far() -> None:
-    style = load_style("poster")
+    style = load_style("comic")
     assert table_from_style(mutate(style, 1, 0.0))["background"] == table_from_style(style)["background"]
 
     def moved(distance: float) -> float:

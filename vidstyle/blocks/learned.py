@@ -11,9 +11,7 @@ from vidstyle.block import Asset, Slider, Switch, block
 
 @block("learned", on="luma")
 def learned(
-    bank: Annotated[
-        Any, Asset("name of a bank, or a bank file (.npz)", load_bank, shipped_banks)
-    ] = "etf",
+    bank: Annotated[Any, Asset("name of a bank, or a bank file (.npz)", load_bank, shipped_banks)] = "etf",
     amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
     passes: Annotated[int, Slider(1, 8, "number of passes", explore=(1, 3))] = 1,
     reselect: Annotated[bool, Switch("select the filters in each pass")] = True,
