@@ -31,7 +31,8 @@ def test_a_cell_as_large_as_a_glyph_shows_the_nearest_in_tone() -> None:
 
 @pytest.mark.parametrize("cell", [3, 7, 10.4, 50])
 def test_glyphs_of_any_size_cover_as_much(cell: float) -> None:
-    width, height = int(cell + 0.5), int(cell / 0.6 + 0.5)
+    width = int(cell + 0.5)
+    height = round(width * 5 / 3)
     for number, glyph in enumerate(GLYPHS):
         tone = TABLE[-1, number] + 1e-3
         made = run_luma(style(step("glyphs", cell=cell)), np.full((2 * height, 3 * width), tone))

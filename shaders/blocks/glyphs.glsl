@@ -1,22 +1,23 @@
 #include "lib/cell_along.glsl"
-#include "lib/glyph_cover.glsl"
+#include "lib/glyph_table.glsl"
 
 // The mean over each row of a cell.
 channels glyphs_across(ivec2 at, float cell, ivec2 page) {
-    return cell_along(at, ivec2(1, 0), int(cell + 0.5), page);
+    return cell_along(at, ivec2(1, 0), glyph_cell(cell).x, page);
 }
 
 // The mean of these over the cell.
 channels glyphs_down(ivec2 at, float cell, ivec2 page) {
-    return cell_along(at, ivec2(0, 1), int(cell / 0.6 + 0.5), page);
+    return cell_along(at, ivec2(0, 1), glyph_cell(cell).y, page);
 }
 
 // A glyph in each cell of the page: the brighter it is, the more of the cell it covers.
 channels glyphs(
     ivec2 at, vec3 weights, float cell, bool invert, sampler2DArray alphabet, ivec2 alphabet_size) {
-    channels mean = invert ? 1.0 - picture_at(at) : picture_at(at);
+    channels mean = clamp(picture_at(at), 0.0, 1.0);
+    mean = invert ? 1.0 - mean : mean;
     vec3 color = vec3(mean);
-    ivec2 cell_size = ivec2(cell + 0.5, cell / 0.6 + 0.5);
+    ivec2 cell_size = glyph_cell(cell);
     int number = glyph_number(dot(color, weights), alphabet, alphabet_size);
     float shown = glyph_cover(at % cell_size, cell_size, number, alphabet, alphabet_size);
     channels drawn = shown * mean / max(max(color.r, max(color.g, color.b)), 0.1);

@@ -12,8 +12,6 @@ from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import cell_means, cells_of, whole_side
 from vidstyle.core.kernels import TIE_LIFT, cached
 
-SLIM = np.float32(0.6)
-"""Width of a glyph by its height."""
 DARKEST = np.float32(0.1)
 """A darker colour is not raised to full brightness."""
 
@@ -52,8 +50,9 @@ def read_alphabet(path: Path) -> tuple[np.ndarray]:
 
 
 def _sides(cell: float) -> tuple[int, int]:
-    """Height and width of a cell in whole pixels."""
-    return whole_side(np.float32(cell) / SLIM), whole_side(cell)
+    """Height and width of a cell in whole pixels, 5 to 3."""
+    width = whole_side(cell)
+    return (10 * width + 3) // 6, width
 
 
 @block("filter", on="channels", radius=lambda cell: max(_sides(cell)) - 1)
@@ -69,12 +68,12 @@ def glyphs(
 ) -> np.ndarray:
     """Draw a glyph in each cell of the page: the brighter it is, the more of the cell it covers.
 
-    On black; white glyphs for a gray picture, else in the cell's mean colour at full brightness. Glyphs are
-    averaged over each pixel, so that they are smooth at any size.
+    On black; white glyphs for a gray picture, else in the cell's mean colour at full brightness, unless it is
+    nearly black. Glyphs are averaged over each pixel, so that they are smooth at any size.
     """
     (table,), (height, width) = alphabet, _sides(cell)
     rows, columns = cells_of(picture, place, height, width)
-    means = cell_means(picture, rows, columns)
+    means = np.clip(cell_means(picture, rows, columns), 0, 1)
     if invert:
         means = np.float32(1) - means
     luma = means if picture.ndim == 2 else means @ weights

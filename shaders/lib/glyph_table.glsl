@@ -1,3 +1,9 @@
+// Width and height of a cell, whose width is rounded, in whole pixels: 3 to 5.
+ivec2 glyph_cell(float width) {
+    int whole = int(width + 0.5);
+    return ivec2(whole, (10 * whole + 3) / 6);
+}
+
 // The glyph for a tone. Glyphs lie side by side in a table, each 3/5 as wide as it is high; its last row holds the
 // tones from which on they are taken.
 int glyph_number(float tone, sampler2DArray alphabet, ivec2 alphabet_size) {
