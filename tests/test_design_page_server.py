@@ -213,7 +213,7 @@ def test_a_dropped_file_becomes_the_clip(page: Page, tmp_path: Path) -> None:
     id = page.say("upload", name="noise.mp4", size=4)
     page.answer(id)
     page.socket.send(b"1234")
-    assert "not a readable video" in page.answer(id)["error"]
+    assert page.answer(id)["error"] == "noise.mp4: not a readable video"
     style = (f"# {'x' * 100}\n" * 600 + "format = 1\n").encode()
     id = page.say("upload", name="long.toml", size=len(style))
     page.answer(id)

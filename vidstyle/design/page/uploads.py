@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from vidstyle.errors import OutputError, output_error, printable
+from vidstyle.errors import InputError, OutputError, VidstyleError, output_error, printable
 from vidstyle.preview.clip import Clip, FilmClip
 from vidstyle.style.files import read_style_text
 from vidstyle.web.messages import MessageError
@@ -85,17 +87,31 @@ class FileUpload:
             return
         folder, self._page.upload = self._folder, None
         try:
-            clip: Clip = await self._page.server.run(UploadedClip, Path(self._file.name), self._name, folder)
+            with self._under_its_name():
+                path = Path(self._file.name)
+                clip: Clip = await self._page.server.run(UploadedClip, path, self._name, folder)
         except BaseException:
             folder.cleanup()
             raise
         await self._page.server.change_clip(clip)
 
+    @contextmanager
+    def _under_its_name(self) -> Iterator[None]:
+        """Within it, errors of the file here are told of the user's."""
+        assert self._file is not None
+        try:
+            yield
+        except VidstyleError as error:
+            if error.subject != printable(self._file.name):
+                raise
+            raise InputError(self._name, error.reason, error.remedy) from error
+
     async def _open_style(self, path: Path) -> None:
         """Open a style, whose text may be longer than a message."""
         server = self._page.server
         try:
-            text = await server.run(read_style_text, path)
+            with self._under_its_name():
+                text = await server.run(read_style_text, path)
             await server.run(server.designer.open_text, self._name, text)
         finally:
             self.drop()
