@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import combinations, product
 from pathlib import Path
 
@@ -11,12 +12,13 @@ import pytest
 from browser import Browser
 from browser import browser as browser
 from media import make_clip, make_picture
+from waiting import eventually
 
 import vidstyle
 from vidstyle.design.designer import Designer
 from vidstyle.design.drafts import Drafts
 from vidstyle.design.page.design_server import DesignServer
-from vidstyle.preview.clip import open_clip
+from vidstyle.preview.clip import Clip, open_clip
 from vidstyle.style import Step, Style, load_style, save_style, style_names
 
 WATCH = """
@@ -65,6 +67,30 @@ class Page:
         number = slider.replace("range", "number")
         return float(self.browser.run("return document.querySelector(number).value", number=number))
 
+    def drop(self, path: Path) -> None:
+        """Drop a file on the page."""
+        self.browser.run(
+            """const data = new DataTransfer();
+            data.items.add(new File([Uint8Array.from(atob(text), (each) => each.charCodeAt(0))], name));
+            dispatchEvent(new DragEvent("drop", { dataTransfer: data }));""",
+            text=base64.b64encode(path.read_bytes()).decode(), name=path.name,
+        )  # fmt: skip
+
+    def begin(self) -> None:
+        """Begin a style from nothing."""
+        self.browser.click(".tile.new")
+        self.browser.until("document.querySelectorAll('.gap').length === 3")
+
+    def moves(self) -> None:
+        """Wait until the picture has changed twice by itself."""
+        seen: set[str] = set()
+
+        def has_moved() -> bool:
+            seen.add(self.browser.run("return document.getElementById('picture').toDataURL()"))
+            return len(seen) > 2
+
+        eventually(has_moved, "the picture stands still")
+
     def is_drawn(self) -> None:
         """Wait until the picture is that of the present style."""
         revision = self.server.designer.opened.revision
@@ -83,10 +109,10 @@ class Page:
         self.browser.until(f"document.getElementById('undo').title.includes({label!r})")
 
 
-@pytest.fixture
-def page(browser: Browser, tmp_path: Path) -> Iterator[Page]:
-    film = make_clip(tmp_path / "film.mp4", size=(128, 72), frames=FRAMES + 2)
-    server = DesignServer(Designer(open_clip(str(film)), tmp_path, Drafts(tmp_path / "draft.json")), 0, "cpu")
+@contextmanager
+def shown(browser: Browser, clip: Clip, folder: Path) -> Iterator[Page]:
+    """The page of a designer that writes into a folder."""
+    server = DesignServer(Designer(clip, folder, Drafts(folder / "draft.json")), 0, "cpu")
     browser.call(
         "Emulation.setDeviceMetricsOverride", width=1440, height=900, deviceScaleFactor=1, mobile=False
     )
@@ -95,12 +121,23 @@ def page(browser: Browser, tmp_path: Path) -> Iterator[Page]:
     try:
         browser.open(server.url)
         browser.until("document.querySelector('.tile')")
-        yield Page(browser, server, tmp_path)
+        yield Page(browser, server, folder)
         assert browser.run("return faults") == []
         browser.open("about:blank")
     finally:
         browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=watching)
         server.close()
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Path:
+    return make_clip(tmp_path / "film.mp4", size=(128, 72), frames=FRAMES + 2)
+
+
+@pytest.fixture
+def page(browser: Browser, film: Path, tmp_path: Path) -> Iterator[Page]:
+    with shown(browser, open_clip(film), tmp_path) as page:
+        yield page
 
 
 def by_hand(page: Page, **values: float) -> None:
@@ -125,8 +162,7 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
         )
         browser.click(f"#{number}")
 
-    browser.click(".tile.new")
-    browser.until("document.querySelectorAll('.gap').length === 3")
+    page.begin()
     page.add("[data-layer=background]", "pattern", "Pattern")
     page.add("[data-layer=lines]", "threshold", "Soft threshold")
     page.add("[data-layer=base]", "flow dog", "Flow dog")
@@ -224,8 +260,7 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
 
 def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -> None:
     browser = page.browser
-    browser.click(".tile.new")
-    browser.until("document.querySelectorAll('.gap').length === 3")
+    page.begin()
     browser.run(
         """const where = document.getElementById("where");
         where.value = "page";
@@ -249,32 +284,72 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
 def test_files_are_dropped_on_the_page(page: Page) -> None:
     browser = page.browser
 
-    def drop(path: Path) -> None:
-        browser.run(
-            """const data = new DataTransfer();
-            data.items.add(new File([Uint8Array.from(atob(text), (each) => each.charCodeAt(0))], name));
-            dispatchEvent(new DragEvent("drop", { dataTransfer: data }));""",
-            text=base64.b64encode(path.read_bytes()).decode(), name=path.name,
-        )  # fmt: skip
-
-    drop(make_picture(page.folder / "picture.png", size=(96, 64)))
+    page.drop(make_picture(page.folder / "picture.png", size=(96, 64)))
     browser.until("document.getElementById('film-name').textContent === 'picture.png'")
     save_style(Style("dropped", background=(Step("hue", {"angle": 90.0}),)), page.folder / "dropped.toml")
-    drop(page.folder / "dropped.toml")
+    page.drop(page.folder / "dropped.toml")
     browser.until("document.getElementById('name').value === 'dropped'")
     browser.until("document.querySelector('#card-source .main').textContent === '96 × 64'")
     assert page.steps("background") == ["hue"]
     (page.folder / "wrong.toml").write_text("format = 1\n[[lines]]\nblock = 'nothing'\n")
     browser.until("document.getElementById('saved').textContent === 'Edited'")
     browser.press("Ctrl+z")
-    drop(page.folder / "wrong.toml")
+    page.drop(page.folder / "wrong.toml")
     browser.until("document.getElementById('leave-dialog').open")
     browser.click("#leave-dialog [value=discard]")
     page.told("nothing")
     assert page.steps("background") == ["hue"]
     (page.folder / "noise.mp4").write_bytes(bytes(range(256)))
-    drop(page.folder / "noise.mp4")
-    page.told("not a readable video")
+    page.drop(page.folder / "noise.mp4")
+    page.told("noise.mp4: not a readable video")
+
+
+def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> None:
+    with shown(browser, open_clip(film), tmp_path) as page:
+        page.begin()
+        page.add("[data-layer=background]", "pattern", "Pattern")
+        eventually((tmp_path / "draft.json").exists)
+    with shown(browser, open_clip(film), tmp_path) as page:
+        browser.click("#draft .strong")
+        browser.until("document.querySelector('.card[aria-label^=Pattern]')")
+        browser.until("document.getElementById('saved').textContent === 'Edited'")
+        assert page.steps("background") == ["pattern"]
+
+
+def test_a_mistake_stands_at_its_card_and_goes_with_undo(page: Page) -> None:
+    browser = page.browser
+    steps = (Step("gaussian", save="soft"), Step("blend", {"other": "soft"}))
+    save_style(Style("soft", background=steps), page.folder / "soft.toml")
+    page.drop(page.folder / "soft.toml")
+    browser.until("document.querySelectorAll('.card').length === 4")
+    page.is_drawn()
+    browser.click(".card[aria-label^=Gaussian]")
+    browser.until("document.activeElement.matches('.card.selected[aria-label^=Gaussian]')")
+    browser.press("Delete")
+    browser.until("document.querySelector('.card.wrong[aria-label^=Blend] .badge.wrong')")
+    assert "'soft'" in browser.run("return document.querySelector('.card.wrong').title")
+    browser.click(".card.wrong")
+    browser.until("document.querySelector('.inspector .error').textContent.includes('soft')")
+    browser.press("Escape")
+    browser.press("Ctrl+z")
+    browser.until("!document.querySelector('.card.wrong')")
+
+
+def test_a_second_of_film_is_shown_steadied(page: Page) -> None:
+    page.begin()
+    page.add("[data-layer=background]", "posterize", "Posterize")
+    page.browser.click("#view")
+    page.browser.click("#steady")
+    page.moves()
+
+
+def test_a_camera_is_shown_as_it_moves(browser: Browser, tmp_path: Path) -> None:
+    """The source that stands for a camera where there is none."""
+    with shown(browser, open_clip("test"), tmp_path) as page:
+        page.begin()
+        page.add("[data-layer=background]", "posterize", "Posterize")
+        page.moves()
+        assert browser.run("return document.getElementById('film').hidden")
 
 
 def overlaps(boxes: list[dict[str, float]]) -> list[tuple[float, ...]]:

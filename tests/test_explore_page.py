@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 import re
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -20,6 +21,7 @@ from media import make_clip
 from waiting import eventually
 from websockets.exceptions import ConnectionClosed
 
+from vidstyle.cli.explore import designer_until
 from vidstyle.errors import UsageError
 from vidstyle.explore.look import SIDE
 from vidstyle.explore.page import explore_page, outputs
@@ -394,3 +396,24 @@ def test_plans_that_nothing_shows_are_freed_and_asked_for_again(opened: Browser)
     )
     shaders = len(plan["shaders"])
     assert (programs, whole, left) == (40 * shaders, 1, 39 * shaders)
+
+
+def test_a_tile_is_opened_in_the_designer(
+    opened: Browser, page: ExplorePage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop = threading.Event()
+    monkeypatch.setattr(page, "designer", designer_until(stop))
+    opened.open(page.url)
+    eventually(lambda: opened.run(READY))
+    opened.run("globalThis.open = (address) => { globalThis.opened = address; };")
+    style = page.exploration.tile(page.state()["tiles"][0]["tile"]).style
+    opened.run("document.querySelector('[aria-label=\"Look closer at 1\"]').click()")
+    opened.until("document.getElementById('closer').open && !document.getElementById('design').hidden")
+    opened.run("document.getElementById('design').click()")
+    opened.until("globalThis.opened")
+    opened.open(opened.run("return globalThis.opened"))
+    opened.until(f"document.querySelectorAll('.card').length === {len(style.steps) + 2}")
+    opened.until("document.getElementById('name').value.length > 0")
+    assert opened.run("return document.getElementById('film-name').textContent").endswith("film.mp4")
+    opened.until("document.getElementById('picture').dataset.revision")
+    stop.set()

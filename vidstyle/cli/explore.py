@@ -87,11 +87,11 @@ def _show_page(source: str, options: dict[str, Any]) -> int:
     browse = browser.open_page if browser.is_wanted(options["no_open"]) else None
     with stop_on_signals() as stop:
         seed, port = options["seed"], options["port"]
-        explore(source, stop=stop, seed=seed, port=port, browse=browse, designer=_designer(stop))
+        explore(source, stop=stop, seed=seed, port=port, browse=browse, designer=designer_until(stop))
     return stop.exit_code
 
 
-def _designer(stop: threading.Event) -> Callable[[str | None, Style], str]:
+def designer_until(stop: threading.Event) -> Callable[[str | None, Style], str]:
     """What opens the designer with a style, on a page of its own, until `stop` is set."""
 
     def opened(source: str | None, style: Style) -> str:

@@ -93,7 +93,8 @@ async def _command(page: DesignPage, fields: Values) -> Values:
 
 
 async def _watch(page: DesignPage, fields: Values) -> None:
-    is_other = fields["side"] != page.side
+    # What a camera shows is asked for by nothing else.
+    is_other = fields["side"] != page.side or page.server.designer.clip.live
     page.solo, page.side, page.where = fields["solo"], fields["side"], fields["where"]
     if is_other:
         await page.frames.send()
@@ -117,8 +118,7 @@ async def _play(page: DesignPage, fields: Values) -> None:
 
 async def _pause(page: DesignPage, fields: Values) -> None:
     page.frames.stop()
-    if not page.server.designer.clip.live:
-        await page.frames.send()
+    await page.frames.send()
     page.server.refresh_steps()
 
 

@@ -88,7 +88,9 @@ export class Player {
     await this.ask("play", { at: from, from: first, to: last, fps: this.clip.fps });
   }
 
+  /** A camera goes on. */
   async pause() {
+    if (this.clip.live) return;
     this.playing = false;
     this.onchange();
     await this.ask("pause", {});
