@@ -6,15 +6,10 @@ channels glyphs_across(ivec2 at, float cell, ivec2 page) {
     return cell_along(at, ivec2(1, 0), glyph_cell(cell).x, page);
 }
 
-// The mean of these over the cell.
-channels glyphs_down(ivec2 at, float cell, ivec2 page) {
-    return cell_along(at, ivec2(0, 1), glyph_cell(cell).y, page);
-}
-
 // A glyph in each cell of the page: the brighter it is, the more of the cell it covers.
 channels glyphs(
-    ivec2 at, vec3 weights, float cell, bool invert, sampler2DArray alphabet, ivec2 alphabet_size) {
-    channels mean = clamp(picture_at(at), 0.0, 1.0);
+    ivec2 at, ivec2 page, vec3 weights, float cell, bool invert, sampler2DArray alphabet, ivec2 alphabet_size) {
+    channels mean = clamp(cell_along(at, ivec2(0, 1), glyph_cell(cell).y, page), 0.0, 1.0);
     mean = invert ? 1.0 - mean : mean;
     vec3 color = vec3(mean);
     ivec2 cell_size = glyph_cell(cell);
