@@ -14,6 +14,7 @@ from vidstyle.comic.analyze.saliency import attention_map, attention_of_box, mea
 from vidstyle.comic.layout.crop import on_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
+from vidstyle.comic.layout.slant import between_leans
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of, with_face_room, with_tail
 from vidstyle.comic.lettering.fonts import Letters, letter_size
@@ -197,10 +198,17 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
     ]
 
     def pages(area_scales: list[float]) -> PageLayout:
-        laid = lay_out(moments, sheet, seed=seed, area_scales=area_scales, right_to_left=right_to_left)
+        laid = lay_out(
+            *(moments, sheet),
+            seed=seed,
+            right_to_left=right_to_left,
+            bleeding=seed % 2 == 1,
+            kind="classic" if seed % 5 == 0 else "dynamic",
+            area_scales=area_scales,
+        )
         return lowered(laid, moments, sheet, 30)
 
-    hand = TextStyle(LETTERS, letter_size(sheet), sheet.border, right_to_left)
+    hand = TextStyle(LETTERS, letter_size(sheet), sheet.border, right_to_left, sheet.safe)
     layout = letter(pages, speeches(moments, words), hand)
     assert sum(len(each.bubbles) for each in layout.panels) >= sum(map(len, words)) * 2 / 3
     for each in layout.panels:
@@ -211,6 +219,9 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
         seen = [face for face in faces if face.area > 0]
         over = [bubble for bubble in each.bubbles if bubble.kind != "band"]
         check(over, picture, seen, right_to_left)
+        for bubble in over:
+            assert sheet.safe.contains(bubble.box)
+            assert between_leans(picture, each.leans).contains(bubble.box)
         for band in each.bubbles if len(over) < len(each.bubbles) else ():
             assert band.box.bottom <= picture.top and band.box.top >= each.rectangle.top
 

@@ -24,7 +24,7 @@ from vidstyle.comic.analyze.features import (
     is_smeared,
     with_faces,
 )
-from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.film import PictureFolder, open_film
 from vidstyle.comic.analyze.similarity import SIMILAR, similarity
 from vidstyle.comic.moment import Box, Moment
 from vidstyle.comic.select.choose import choose
@@ -200,6 +200,15 @@ def test_a_folder_of_pictures_is_a_film(tmp_path: Path) -> None:
     assert [each.time for each in moments] in ([0, 2], [1, 2])  # "again" is "picture 2"
     frames = list(film.frames_at([2]))
     assert np.array_equal(frames[0], view(PLACES[1], size=(320, 180)))
+
+
+def test_folders_in_a_folder_are_its_chapters(tmp_path: Path) -> None:
+    for name in ("cover.png", "10/1.png", "2/b.png", "2/a.png", "2/deep/1.png"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        make_picture(tmp_path / name)
+    paths = PictureFolder(tmp_path, FaceFinder())._paths
+    names = [each.relative_to(tmp_path).as_posix() for each in paths]
+    assert names == ["cover.png", "2/a.png", "2/b.png", "10/1.png"]
 
 
 def test_a_folder_without_pictures_is_said(tmp_path: Path) -> None:

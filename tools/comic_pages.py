@@ -25,8 +25,6 @@ STORY = (
 """A photograph, and what is said in it."""
 TITLE = "Ten past seven"
 STYLE, SIZE = "watercolor", "a5"
-CASCADE = "featuhre", "feature"
-"""A slip in the tags of scikit-image's model of faces, and what is meant."""
 WIDTH, QUALITY = 827, 88
 """Of the pictures in the documentation, in pixels."""
 
@@ -57,14 +55,11 @@ def page_of_photographs(folder: Path) -> Path:
             times = (f"00:00:{number:02},{milliseconds}" for milliseconds in (f"{part}00", f"{part + 1}99"))
             events.append(f"{len(events) + 1}\n{' --> '.join(times)}\n{text}\n")
     (folder / "story.srt").write_text("\n".join(events), encoding="utf-8")
-    cascade = Path(skimage.data.lbp_frontal_face_cascade_filename()).read_text(encoding="utf-8")
-    (folder / "faces.xml").write_text(cascade.replace(*CASCADE), encoding="utf-8")
     options = ComicOptions(
         styles=(STYLE,),
         size=SIZE,
         title=TITLE,
         subtitles=str(folder / "story.srt"),
-        face_model=folder / "faces.xml",
     )
     return make_comic(folder / "photographs", folder / "photographs.png", options).files[0]
 

@@ -150,7 +150,7 @@ class _Job:
         if self._letters.lacking:
             lacking = " ".join(self._letters.lacking)
             log.warning("the font %s lacks %s; give another with --font", self._letters.family, lacking)
-        return PagePlan(moments, layout, labels, self._letters, self._paper.dpi)
+        return PagePlan(moments, layout, labels, self._letters, self._paper.dpi, self._right_to_left)
 
     def _dialogue_lines(self) -> list[Line]:
         if self._options.storyboard:
@@ -161,7 +161,8 @@ class _Job:
 
     def _comic_pages(self, film: Film, moments: Sequence[Moment], lines: Sequence[Line]) -> PageLayout:
         spoken, count = match(lines, moments)
-        style = TextStyle(self._letters, self._size, self._paper.border, self._right_to_left)
+        border, safe = self._paper.border, self._paper.safe
+        style = TextStyle(self._letters, self._size, border, self._right_to_left, safe)
         shown = list(zip(moments, spoken, strict=True))
         colors = film.frames_at([moment.time for moment, said in shown if said], keep=True)
         attention = (

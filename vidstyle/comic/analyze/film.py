@@ -284,7 +284,10 @@ class _Measured:
 
 
 class PictureFolder(Film):
-    """A folder of pictures as a film: each is a scene of one second, in natural order of their names."""
+    """A folder of pictures as a film: each is a scene of one second, in natural order of their names.
+
+    Those of folders in it, such as one for each chapter, follow in the order of the folders' names.
+    """
 
     def __init__(self, path: Path, faces: FaceFinder) -> None:
         """List the pictures; files of other names are left out.
@@ -296,8 +299,13 @@ class PictureFolder(Film):
         self.name = str(path)
         self._has_warned = False
         self._paths = sorted(
-            (each for each in path.iterdir() if each.suffix.lower() in SUFFIXES and each.is_file()),
-            key=lambda each: natural_order(each.name),
+            (
+                each
+                for pattern in ("*", "*/*")
+                for each in path.glob(pattern)
+                if each.suffix.lower() in SUFFIXES and each.is_file()
+            ),
+            key=lambda each: (each.parent != path, natural_order(each.parent.name), natural_order(each.name)),
         )
         if not self._paths:
             raise InputError(path, "holds no pictures")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import Literal
 
-from vidstyle.comic.moment import Rectangle
+from vidstyle.comic.moment import Box, Rectangle
 from vidstyle.errors import UsageError
 
 LayoutKind = Literal["classic", "dynamic", "manga", "grid"]
@@ -66,6 +67,13 @@ class Paper:
     def is_strip(self) -> bool:
         """Whether it is one column of any height."""
         return self.height == 0
+
+    @property
+    def safe(self) -> Box:
+        """The part of the page in which words are, so that none is trimmed where pictures bleed."""
+        room = self.margin / 2
+        bottom = math.inf if self.is_strip else self.height - room
+        return Box(room, room, self.width - room, bottom)
 
     @property
     def inside(self) -> Rectangle:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -50,12 +51,14 @@ class TextStyle:
     Attributes:
         size: font size in pixels.
         border: width of panel borders in pixels.
+        safe: the part of a page in which words are.
     """
 
     letters: Letters
     size: int
     border: int
     right_to_left: bool = False
+    safe: Box = Box(-math.inf, -math.inf, math.inf, math.inf)
 
     def shapes(self, line: Line, widest: float) -> list[TextBlock]:
         """The shapes that the text of a line can take, none wider than `widest` pixels."""
@@ -160,7 +163,7 @@ def _balloons(panel: Panel, window: Box, text: PanelText, style: TextStyle) -> l
     seen = [on_page(face, window, picture) for face in text.moment.faces]
     faces = tuple(face for face in seen if face.area > 0)
     air = round(_AIR * style.size)
-    area = between_leans(picture, panel.leans).padded(-air, -air, -air)
+    area = between_leans(picture, panel.leans).padded(-air, -air, -air).intersection(style.safe)
     room = FreeSpace(area, picture, faces, within(text.attention, text.moment, window))
     wordings = list(_wordings(text.lines, faces, area, style))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)

@@ -57,6 +57,7 @@ def _lines(plan: PagePlan, source: str, title: str, styles: Sequence[str]) -> It
     yield "# A comic of vidstyle: `vidstyle comic THIS-FILE OUTPUT` draws it. Change a time, a word, a place."
     yield "# Places are left, top, right, bottom in pixels of the page; window: the part of the frame shown."
     yield from _entries(format=FORMAT, source=source, title=title, styles=list(styles), dpi=plan.dpi)
+    yield from _entries(reading="rtl" if plan.right_to_left else "ltr")
     yield from _entries(font=_COMIC if letters.path and letters.path == comic_font() else font)
     for page, size in enumerate(plan.layout.sizes):
         yield from ("", "[[page]]", *_entries(size=list(size)))
@@ -120,7 +121,8 @@ class PageFile:
             labels.append([_read_label(each, letters) for each in page.tables("label")])
         if not 1 <= len(panels) <= _MOST_PANELS:
             raise data.error("panel", f"has {len(panels)} entries", f"give 1 to {_MOST_PANELS}")
-        return PagePlan(moments, PageLayout(tuple(panels), tuple(sizes), 0.0), labels, letters, dpi)
+        layout = PageLayout(tuple(panels), tuple(sizes), 0.0)
+        return PagePlan(moments, layout, labels, letters, dpi, data.value("reading", str) == "rtl")
 
 
 def read_page_file(path: Path) -> PageFile:

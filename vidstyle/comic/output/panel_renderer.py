@@ -104,6 +104,7 @@ class PagePlan:
 
     Attributes:
         labels: the labels of each page.
+        right_to_left: reading order.
     """
 
     moments: Sequence[Moment]
@@ -111,6 +112,7 @@ class PagePlan:
     labels: Sequence[list[Label]]
     letters: Letters
     dpi: float
+    right_to_left: bool = False
 
 
 def drawn(
@@ -133,6 +135,7 @@ def drawn(
     colors = film.frames_at(plan.moments[each.moment].time for each in panels)
     for page, (width, height) in enumerate(plan.layout.sizes):
         sheet = Sheet(width, height, plan.dpi, plan.letters, labels=plan.labels[page])
+        sheet.right_to_left = plan.right_to_left
         for number, each in enumerate(panels):
             if each.page == page:
                 on_panel(number, len(panels))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from html import escape
 from io import BytesIO
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -45,11 +46,19 @@ def jpeg(sheets: Iterable[Sheet], title: str) -> bytes:
 
 
 def cbz(sheets: Iterable[Sheet], title: str) -> bytes:
-    """A ZIP archive of JPEG pages for comic readers, with constant dates, so that it is reproducible."""
-    file = BytesIO()
+    """A ZIP archive of JPEG pages for comic readers, with constant dates, so that it is reproducible.
+
+    ComicInfo.xml in it says the title, the number of pages and the reading order.
+    """
+    file, number, backwards = BytesIO(), 0, False
     with ZipFile(file, "w", ZIP_STORED) as archive:
         for number, sheet in enumerate(sheets, 1):
             archive.writestr(ZipInfo(f"page-{number:03}.jpg"), jpeg([sheet], title))
+            backwards = sheet.right_to_left
+        manga = "YesAndRightToLeft" if backwards else "No"
+        entries = f"<Title>{escape(title)}</Title><PageCount>{number}</PageCount><Manga>{manga}</Manga>"
+        head = '<?xml version="1.0" encoding="utf-8"?>'
+        archive.writestr(ZipInfo("ComicInfo.xml"), f"{head}\n<ComicInfo>{entries}</ComicInfo>\n")
     return file.getvalue()
 
 

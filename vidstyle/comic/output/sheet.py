@@ -78,3 +78,4 @@ class Sheet:
     letters: Letters
     panels: list[RenderedPanel] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
+    right_to_left: bool = False
