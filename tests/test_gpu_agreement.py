@@ -17,6 +17,8 @@ from gpu import ODD, SHAPES, SMALL, Sessions, faults, film_picture, gray_picture
 from pictures import step, style
 from test_blocks import ends_of, settings
 
+from vidstyle.blade.bank import Bank, save_bank
+from vidstyle.blade.structure_tensor import Bins
 from vidstyle.block import Asset, Block, SavedRef, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
@@ -30,13 +32,18 @@ sessions = Sessions.fixture()
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A style's folder with tiles of three sizes, one wider and one higher than the others."""
+    """A style's folder with tiles of three sizes, one wider and one higher than the others, and a bank."""
     folder = tmp_path_factory.mktemp("style")
     (folder / "tiles").mkdir()
     random = np.random.default_rng(1)
     for number, size in enumerate([(5, 31), (40, 7), (12, 12)]):
         tile = random.integers(60 * number, 60 * number + 130, size).astype(np.uint8)
         assert cv2.imwrite(str(folder / "tiles" / f"{number}.png"), tile)
+    filters = random.normal(0, 0.05, (3, 48, 5, 5)).astype(np.float32)
+    filters += filters[:, :, ::-1, ::-1].copy()
+    filters[:, :, 2, 2] += np.array([1, 0, 0])[:, None] - filters.sum(axis=(2, 3))
+    about = {"sliders": [["soft", 0, 2], ["sharp", -1, 1]]}
+    save_bank(Bank(Bins(8, 2, 3), 1.5, filters, about), folder / "bank")
     return folder
 
 

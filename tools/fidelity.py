@@ -198,9 +198,9 @@ HEAD = """\
 Each file holds a small linear filter for each bin of local structure (orientation x strength x coherence),
 trained on photographs by `python tools/train_banks.py --images DIR`; the same photographs give the same
 bytes. `python tools/fidelity.py --images DIR` writes this page. `vidstyle train etf --show etf.png` draws a
-bank. The files are NumPy archives, read without pickle and checked. *Residual* is the root of the mean
-squared error of each part on the training pictures, in levels of 255; *empty* counts bins that no pixel fell
-into, which have the mean filter of their orientation.
+bank; [docs/filters.jpg](../docs/filters.jpg) shows what they do. The files are NumPy archives, read without
+pickle and checked. *Residual* is the root of the mean squared error of each part on the training pictures, in
+levels of 255; *empty* counts bins that no pixel fell into, which have the mean filter of their orientation.
 
 | bank | reference | parts | bins | filters | rho | residual | empty |
 |---|---|---|---|---|---|---|---|"""

@@ -1,4 +1,7 @@
-"""Draws the sheet of the learned blocks: `python -m tools.filters_sheet DIR`, ten photographs of a folder."""
+"""Draws the sheet of the learned blocks: `python -m tools.filters_sheet`, of scikit-image's photographs.
+
+With a folder, of the last ten pictures in it.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+import skimage.data
 
 from vidstyle.blade.photographs import photographs_in
 from vidstyle.gallery.style_samples import encoded, labelled, sheet_of
@@ -29,22 +33,26 @@ SETTINGS: dict[str, tuple[str, dict[str, Any]]] = {
     "detail +100": ("detail", {"delta": 100}),
 }
 """What is shown of each photograph, in rows."""
-SIDE = 300
+SIDE = 160
+PHOTOGRAPHS = ("astronaut", "chelsea", "coffee", "rocket", "hubble_deep_field", "retina")
 
 
 def main() -> None:
     """Draw, and say where."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/filters.jpg"))
     arguments = parser.parse_args()
-    pictures = [cropped(each.color()) for each in photographs_in(arguments.folder, 900)[-10:]]
+    pictures = [cropped(getattr(skimage.data, name)()) for name in PHOTOGRAPHS]
+    if arguments.folder:
+        found = photographs_in(arguments.folder, 700)[-10:]
+        pictures = [cropped(cv2.convertScaleAbs(each.color(), alpha=255)) for each in found]
     sheet = [
         labelled(styled(picture, *setting), name)
         for picture in pictures
         for name, setting in SETTINGS.items()
     ]
-    arguments.output.write_bytes(encoded(sheet_of(sheet, len(SETTINGS)), ".jpg"))
+    arguments.output.write_bytes(encoded(sheet_of(sheet, len(SETTINGS)), arguments.output.suffix))
     print(arguments.output)
 
 
@@ -54,10 +62,9 @@ def styled(picture: np.ndarray, block: str, values: dict[str, Any]) -> np.ndarra
 
 
 def cropped(color: np.ndarray) -> np.ndarray:
-    """The middle, as 8 bits."""
+    """The middle."""
     top, left = ((side - SIDE) // 2 for side in color.shape[:2])
-    part = color[top : top + SIDE, left : left + SIDE]
-    return cv2.convertScaleAbs(part, alpha=255)
+    return np.ascontiguousarray(color[top : top + SIDE, left : left + SIDE])
 
 
 if __name__ == "__main__":
