@@ -11,6 +11,7 @@ import pytest
 from media import make_clip, photograph
 from pictures import codes, run, run_luma, step, style
 
+from tools import fidelity
 from vidstyle.blade.bank import load_bank, shipped_bank, shipped_banks
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.references import detail_base, edge_tangent_flow, flow_dog_parts, tv_flow
@@ -163,6 +164,22 @@ def test_every_shipped_bank_is_sound_and_says_what_it_is() -> None:
         assert len(about["parts"]) == parts and len(about["samples"]) == bins
         assert np.shape(about["residuals"]) == (parts, bins)
     assert sum(path.stat().st_size for path in shipped_banks().values()) <= 3 << 20
+
+
+def test_the_page_of_banks_is_of_these_banks_and_settings() -> None:
+    page = fidelity.README.read_text()
+    for name in shipped_banks():
+        assert fidelity.bank_row(name, shipped_bank(name)) in page
+    for case in fidelity.cases():
+        for shown in case.shown:
+            assert f"| `{case.block}` | {case.name}{shown and ', '}{shown} | " in page
+
+
+def test_fidelity_is_measured_on_what_a_block_shows() -> None:
+    luma = luma_of("chelsea")[:64, :96]
+    case = fidelity.Case("flow_dog", {"sigma": 1, "p": 0}, lambda z: z, ("linear", "clipped"))
+    linear, clipped = fidelity.rows_of(case, [luma])
+    assert "sigma 1, p 0, linear" in linear and "inf dB" in linear and "inf dB" in clipped
 
 
 @pytest.mark.parametrize("name", SOURCES)

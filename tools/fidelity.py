@@ -69,9 +69,8 @@ class Case:
 
     @property
     def name(self) -> str:
-        """The values as text."""
-        return ", ".join(f"{key} {value:g}" if isinstance(value, float | int) else f"{key} {value}"
-                         for key, value in self.values.items())  # fmt: skip
+        """The values as text, as a style file has them."""
+        return ", ".join(f"{key} {toml_text(value)}" for key, value in self.values.items())
 
 
 def cases() -> Iterator[Case]:
@@ -117,6 +116,11 @@ def lines(luma: Picture, sigma: float) -> Picture:
     """The flow-guided difference of Gaussians by its reference."""
     smooth, difference = flow_dog_parts(luma, sigma)
     return smooth + np.float32(P) * difference
+
+
+def toml_text(value: object) -> str:
+    """A value as text: 2, 0.5, true, broad."""
+    return str(value).lower() if isinstance(value, bool | str) else f"{value:g}"
 
 
 def shown_as(picture: Picture, shown: str) -> Picture:

@@ -35,9 +35,9 @@ def draw_bank(bank: Bank) -> np.ndarray:
         title = names[number] if number < len(names) else f"part {number + 1}"
         pages.append(_draw_part(bank, filters, str(title), samples))
         if number < len(residuals):
-            pages.append(_draw_map(bank, np.asarray(residuals[number]), "residual, levels of 255", "0.2f"))
+            pages.append(_draw_map(bank, np.asarray(residuals[number]), "residual, levels of 255", ".2f"))
     if samples is not None:
-        pages.append(_draw_map(bank, samples, "samples", ",.0f"))
+        pages.append(_draw_map(bank, samples, "samples", ",.0f", 0.25))
     return np.concatenate(pages)
 
 
@@ -111,13 +111,12 @@ def _draw_scale(page: np.ndarray, largest: float) -> None:
         _write(page, text, left + 18, TOP + int(share * height) + 4)
 
 
-def _draw_map(bank: Bank, numbers: np.ndarray, title: str, form: str) -> np.ndarray:
-    """A number for each bin, black for the most."""
+def _draw_map(bank: Bank, numbers: np.ndarray, title: str, form: str, power: float = 1) -> np.ndarray:
+    """A number for each bin, black for the most; a power below 1 tells small numbers apart."""
     bins, step, height = bank.bins, bank.size * ZOOM + GAP, 18
     ends = f"{title}: white {numbers.min():{form}}, black {numbers.max():{form}}"
     page = _page(bank, height, ends)
-    # By the root of the root: there are a thousand times more samples in flat places.
-    shades = 255 - 255 * ((numbers - numbers.min()) / max(float(np.ptp(numbers)), 1e-12)) ** 0.25
+    shades = 255 - 255 * ((numbers - numbers.min()) / max(float(np.ptp(numbers)), 1e-12)) ** power
     for row, (strength, coherence, _) in enumerate(_rows(bank)):
         for column in range(bins.orientations):
             shade = shades[(column * bins.strengths + strength) * bins.coherences + coherence]
