@@ -127,8 +127,8 @@ def test_a_sentence_goes_on_in_cues_without_a_speaker() -> None:
     rest = Line(2.1, 4, "came back to the city of canals, and nobody at all was ready for them.")
     ((line,),), _ = match([first, rest], [moment(1)])
     assert line.narrated and line.text == f"{first.text} {rest.text}"
-    of_anna = Line(2.1, 4, "came back.", speaker="ANNA")
-    assert len(match([first, of_anna], [moment(1)])[0][0]) == 2
+    for other in (Line(2.1, 4, "came back.", speaker="ANNA"), Line(2.1, 4, "Came back?")):
+        assert len(match([first, other], [moment(1)])[0][0]) == 2
 
 
 def test_two_voices_are_two_lines(tmp_path: Path) -> None:

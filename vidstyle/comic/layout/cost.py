@@ -20,7 +20,7 @@ _WHOLE = 1.02
 _OWN = 0.8
 """Weight of the picture's own shape in the best shape; the rest is the shape of its main content."""
 _OWN_NEAR = 0.25
-"""The same for a picture that is shown from near."""
+"""The same for a face that is shown from near."""
 _EVEN = 0.08
 """Minimum standard deviation of importance assumed."""
 _SPREAD = 0.5
@@ -179,7 +179,7 @@ def best_shape(moment: Moment) -> float:
     kept = what_counts(moment)
     own = math.log(width / height)
     inner = math.log(max(kept.width, 1.0) / max(kept.height, 1.0))
-    share = _OWN_NEAR if moment.framing == "near" else _OWN
+    share = _OWN_NEAR if moment.framing == "near" and moment.faces else _OWN
     return share * own + (1 - share) * min(own + 1.5, max(own - 1.5, inner))
 
 

@@ -129,10 +129,10 @@ def _joined(lines: Sequence[Line]) -> list[Line]:
 
 
 def _is_one_sentence(line: Line, after: Line) -> bool:
-    """Whether one goes on in the other: a part without a speaker of its own may be anybody's."""
+    """Whether one goes on in the other: what begins small, without a speaker of its own, may be anybody's."""
     same = (line.narrated, line.speaker) == (after.narrated, after.speaker)
     return (
-        (same or not (after.narrated or after.speaker))
+        (same or not (after.narrated or after.speaker or after.text[0].isupper()))
         and "sound" not in (line.manner, after.manner)
         and after.start - line.end <= _BREATH
         and not line.text.endswith(_ENDINGS)

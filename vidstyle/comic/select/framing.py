@@ -13,6 +13,8 @@ _BODY = 1.1, 0.9, 2.0
 """What is shown around a face from near, in heights of the face: at each side, above and below."""
 _NEAR_FACE, _NEAR = 0.45, 0.62
 """Maximum height of a face, and side of the part shown where there is none, relative to the picture's."""
+_WIDEST = 0.85
+"""A part of larger sides is hardly nearer than the whole; relative to the picture's."""
 
 
 def framed(moments: Sequence[Candidate]) -> list[Candidate]:
@@ -41,7 +43,11 @@ def _from_near(moment: Candidate) -> Candidate:
         wide, high = _NEAR * width / 2, _NEAR * height / 2
         left, top = min(max(0.0, x - wide), width - 2 * wide), min(max(0.0, y - high), height - 2 * high)
         part = Box(left, top, left + 2 * wide, top + 2 * high)
-        return replace(moment, saliency=part, blobs=(), framing="near")
+        for blob in moment.blobs:
+            part = part.union(blob) if blob.intersection(part).area > 0 else part
+        if max(part.width / width, part.height / height) > _WIDEST:
+            return moment
+        return replace(moment, saliency=part, framing="near")
     face = moment.faces[0]
     if face.height > _NEAR_FACE * height:
         return moment

@@ -1,0 +1,38 @@
+"""Moments that look alike are shown from afar and from near in turn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from media import photograph
+
+from vidstyle.comic.analyze.features import extract_features
+from vidstyle.comic.layout.crop import crop
+from vidstyle.comic.moment import Box
+from vidstyle.comic.select.framing import framed
+
+
+def test_alike_ones_are_seen_from_afar_and_from_near_in_turn() -> None:
+    """The head is in the panel that is nearer, larger than in the others; another picture stays as it is."""
+    astronaut, coffee = (photograph(name) for name in ("astronaut", "coffee"))
+    person = replace(
+        extract_features(astronaut, 0, astronaut.shape[:2]), faces=(Box(200.0, 90.0, 250.0, 150.0),)
+    )
+    moments = framed([person, person, person, extract_features(coffee, 3, coffee.shape[:2])])
+    assert [each.framing for each in moments] == ["wide", "near", "wide", "usual"]
+    wide, near = (crop(each, 1.5) for each in moments[:2])
+    assert near.contains(person.faces[0]) and near.width < 0.8 * wide.width
+    assert framed(moments[3:]) == moments[3:]
+
+
+def test_a_large_face_and_things_all_over_are_near_enough() -> None:
+    picture = photograph("coffee")
+    seen = extract_features(picture, 0, picture.shape[:2])
+    large = replace(seen, faces=(Box(100.0, 50.0, 300.0, 300.0),))
+    across = replace(seen, blobs=(Box(10.0, 150.0, 590.0, 250.0),))
+    one = replace(seen, saliency=Box(250.0, 150.0, 350.0, 250.0), blobs=(Box(280.0, 180.0, 320.0, 220.0),))
+    for each, framing in ((large, "usual"), (across, "usual"), (one, "near")):
+        assert framed([each, each])[1].framing == framing
+    window = crop(framed([one, one])[1], 1.5)
+    assert window.contains(one.blobs[0]) and window.area < 0.6 * np.prod(picture.shape[:2])
