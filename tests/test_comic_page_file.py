@@ -60,6 +60,9 @@ def test_only_what_was_changed_changes(folder: Path) -> None:
     changed = drawn(folder, text.replace("KNOCKS", "bang"), "words") != page
     rows, columns = np.nonzero(changed)
     assert rows.size and abs(rows - y).max() < bottom - top and abs(columns - x).max() < right - left
+    longer = drawn(folder, text.replace("KNOCKS", "bang bang"), "longer") != page
+    columns = np.nonzero(longer)[1]
+    assert columns.min() < left - 4 and columns.max() > right + 4
     first = text.index("time = ")
     later = text[:first] + "time = 0.08" + text[text.index("\n", first) :]
     place = text.partition("place = [")[2].partition("]")[0]
