@@ -110,18 +110,25 @@ class Browser:
         held = {"button": "left", "buttons": 1, "clickCount": int(kind != "mouseMoved")}
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **held)
 
-    def click(self, selector: str) -> None:
-        """Click on an element once it lies open and still."""
+    def still(self, selector: str) -> tuple[float, ...]:
+        """As `place`, once the element lies open and nothing moves it, or soon will."""
         seen: list[tuple[float, ...]] = [()]
 
         def is_still() -> bool:
             seen.append(self.place(selector))
-            hit = "return Boolean(document.elementFromPoint(x, y)?.closest(selector))"
+            hit = """const element = document.querySelector(selector);
+            const moves = (each) => each.playState === "running" && each.effect.target.contains(element);
+            if (document.getAnimations().some(moves)) return false;
+            return Boolean(document.elementFromPoint(x, y)?.closest(selector));"""
             x, y, *_ = seen[-1]
-            return seen[-1] == seen[-2] and bool(self.run(hit, x=x, y=y, selector=selector))
+            return bool(self.run(hit, x=x, y=y, selector=selector)) and seen[-1] == seen[-2]
 
         eventually(is_still, f"{selector} does not lie open")
-        x, y, *_ = seen[-1]
+        return seen[-1]
+
+    def click(self, selector: str) -> None:
+        """Click on an element once it lies open and still."""
+        x, y, *_ = self.still(selector)
         for kind in ("mousePressed", "mouseReleased"):
             self.mouse(kind, x, y)
 

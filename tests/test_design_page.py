@@ -60,7 +60,7 @@ class Page:
     def slide(self, name: str, part: float) -> float:
         """Drag a slider to a part of its length; the value that it then has."""
         slider = f".inspector [data-path$='.{name}'] input[type=range]"
-        x, y, width, _ = self.browser.place(slider)
+        x, y, width, _ = self.browser.still(slider)
         part_of = "return Number(document.querySelector(slider).style.getPropertyValue('--part'))"
         now = self.browser.run(part_of, slider=slider)
         self.browser.drag((x + (now - 0.5) * (width - 16), y), (x + (part - 0.5) * (width - 16), y))
@@ -167,7 +167,7 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
     page.add("[data-layer=lines]", "threshold", "Soft threshold")
     page.add("[data-layer=base]", "flow dog", "Flow dog")
     # The lines of the paper's third style: the filter belongs in front of the threshold.
-    start, end = (browser.place(each)[:2] for each in (CHOSEN, ".gap[data-layer=lines][data-index='0']"))
+    start, end = (browser.still(each)[:2] for each in (CHOSEN, ".gap[data-layer=lines][data-index='0']"))
     browser.drag(start, end)
     page.undone("move")
     assert (page.steps("base"), page.steps("background")) == ([], ["pattern"])
