@@ -239,7 +239,8 @@ class _Source:
         if names == "halved":
             yield "const bool halved = true;"
         elif names == "moment":
-            yield f"#define moment (uint{self._frame} * {FRAME_TIME}u)"
+            # A macro would take the place of parameters of this name, too.
+            yield f"uint moment = uint{self._frame} * {FRAME_TIME}u;"
         elif names.startswith("origin,"):
             yield "const ivec2 origin = ivec2(0), stride = ivec2(1);"
         elif names.endswith("_last"):
