@@ -77,7 +77,10 @@ PLANS = (
         (_teacher("tv_flow", {"time": 2.0, "gradient_power": 1}),),
     ),
     Plan(
-        "tvf_flat", TrainingConfig(Bins(16, 4, 4), 1.0, 7), (_teacher("tv_flow", *FLOWS),), {"times": TIMES}
+        "tvf_flat",
+        TrainingConfig(Bins(8, 20, 4, (0.0, 40.0)), 1.0, 5),
+        (_teacher("tv_flow", *FLOWS),),
+        {"times": TIMES},
     ),
     _lines("flow_dog_fine", 9, 0.5, 0.7, 1.0),
     _lines("flow_dog", 7, 1.0, 1.4),
