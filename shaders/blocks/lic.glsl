@@ -1,13 +1,14 @@
+#include "lib/drawing_at.glsl"
 #include "lib/stroke_direction.glsl"
 #include "lib/white_noise.glsl"
 
 // Noise smeared along the edges, by steps as long as the noise is coarse. Cabral and Leedom 1993.
-vec3 lic(ivec2 at, float length_, float size, float angle, float contrast) {
+vec3 lic(ivec2 at, uint moment, float length_, float size, float angle, float contrast, int rate) {
     vec2 fixed_direction = fixed_stroke_direction(angle);
-    int steps = int(ceil(length_ / 2.0 / size));
+    int steps = int(ceil(length_ / 2.0 / size)), drawing = drawing_at(moment, rate) * 10007;
     float total = float(steps + 1), per_pixel = 1.0 / size, reach = ceil(float(steps) * size) + 2.0;
     vec2 start = vec2(at) + 0.5;
-    float mean = white_noise_between(start * per_pixel);
+    float mean = white_noise_between(start * per_pixel, drawing);
     for (int side = 0; side < 2; side++) {
         vec2 direction = stroke_direction(picture_at(at), fixed_direction), away = vec2(0.0);
         direction = side == 0 ? direction : -direction;
@@ -15,7 +16,7 @@ vec3 lic(ivec2 at, float length_, float size, float angle, float contrast) {
         for (int number = 0; number < steps; number++) {
             away += size * direction; // from the pixel: far from the page's corner, places would be rounded off
             weight -= 1.0 / total;
-            mean += weight * white_noise_between((start + away) * per_pixel);
+            mean += weight * white_noise_between((start + away) * per_pixel, drawing);
             vec2 next = stroke_direction(picture_at(at - int(reach) + ivec2(reach + 0.5 + away)), fixed_direction);
             direction = dot(next, direction) < 0.0 ? -next : next;
         }

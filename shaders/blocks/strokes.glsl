@@ -1,15 +1,17 @@
+#include "lib/drawing_at.glsl"
 #include "lib/stroke_direction.glsl"
 #include "lib/white_noise.glsl"
 
 // Strokes of one colour each at random places of a grid, along the edges, from the uppermost down.
 vec3 strokes(
-    ivec2 at, vec3 flow, vec3 under, float length_, float width, float density, float angle, float variation,
-    float colors, float bristles) {
+    ivec2 at, uint moment, vec3 flow, vec3 under, float length_, float width, float density, float angle, float variation,
+    float colors, float bristles, int rate) {
     vec2 direction = stroke_direction(flow, fixed_stroke_direction(angle)), here = vec2(at) + 0.5;
     float pitch = max(width / sqrt(density), max(length_, width) / 5.0), reach = ceil(max(length_, width) / 2.0 + 1.0);
     float half_length = max(length_ - width, 0.0) / 2.0, half_width = width / 2.0, shown = 1.0, last_order = 2.0;
     ivec2 first = ivec2(floor((here - reach) / pitch)) - 1, last = ivec2(ceil((here + reach) / pitch));
     vec3 color = vec3(0.0);
+    int drawing = drawing_at(moment, rate) * 10007;
     for (int layer = 0; layer < 16 && shown >= 1.0 / 512.0; layer++) {
         // The uppermost of those below the last one.
         float order = 0.0, cover = 0.0;
@@ -17,7 +19,7 @@ vec3 strokes(
         vec2 middle = here, inside = vec2(0.0);
         for (int row = first.y; row <= last.y; row++) {
             for (int column = first.x; column <= last.x; column++) {
-                ivec2 point = ivec2(4 * column, row);
+                ivec2 point = ivec2(4 * column, row + drawing);
                 float own_order = white_noise(point + ivec2(2, 0));
                 if (own_order <= order || own_order >= last_order)
                     continue;
@@ -38,7 +40,7 @@ vec3 strokes(
             break;
         last_order = order;
         float tone = white_noise(chosen + ivec2(3, 0));
-        float mark = white_noise_between(tone * 512.0 + 64.0 + inside / vec2(16.0, 1.6));
+        float mark = white_noise_between(tone * 512.0 + 64.0 + inside / vec2(16.0, 1.6), 0);
         float shade = variation * (tone - 0.5) + bristles * (mark - 0.5);
         vec2 other = colors * (fract(tone * vec2(7.0, 13.0)) - 0.5);
         vec3 own = picture_at(ivec2(floor(middle))) + shade + vec3(other.x, -0.5 * (other.x + other.y), other.y);

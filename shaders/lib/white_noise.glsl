@@ -6,10 +6,11 @@ float white_noise(ivec2 point) {
     return float((bits ^ bits >> 15u) >> 8u) / 16777216.0;
 }
 
-// The noise between the points of its lattice.
-float white_noise_between(vec2 place) {
+// The noise between the points of its lattice, some rows further down.
+float white_noise_between(vec2 place, int rows) {
     ivec2 low = ivec2(floor(place));
     vec2 part = place - vec2(low);
+    low.y += rows;
     float above = mix(white_noise(low), white_noise(low + ivec2(1, 0)), part.x);
     float below = mix(white_noise(low + ivec2(0, 1)), white_noise(low + 1), part.x);
     return mix(above, below, part.y);

@@ -95,6 +95,7 @@ class Block:
         is_identity: whether its function returns luma as it is, so that only the chroma changes.
         overshoots: whether its result may leave the range of its input and of 0..1; it is then clipped to
             `core.picture.RANGES`.
+        exact: whether a GPU has to store its input and what filters make of its result as float32.
     """
 
     name: str
@@ -109,6 +110,7 @@ class Block:
     saves: str = ""
     is_identity: bool = False
     overshoots: bool = False
+    exact: bool = False
 
     @property
     def saved_refs(self) -> dict[str, SavedRef]:
@@ -159,6 +161,7 @@ def block(
     saves: str = "",
     is_identity: bool = False,
     overshoots: bool = False,
+    exact: bool = False,
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of its name.
 
@@ -172,6 +175,7 @@ def block(
         saves: a name under which each of its steps saves its input.
         is_identity: for a luma block that only changes the chroma; a style does not call its function.
         overshoots: the function's result may leave the range of its input and of 0..1, and has to be clipped.
+        exact: the result shows differences that are smaller than a GPU's textures of 16 bits keep.
 
     Raises:
         TypeError: at import, for an invalid declaration, such as a default out of range.
@@ -188,7 +192,7 @@ def block(
         parameters, injected = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
         return Block(
             name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity,
-            overshoots,
+            overshoots, exact,
         )  # fmt: skip
 
     return declare

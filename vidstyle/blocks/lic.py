@@ -8,9 +8,9 @@ from typing import Annotated
 import cv2
 import numpy as np
 
-from vidstyle.block import PageRegion, Slider, block
+from vidstyle.block import FrameTime, PageRegion, Slider, block, drawing_at
 from vidstyle.core.kernels import compiled
-from vidstyle.core.strokes import stroke_directions, white_noise
+from vidstyle.core.strokes import APART, stroke_directions, white_noise
 
 
 def _steps(length: float, size: float) -> int:
@@ -25,15 +25,17 @@ def _radius(length: float, size: float) -> int:
 def lic(
     picture: np.ndarray,
     place: PageRegion,
+    moment: FrameTime,
     length: Annotated[float, Slider(2, 64, "length of the strokes", "px", explore=(8, 40))] = 20,
     size: Annotated[float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4))] = 1.5,
     angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 30,
     contrast: Annotated[float, Slider(0, 2, "0 for even gray")] = 1,
+    rate: Annotated[int, Slider(0, 60, "times a second they are drawn anew; 0 for never")] = 0,
 ) -> np.ndarray:
     """Draw strokes along the edges, black on white: bristles, hatching, fur.
 
-    Takes the smoothed result of `structure_tensor` and smears noise, which is fixed to the page, along it,
-    with weights that fall off towards both ends. Cabral and Leedom 1993, "Imaging Vector Fields Using Line
+    Takes the smoothed result of `structure_tensor` and smears noise, which is fixed to the page until it is
+    drawn anew, along it, with weights that fall off towards both ends. Cabral and Leedom 1993, "Imaging Vector Fields Using Line
     Integral Convolution"; steps as long as the strokes are wide, by Euler's method.
     """
     size = float(np.float32(size))
@@ -45,7 +47,8 @@ def lic(
     ]
     lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
-    noise = white_noise(*(np.arange(each[0][0], each[0][-1] + 2 * lead + 2) for each in (rows, columns)))
+    points = [np.arange(each[0][0], each[0][-1] + 2 * lead + 2) for each in (rows, columns)]
+    noise = white_noise(points[0] + drawing_at(moment, rate) * APART, points[1])
     # Means of noise are paler the longer and finer the strokes.
     gain = np.float32(contrast * math.sqrt(1 + length / (2 * size)))
     out = np.empty((height, width), np.float32)

@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import PageRegion, SavedRef, Slider, block
+from vidstyle.block import FrameTime, PageRegion, SavedRef, Slider, block, drawing_at
 from vidstyle.core.kernels import compiled
-from vidstyle.core.strokes import noise_between, stroke_directions, white_noise
+from vidstyle.core.strokes import APART, noise_between, stroke_directions, white_noise
 
 NUMBERS = 4
 """Random numbers of a stroke: its place across and down, which one it lies above, its tone."""
@@ -31,6 +31,7 @@ def _radius(length: float, width: float) -> int:
 def strokes(
     picture: np.ndarray,
     place: PageRegion,
+    moment: FrameTime,
     flow: Annotated[Any, SavedRef("smoothed result of `structure_tensor`")] = "source",
     under: Annotated[Any, SavedRef("picture that shows between strokes")] = "source",
     length: Annotated[float, Slider(2, 96, "length of a stroke", "px", explore=(8, 36))] = 24,
@@ -40,12 +41,13 @@ def strokes(
     variation: Annotated[float, Slider(0, 1, "how much strokes differ in tone", explore=(0, 0.2))] = 0.1,
     colors: Annotated[float, Slider(0, 1, "how much strokes differ in colour", explore=(0, 0.2))] = 0,
     bristles: Annotated[float, Slider(0, 1, "contrast of the marks of bristles", explore=(0, 0.5))] = 0.25,
+    rate: Annotated[int, Slider(0, 60, "times a second they are drawn anew; 0 for never")] = 0,
 ) -> np.ndarray:
     """Paint with strokes of one colour each, along the edges; with dots where they are as wide as long.
 
-    A stroke lies at a random place in its square of a grid that is fixed to the page, has the colour of the
-    picture in its middle, and bends with the flow; which of two lies above the other is random. Haeberli
-    1990, "Paint by Numbers: Abstract Image Representations".
+    A stroke lies at a random place in its square of a grid, has the colour of the picture in its middle, and
+    bends with the flow; which of two lies above the other is random. All is fixed to the page until it is
+    drawn anew. Haeberli 1990, "Paint by Numbers: Abstract Image Representations".
     """
     reach, (height, columns) = _radius(length, width), picture.shape[:2]
     pitch = np.float32(max(width / math.sqrt(density), max(length, width) / MOST_ACROSS))
@@ -53,7 +55,8 @@ def strokes(
     around = math.ceil(reach / pitch) + 1
     above, left = math.floor(place.top / pitch) - around, -around
     below, right = math.ceil((place.top + height) / pitch) + around, math.ceil(columns / pitch) + around
-    numbers = white_noise(np.arange(above, below), np.arange(left * NUMBERS, right * NUMBERS))
+    drawing = drawing_at(moment, rate) * APART
+    numbers = white_noise(np.arange(above, below) + drawing, np.arange(left * NUMBERS, right * NUMBERS))
     strokes_ = np.ascontiguousarray(numbers.reshape(below - above, right - left, NUMBERS))
     strokes_[..., 0] = (np.arange(left, right, dtype=np.float32) + strokes_[..., 0]) * pitch
     strokes_[..., 1] = (np.arange(above, below, dtype=np.float32)[:, None] + strokes_[..., 1]) * pitch

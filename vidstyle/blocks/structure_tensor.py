@@ -8,7 +8,7 @@ from vidstyle.block import LumaWeights, block
 from vidstyle.core.kernels import compiled
 
 
-@block("filter", on="color", radius=lambda: 1)
+@block("filter", on="color", radius=lambda: 1, exact=True)
 def structure_tensor(picture: np.ndarray, weights: LumaWeights) -> np.ndarray:
     """Draw direction and strength of edges as colours, for `kuwahara`; smooth them with `gaussian`.
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled
 
+APART = 10007
+"""Rows between what two drawings take of the noise."""
 STILL = 0.06
 """Strength of the fixed direction beside that of edges: it decides where there are none."""
 

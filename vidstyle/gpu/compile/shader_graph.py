@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -38,11 +38,17 @@ class ShaderGraph:
         self._nodes: dict[object, ShaderNode] = {}
         self._made: dict[Node, ShaderNode] = {}
         self._measures: dict[Measure[Node], ShaderMeasure] = {}
+        self._exact: set[Node] = set()
 
     def add(self, outputs: Iterable[Node]) -> None:
         """Make the shader nodes for these nodes and their inputs."""
-        for node in nodes_in_order(outputs):
-            self._made[node] = self._make(node)
+        order = nodes_in_order(outputs)
+        self._exact |= _exact_nodes(order)
+        for node in order:
+            made = self._make(node)
+            if node in self._exact and not made.is_plane:
+                made = self.node(replace(made, is_wide=True))
+            self._made[node] = made
 
     def __getitem__(self, node: Node) -> ShaderNode:
         return self._made[node]
@@ -123,7 +129,7 @@ class ShaderGraph:
                 values=values,
                 options=options,
                 measure=self._measure(node.measure),
-                is_wide=node.is_wide,
+                is_wide=node.is_wide or node in self._exact,
                 limits=node.limits,
             )
             if block.kind == "filter":
@@ -144,9 +150,6 @@ class ShaderGraph:
         """Luma after all passes of a bank."""
         run: BankRun = node.values["run"]
         luma = self[node.inputs["luma"]]
-        if run.scale != 1:
-            # Exact: at a reduced size, a different choice for one pixel shows in many.
-            luma = self.node(replace(luma, is_wide=True)) if not luma.is_plane else luma
         chosen: ShaderNode | None = None
         for _ in range(run.passes):
             if chosen is None or run.reselect:
@@ -182,6 +185,32 @@ class ShaderGraph:
         four = self.node(ShaderNode("choices", half, function, around=luma, radius=radius, values=values))
         own = Function("blade/own_choice.glsl", "IMAGE_own_choice")
         return self.node(ShaderNode("luma", luma.shape, own, around=four))
+
+
+def _exact_nodes(order: Sequence[Node]) -> set[Node]:
+    """The nodes that are stored as float32, since what reads them shows smaller errors than 16 bits have.
+
+    That is all that leads to directions, or to a bank that multiplies differences or runs at a reduced size,
+    where the choice of another filter for one pixel shows in many; and directions with what filters make of
+    them.
+    """
+    directions: set[Node] = set()
+    for node in order:
+        block = node.block
+        if block and (block.exact or (block.kind == "filter" and node.inputs["image"] in directions)):
+            directions.add(node)
+    leading = {other for node in order if _is_sensitive(node) for other in node.inputs.values()}
+    for node in reversed(order):
+        if node in leading:
+            leading |= set(node.inputs.values())
+    return directions | leading
+
+
+def _is_sensitive(node: Node) -> bool:
+    if node.op == "filter_bank":
+        run: BankRun = node.values["run"]
+        return run.is_wide or run.scale != 1
+    return node.block is not None and node.block.exact
 
 
 def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, tuple[str, ...]]]:

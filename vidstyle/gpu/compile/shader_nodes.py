@@ -52,7 +52,7 @@ class ShaderNode:
         measure: the percentiles that it receives.
         grid: for subsampled chroma, step and siting of its samples; None for chroma at every pixel.
         page: for subsampled chroma, the shape of the luma that it belongs to.
-        is_wide: whether its range requires storing it as float32.
+        is_wide: whether its range, or what reads it, requires storing it as float32.
         limits: what its values are clipped to, or None.
     """
 
@@ -139,10 +139,6 @@ half float is up to 1/4096, which a difference of Gaussians with a soft threshol
 three levels of 255; here it is 1/65000 of white in luma and 1/43000 in RGB."""
 
 
-WIDE = Format(1, "f4")
-"""For luma far beyond black and white, such as a difference of Gaussians times twenty."""
-
-
 def working_format(node: ShaderNode, form: Form) -> Format:
     """The format in which a value is stored between passes.
 
@@ -151,7 +147,8 @@ def working_format(node: ShaderNode, form: Form) -> Format:
     """
     if form == "es":
         return Format(WORKING[node.kind].components, "f4", low=0.5 if node.kind == "color" else 0.0)
-    return WIDE if node.is_wide else WORKING[node.kind]
+    # Of luma far beyond black and white, such as a difference of Gaussians times twenty, and of directions.
+    return Format(WORKING[node.kind].components, "f4") if node.is_wide else WORKING[node.kind]
 
 
 def sample_format(form: Form) -> Format:
