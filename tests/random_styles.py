@@ -10,8 +10,8 @@ from vidstyle.block import Asset, Block, Choice, Color, SavedRef, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.style import LAYERS, Step, Style
 
-STRUCTURE = ("structure_tensor", "kuwahara", "lic", "strokes")
-"""Blocks that go by the direction of edges: where it is doubtful, rounding decides."""
+STRUCTURE = ("structure_tensor", "kuwahara", "lic", "strokes", "palette", "glyphs", "line_screen")
+"""Blocks that go by the direction of edges or choose one of a few: where it is doubtful, rounding decides."""
 MAX_FACTOR = 1.6
 """Working sizes grow no faster, unless it is said: a few steps would take most of the time."""
 

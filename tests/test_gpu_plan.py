@@ -183,7 +183,7 @@ def glsl_type(parameter: Parameter, block: Block) -> str:
 
 
 def test_a_page_that_is_too_long_is_done_in_tiles() -> None:
-    plan = plan_of(vidstyle.load_style("comic"), shape=(700, 1300))
+    plan = plan_of(vidstyle.load_style("poster"), shape=(700, 1300))
     jobs = jobs_of(plan, 512)
     assert len(jobs) > 6 and all(max(w.shape) <= 512 for job in jobs for w in job.windows.values())
     covered = [job.result_window("luma") for job in jobs if any(each.result for each in job.passes)]

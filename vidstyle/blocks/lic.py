@@ -34,9 +34,9 @@ def lic(
 ) -> np.ndarray:
     """Draw strokes along the edges, black on white: bristles, hatching, fur.
 
-    Takes the smoothed result of `structure_tensor` and smears noise, which is fixed to the page until it is
-    drawn anew, along it, with weights that fall off towards both ends. Cabral and Leedom 1993, "Imaging Vector Fields Using Line
-    Integral Convolution"; steps as long as the strokes are wide, by Euler's method.
+    Takes the smoothed result of `structure_tensor` and smears noise along it, with weights that fall off
+    towards both ends; the noise is fixed to the page until it is drawn anew. Cabral and Leedom 1993, "Imaging
+    Vector Fields Using Line Integral Convolution"; steps as long as the strokes are wide, by Euler's method.
     """
     size = float(np.float32(size))
     reach, (height, width) = _radius(length, size), picture.shape[:2]
