@@ -26,7 +26,7 @@ _PYRAMID = 0.709
 """Factor between the sizes that the first network is run on: half the area."""
 _SIDES = 24, 48
 """Sides of the pictures that the second and third network see."""
-_SURE = 0.6, 0.7, 0.85
+_SURE = 0.6, 0.5, 0.9
 """Minimum score of each network, 0..1."""
 _MOST = 40
 """Proposals that are looked at, the best."""
