@@ -304,6 +304,7 @@ def test_files_are_dropped_on_the_page(page: Page) -> None:
     page.told("noise.mp4: not a readable video")
 
 
+@pytest.mark.thorough
 def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> None:
     with shown(browser, open_clip(film), tmp_path) as page:
         page.begin()
@@ -335,6 +336,7 @@ def test_a_mistake_stands_at_its_card_and_goes_with_undo(page: Page) -> None:
     browser.until("!document.querySelector('.card.wrong')")
 
 
+@pytest.mark.thorough
 def test_a_second_of_film_is_shown_steadied(page: Page) -> None:
     page.begin()
     page.add("[data-layer=background]", "posterize", "Posterize")

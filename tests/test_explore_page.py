@@ -398,6 +398,7 @@ def test_plans_that_nothing_shows_are_freed_and_asked_for_again(opened: Browser)
     assert (programs, whole, left) == (40 * shaders, 1, 39 * shaders)
 
 
+@pytest.mark.thorough
 def test_a_tile_is_opened_in_the_designer(
     opened: Browser, page: ExplorePage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
