@@ -147,13 +147,15 @@ export class Diagram {
     this.area.setAttribute("aria-owns", layout.cards.map(({ name }) => `card-${name}`).join(" "));
     const wires = [...layout.wires].sort((one, other) => Number(one.used) - Number(other.used));
     this.wires.replaceChildren(...wires.flatMap((wire) => this.#wire(wire)));
-    this.area.querySelectorAll(".gap, .layer").forEach((old) => old.remove());
+    this.area.querySelectorAll(".layer").forEach((old) => old.remove());
     for (const { layer, x, y } of layout.labels) {
       const label = make("span", { className: "layer", textContent: SHORT_LAYERS[layer] });
       label.style.translate = `${x}px ${y}px`;
       this.area.append(label);
     }
-    layout.gaps.forEach((gap) => this.area.append(this.#gap(gap)));
+    /** @type {Set<Element>} */
+    const gaps = new Set(layout.gaps.map((gap) => this.#gap(gap)));
+    this.area.querySelectorAll(".gap").forEach((old) => gaps.has(old) || old.remove());
   }
 
   /** @param {import("./layout.js").Wire} wire */
@@ -169,15 +171,27 @@ export class Diagram {
     return [path, head];
   }
 
-  /** @param {import("./layout.js").Gap} gap */
+  /**
+   * The button of a gap; it stays what it is when the diagram is drawn anew, or a click at that moment would be lost.
+   * @param {import("./layout.js").Gap} gap
+   */
   #gap({ layer, index, x, y }) {
+    const old = this.area.querySelector(`.gap[data-layer=${layer}][data-index="${index}"]`);
+    const button = /** @type {HTMLButtonElement} */ (old ?? this.#newGap(layer, index));
+    if (this.state?.layers[layer].length) delete button.dataset.card;
+    else button.dataset.card = layer;
+    button.style.translate = `${x}px ${y}px`;
+    return button;
+  }
+
+  /** @param {import("./types.js").Layer} layer @param {number} index */
+  #newGap(layer, index) {
     const label = `Add a step to ${words(layer)}, at place ${index + 1}`;
     const button = make("button", { className: "gap", type: "button", tabIndex: -1, title: "Add a step here" }, icon("plus"));
     button.setAttribute("aria-label", label);
     Object.assign(button.dataset, { layer, index });
-    if (!this.state?.layers[layer].length) button.dataset.card = layer;
-    button.style.translate = `${x}px ${y}px`;
     button.addEventListener("click", () => this.actions.add(layer, index, button.getBoundingClientRect()));
+    this.area.append(button);
     return button;
   }
 
