@@ -54,7 +54,7 @@ def test_an_edit_is_answered_after_the_state_and_the_plan_that_follow(page: Page
     assert node["step"] == step and node["block"] == "flow_xdog" and node["recipe"]
     first = page.told["plan"]
     assert "plan" in first and first["plan"]["size"] == [96, 64]
-    assert page.error("set", step=step, name="sigma", value=3, gesture=2) == ""
+    assert page.error("set", step=step, name="p", value=30, gesture=2) == ""
     second = page.told["plan"]
     # While a value is dragged, numbers alone are sent: no shader is compiled.
     assert second["key"] == first["key"] and "plan" not in second
