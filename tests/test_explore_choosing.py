@@ -57,10 +57,11 @@ def structure(style: Style) -> dict[str, list[str]]:
 
 def test_the_first_screen_has_mutants_of_shipped_styles_and_nothing_that_fails() -> None:
     screen = chooser().screen
-    assert [tile.kind for tile in screen.tiles] == list(FIRST)
+    # Where too few of a kind pass, others stand in.
+    assert (Counter(FIRST) - Counter(tile.kind for tile in screen.tiles)).total() <= 2
     shipped = {style.name for style in shipped_styles()}
     mutants = [tile for tile in screen.tiles if tile.kind == "shipped"]
-    assert len(mutants) == 4 and {name for tile in mutants for name in tile.parents} <= shipped
+    assert len(mutants) >= 4 and {name for tile in mutants for name in tile.parents} <= shipped
     assert not [tile.look.fault for tile in screen.tiles if tile.look.fault]
 
 
@@ -184,6 +185,7 @@ def test_a_plane_has_the_style_on_it_and_changes_what_is_seen() -> None:
     assert {axis.path for axis in plane.axes} <= {
         "lines.soft_threshold#1.epsilon", "minimum_range.dynamic_range", "blend.opacity", "flow_dog.p",
         "scale.factor", "lines.soft_threshold#2.epsilon", "lines.soft_threshold#1.phi", "flow_dog.sigma",
+        "lines.soft_threshold#2.phi",
     }  # fmt: skip
     (same,) = looks([plane.style_at(*plane.start)])
     (own, *corners) = looks([style, *(plane.style_at(x, y) for x in (0, 1) for y in (0, 1))])
