@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 import runpy
 import shlex
@@ -15,6 +14,7 @@ from test_layers import ORDER
 
 import vidstyle
 from tools import api_reference, performance
+from tools.pictures import gallery
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
 from vidstyle.cli.reporting import Reporting
@@ -99,9 +99,8 @@ def test_tables_of_the_bench_replace_those_in_the_document() -> None:
     assert changed == f"{page[:begin]}<!-- bench -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
 
 
-TOOLS = [
-    path for pattern in ("*.py", "drivers/*.py", "*/__main__.py") for path in ROOT.glob(f"tools/{pattern}")
-]
+PATTERNS = ("*.py", "drivers/*.py", "pictures/*.py", "tables/*.py", "*/__main__.py")
+TOOLS = [path for pattern in PATTERNS for path in ROOT.glob(f"tools/{pattern}")]
 
 
 @pytest.mark.parametrize("tool", sorted(TOOLS), ids=lambda tool: str(tool.relative_to(ROOT)))
@@ -110,9 +109,7 @@ def test_a_tool_can_be_imported(tool: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert runpy.run_path(str(tool), run_name="imported")["__doc__"]
 
 
-def test_the_gallery_shows_the_current_styles(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(ROOT / "tools"))
-    gallery = importlib.import_module("gallery")
+def test_the_gallery_shows_the_current_styles() -> None:
     shown = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     assert shown == gallery.page(gallery.styles_in_order(), "gallery")
 

@@ -19,7 +19,7 @@ from media import alpha_ramp, make_clip, make_picture, moving_frames, rms_error
 from PIL import Image
 from waiting import eventually
 
-from tools.progression import progression
+from tools.pictures.progression import progression
 from vidstyle.assets import asset_folder
 from vidstyle.cli import browser, main
 from vidstyle.errors import InputError
@@ -259,7 +259,7 @@ def test_samples_come_in_the_order_of_their_styles() -> None:
 
 
 def test_the_thumbnail_that_is_shipped_is_what_the_style_makes() -> None:
-    """After a style has changed, `python tools/contact_sheet.py` renews it."""
+    """After a style has changed, `python -m tools.pictures.contact_sheet` renews it."""
     shipped = {file.stem for file in asset_folder("styles").glob("*.toml")}
     assert {file.stem for file in FOLDER.glob("*")} == shipped | {PLAIN}
     for style in map(load_style, shipped):

@@ -5,7 +5,7 @@
 float lattice_noise(int start, ivec2 at, int kind, vec2 size) {
     int octaves = kind == noise_kind_clouds ? 4 : 1;
     if (kind == noise_kind_points)
-        return white_noise(at / ivec2(size + 0.5) + start * 10007) - 0.5;
+        return white_noise(at / ivec2(size + 0.5) + start * APART) - 0.5;
     float sum = 0.0, part = 1.0;
     for (int octave = 0; octave < octaves; octave++) {
         sum += part * octave_of_noise((vec2(at) + 0.5) / (size * part), start + octave);

@@ -11,7 +11,7 @@ vec3 strokes(
     float half_length = max(length_ - width, 0.0) / 2.0, half_width = width / 2.0, shown = 1.0, last_order = 2.0;
     ivec2 first = ivec2(floor((here - reach) / pitch)) - 1, last = ivec2(ceil((here + reach) / pitch));
     vec3 color = vec3(0.0);
-    int drawing = drawing_at(moment, rate) * 10007;
+    int drawing = drawing_at(moment, rate) * APART;
     for (int layer = 0; layer < 16 && shown >= 1.0 / 512.0; layer++) {
         // The uppermost of those below the last one.
         float order = 0.0, cover = 0.0;

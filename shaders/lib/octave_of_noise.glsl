@@ -2,7 +2,7 @@
 
 // The noise of one lattice between its points, about 0; `number` tells the lattices apart.
 float octave_of_noise(vec2 place, int number) {
-    ivec2 low = ivec2(floor(place)), first = low + number * 10007;
+    ivec2 low = ivec2(floor(place)), first = low + number * APART;
     vec2 part = place - vec2(low);
     part = part * part * (3.0 - 2.0 * part);
     float above = mix(white_noise(first), white_noise(first + ivec2(1, 0)), part.x);

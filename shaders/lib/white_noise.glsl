@@ -1,3 +1,6 @@
+// Points between the parts of the lattice that two drawings, or two octaves, take.
+const int APART = 10007;
+
 // A uniform random number 0..1 for a point of a lattice that runs on for ever.
 float white_noise(ivec2 point) {
     uint bits = uint(point.x) * 0x9E3779B1u ^ uint(point.y) * 0x85EBCA77u;

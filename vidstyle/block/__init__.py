@@ -81,6 +81,10 @@ def moment_of(time: float | None) -> int:
     return 0 if time is None else math.floor(time * 1000 + 0.5) & 0xFFFFFFFF
 
 
+REDRAW_RATE = Slider(0, 60, "times a second that what is random is drawn anew; 0 for never")
+"""The control of a block whose random parts may change with time; see `drawing_at`."""
+
+
 def drawing_at(moment: int, rate: int) -> int:
     """Which drawing is shown if there are so many a second: a whole number, as a GPU has it in 32 bits."""
     return (moment * rate & 0xFFFFFFFF) // 1000

@@ -13,7 +13,7 @@ from vidstyle.blocks.pixelate import whole_side
 
 
 def shipped_thresholds() -> dict[str, Path]:
-    """The tiles that come with vidstyle, by name: Bayer's matrices, and blue noise (tools/blue_noise.py)."""
+    """The tiles that come with vidstyle by name: Bayer's, and blue noise (tools/tables/blue_noise.py)."""
     return {file.stem: file for file in Path(__file__).with_name("thresholds").glob("*.png")}
 
 

@@ -17,7 +17,7 @@ DARKEST = np.float32(0.1)
 
 
 def shipped_alphabets() -> dict[str, Path]:
-    """The glyphs that come with vidstyle, by name (tools/alphabet.py)."""
+    """The glyphs that come with vidstyle, by name (tools/tables/alphabet.py)."""
     return {file.stem: file for file in Path(__file__).with_name("alphabets").glob("*.png")}
 
 

@@ -8,9 +8,10 @@ from typing import Annotated
 import cv2
 import numpy as np
 
-from vidstyle.block import FrameTime, PageRegion, Slider, block, drawing_at
+from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
 from vidstyle.core.kernels import compiled
-from vidstyle.core.strokes import APART, stroke_directions, white_noise
+from vidstyle.core.stroke_directions import stroke_directions
+from vidstyle.core.white_noise import APART, white_noise
 
 
 def _steps(length: float, size: float) -> int:
@@ -30,7 +31,7 @@ def lic(
     size: Annotated[float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4))] = 1.5,
     angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 30,
     contrast: Annotated[float, Slider(0, 2, "0 for even gray")] = 1,
-    rate: Annotated[int, Slider(0, 60, "times a second they are drawn anew; 0 for never")] = 0,
+    rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Draw strokes along the edges, black on white: bristles, hatching, fur.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.block import Color, PageRegion, Slider, block
 from vidstyle.core.kernels import cached, compiled
-from vidstyle.core.strokes import white_noise
+from vidstyle.core.white_noise import white_noise
 
 AROUND = 2
 """Squares of the grid on each side in which a tile is looked for."""

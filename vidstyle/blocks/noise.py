@@ -6,15 +6,13 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Choice, FrameTime, PageRegion, Slider, Switch, block, drawing_at
+from vidstyle.block import REDRAW_RATE, Choice, FrameTime, PageRegion, Slider, Switch, block, drawing_at
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import compiled
-from vidstyle.core.strokes import white_noise
+from vidstyle.core.white_noise import APART, white_noise
 
 OCTAVES = {"points": 0, "soft": 1, "clouds": 4}
 """How many sizes of noise between points each kind is the sum of; none for the points themselves."""
-APART = 10007
-"""Points between the lattices of two octaves, which are parts of the same endless one."""
 LATTICES = 16
 """How many each drawing has: five for each channel."""
 
@@ -29,7 +27,7 @@ def noise(
     stretch: Annotated[float, Slider(1, 64, "width by height", explore=(1, 6))] = 1,
     amount: Annotated[float, Slider(0, 1, "range of what is added", explore=(0.05, 0.25))] = 0.15,
     colored: Annotated[bool, Switch("each channel has its own")] = False,
-    rate: Annotated[int, Slider(0, 60, "times a second it is drawn anew; 0 for never")] = 0,
+    rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Add random values about 0, which are fixed to the page until they are drawn anew.
 

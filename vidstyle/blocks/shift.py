@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Choice, FrameTime, LumaWeights, PageRegion, Slider, block, drawing_at
+from vidstyle.block import REDRAW_RATE, Choice, FrameTime, LumaWeights, PageRegion, Slider, block, drawing_at
 from vidstyle.blocks.noise import LATTICES, between_points, lattice_points
 from vidstyle.core.kernels import compiled
 
@@ -28,7 +28,7 @@ def shift(
     x: Annotated[float, Slider(-64, 64, "to the right", "px", (-6, 6))] = 4,
     y: Annotated[float, Slider(-64, 64, "down", "px", (-4, 4))] = 0,
     jitter: Annotated[float, Slider(0, 64, "by how much rows sway to both sides at random", "px")] = 0,
-    rate: Annotated[int, Slider(0, 60, "times a second they sway anew; 0 for never")] = 0,
+    rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Move one channel, the chroma or the whole picture, as ink out of register or colour late on a tape.
 

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import FrameTime, PageRegion, SavedRef, Slider, block, drawing_at
+from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, SavedRef, Slider, block, drawing_at
 from vidstyle.core.kernels import compiled
-from vidstyle.core.strokes import APART, noise_between, stroke_directions, white_noise
+from vidstyle.core.stroke_directions import stroke_directions
+from vidstyle.core.white_noise import APART, noise_between, white_noise
 
 NUMBERS = 4
 """Random numbers of a stroke: its place across and down, which one it lies above, its tone."""
@@ -41,7 +42,7 @@ def strokes(
     variation: Annotated[float, Slider(0, 1, "how much strokes differ in tone", explore=(0, 0.2))] = 0.1,
     colors: Annotated[float, Slider(0, 1, "how much strokes differ in colour", explore=(0, 0.2))] = 0,
     bristles: Annotated[float, Slider(0, 1, "contrast of the marks of bristles", explore=(0, 0.5))] = 0.25,
-    rate: Annotated[int, Slider(0, 60, "times a second they are drawn anew; 0 for never")] = 0,
+    rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Paint with strokes of one colour each, along the edges; with dots where they are as wide as long.
 

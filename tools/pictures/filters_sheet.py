@@ -1,4 +1,4 @@
-"""Draws the sheet of the learned blocks: `python -m tools.filters_sheet`, of scikit-image's photographs.
+"""Draws the sheet of the learned blocks from scikit-image's photographs: `python -m tools.pictures.filters_sheet`.
 
 With a folder, of the last ten pictures in it.
 """

@@ -1,4 +1,4 @@
-"""Draws every block at its default and every style: `python tools/contact_sheet.py [docs]`.
+"""Draws every block at its default and every style: `python -m tools.pictures.contact_sheet [docs]`.
 
 It also renews the thumbnails of the shipped styles, which belong to the program.
 """

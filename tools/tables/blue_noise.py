@@ -1,4 +1,4 @@
-"""Makes the tile of blue noise that `dither` comes with: `python -m tools.blue_noise`.
+"""Makes the tile of blue noise that `dither` comes with: `python -m tools.tables.blue_noise`.
 
 Void and cluster: Ulichney 1993, "The void-and-cluster method for dither array generation".
 """

@@ -1,4 +1,4 @@
-"""Makes the comic pages of the documentation: `python tools/comic_pages.py [docs]`.
+"""Makes the comic pages of the documentation: `python -m tools.pictures.comic_pages [docs]`.
 
 comic.jpg is the page of the demo, out of our own film; photographs.jpg one of a folder of photographs in the
 public domain, from scikit-image, with a file of subtitles.

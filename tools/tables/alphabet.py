@@ -1,4 +1,4 @@
-"""Draws the glyphs that `glyphs` comes with, side by side: `python -m tools.alphabet`."""
+"""Draws the glyphs that `glyphs` comes with, side by side: `python -m tools.tables.alphabet`."""
 
 from __future__ import annotations
 

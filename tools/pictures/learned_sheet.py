@@ -1,4 +1,4 @@
-"""Shows a filter beside the bank that learned it: `python tools/learned_sheet.py BANK.npz MODULE:NAME`."""
+"""A filter beside the bank that learned it: `python -m tools.pictures.learned_sheet BANK.npz MODULE:NAME`."""
 
 from __future__ import annotations
 
