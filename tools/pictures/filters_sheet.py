@@ -1,4 +1,4 @@
-"""Draws the sheet of the learned blocks from scikit-image's photographs: `python -m tools.pictures.filters_sheet`.
+"""Draws the sheet of the learned blocks, from scikit-image's pictures: `python -m tools.pictures.filters_sheet`.
 
 With a folder, of the last ten pictures in it.
 """
