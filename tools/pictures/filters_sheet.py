@@ -1,6 +1,6 @@
-"""Draws the sheet of the learned blocks, from scikit-image's pictures: `python -m tools.pictures.filters_sheet`.
+"""Draws the sheet of the learned blocks: `python -m tools.pictures.filters_sheet`.
 
-With a folder, of the last ten pictures in it.
+Of pictures of scikit-image; with a folder, of the last ten pictures in it.
 """
 
 from __future__ import annotations
