@@ -96,14 +96,14 @@ def select_filters(luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, 
     """
     weights, (height, width) = window_weights(rho), luma.shape
     # Padded by columns of filter 0 for `apply_filters`, which filters several pixels together.
-    selected = np.zeros((height, -(-width // LANES) * LANES), np.int32)[:, :width]
+    selected = np.zeros((height, -(-width // LANES) * LANES), np.int32)
     padded = pad_edges(luma, len(weights) // 2)
     taps, columns = len(weights), padded.shape[1] - 1
     products, tensor = np.empty((taps, 3, columns), np.float32), np.empty((3, columns), np.float32)
     sums = tensor.reshape(-1)[: 3 * columns - taps + 1]
     scratch = products, products.reshape(taps, -1), np.empty(3 * columns, np.float32), sums, tensor
-    _select(padded, weights, bins.as_array, margin[0], height - margin[1], scratch, selected)
-    return selected
+    _select(padded, weights, bins.as_array, margin[0], height - margin[1], scratch, selected, width)
+    return selected[:, :width]
 
 
 def pad_edges(luma: np.ndarray, margin: int, right: int = 0) -> np.ndarray:
@@ -113,10 +113,11 @@ def pad_edges(luma: np.ndarray, margin: int, right: int = 0) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _select(padded, weights, bins, top, bottom, scratch, selected):  # type: ignore[no-untyped-def]
+def _select(padded, weights, bins, top, bottom, scratch, selected, width):  # type: ignore[no-untyped-def]
     """Row by row; the products of the last rows are kept, the window is applied vertically, then across.
 
-    The three products of a row are contiguous, so that one loop covers them all.
+    The three products of a row are contiguous, so that one loop covers them all. The result has padded rows,
+    which are cut here: a part of an array that comes from Python has a stride, and no loop of vectors.
     """
     taps = len(weights)
     products, rows, narrow, sums, tensor = scratch
@@ -136,7 +137,7 @@ def _select(padded, weights, bins, top, bottom, scratch, selected):  # type: ign
                 left, right = narrow[tap:], narrow[taps - 1 - tap :]
                 inner, outer = narrow[beside:], narrow[taps - 1 - beside :]
                 _weigh(left, right, weights[tap], inner, outer, second, tap == 0, sums)
-            _quantize(tensor, bins, selected[row])
+            _quantize(tensor, bins, selected[row, :width])
 
 
 @compiled(fastmath=True)
