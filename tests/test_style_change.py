@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -159,6 +160,7 @@ def test_recipes_are_written_out() -> None:
     assert expand(nothing).base == (Step("", save="b", source="source"),)
 
 
+@cache
 def validator() -> jsonschema.Draft202012Validator:
     schema = json.loads(json.dumps(style_schema()))
     jsonschema.Draft202012Validator.check_schema(schema)
