@@ -127,8 +127,24 @@ def test_a_tail_that_is_in_the_way_of_another_balloon_is_left_out() -> None:
     near = Box(200, 130, 280, 170)
     block = shapes(LETTERS, "Yes.", 16, 300)[0]
     bubble = Bubble("balloon", Box(60, 130, 120, 170), block)
-    assert with_tail(bubble, face, [with_face_room(face)]).tip is not None
-    assert with_tail(bubble, face, [with_face_room(face), near]).tip is None
+    mouth = face.center
+    assert with_tail(bubble, face, mouth, [with_face_room(face)]).tip is not None
+    assert with_tail(bubble, face, mouth, [with_face_room(face), near]).tip is None
+
+
+def test_circles_lead_from_a_thought_to_its_head() -> None:
+    face = Box(300, 150, 380, 250)
+    block = shapes(LETTERS, "Is it he?", 16, 300)[0]
+    bubble = Bubble("cloud", Box(60, 30, 160, 80), block)
+    thought = with_tail(bubble, face, (340, 230), [with_face_room(face)])
+    *circles, cloud = thought.outlines
+    assert len(circles) == 3
+    assert np.array_equal(cloud, bubble.outline)
+    far = [math.dist(circle.mean(axis=0), (340, 230)) for circle in circles]
+    wide = [np.ptp(circle[:, 0]) for circle in circles]
+    assert far == sorted(far, reverse=True)
+    assert wide == sorted(wide, reverse=True)
+    assert not any(face.contains(Box(*point, *point)) for circle in circles for point in circle)
 
 
 def test_where_faces_fill_the_panel_there_is_no_room() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, Literal, NamedTuple, TypeVar, cast
 
 if TYPE_CHECKING:
@@ -85,6 +86,18 @@ Rectangle = Box[int]
 """A part of a page, in whole pixels."""
 
 
+Point = tuple[float, float]
+"""Across and down, in pixels."""
+
+_MOUTH = 0.75
+"""How far down a face its mouth is."""
+
+
+def usual_mouth(face: Box) -> Point:
+    """Where a face usually has its mouth."""
+    return face.center[0], face.top + _MOUTH * face.height
+
+
 Framing = Literal["usual", "wide", "near"]
 """How much of its picture a panel shows: what suits it, as much as it can, or a part that counts most."""
 
@@ -103,6 +116,7 @@ class Moment:
         blobs: boxes of small objects that stand out, which no panel edge should cut.
         offset: left and top of the picture in its frame, above 0 where there are letterbox bars.
         framing: whether the panel shows it from afar or from near, where moments look alike.
+        mouths: where the mouths of faces are, as far as that is known.
     """
 
     time: float
@@ -114,6 +128,11 @@ class Moment:
     blobs: tuple[Box, ...] = ()
     offset: tuple[int, int] = (0, 0)
     framing: Framing = "usual"
+    mouths: Mapping[Box, Point] = field(default_factory=dict)
+
+    def mouth(self, face: Box) -> Point:
+        """Where the mouth of a face is, or usually is."""
+        return self.mouths.get(face) or usual_mouth(face)
 
     def picture(self, frame: np.ndarray) -> np.ndarray:
         """The picture in its frame, H x W x 3."""

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 
 Weights = list[np.ndarray]
+_Pooling = tuple[tuple[int, bool], ...]
 
 NETWORKS = "pnet", "rnet", "onet"
 """Files of the weights: of proposals, of refinement and of the final output."""
@@ -26,8 +27,12 @@ _PYRAMID = 0.709
 """Factor between the sizes that the first network is run on: half the area."""
 _SIDES = 24, 48
 """Sides of the pictures that the second and third network see."""
-_SURE = 0.6, 0.5, 0.9
-"""Minimum score of each network, 0..1."""
+_POOLED = ((3, True), (3, False)), ((3, True), (3, False), (2, True))
+"""Sizes of the largest values that these take after each convolution but the last; see `_largest`."""
+_SURE = 0.6, 0.5, 0.75
+"""Minimum score of each network, 0..1; of the third, on average of all its looks."""
+_CONTRAST, _LEAST_CONTRAST = 52.0, 8.0
+"""The standard deviation of light to which a face is stretched, and the least that is stretched, of 255."""
 _MOST = 40
 """Proposals that are looked at, the best."""
 _OVERLAP = 0.5, 0.7, 0.7, 0.5
@@ -56,13 +61,21 @@ def load_networks(folder: Path) -> tuple[Weights, Weights, Weights]:
 def find_faces(color: np.ndarray, networks: tuple[Weights, Weights, Weights], least: float) -> np.ndarray:
     """Faces in a picture, H x W x 3 uint8 RGB, that are at least so many pixels high.
 
+    The third network looks twice, the second time where it has moved a box, and each time at four views of
+    it: dark, turned and half hidden faces differ from other things in what all of them say.
+
     Returns:
-        Left, top, right and bottom in pixels and the score of each, 0..1: count x 5, the surest first.
+        Left, top, right and bottom in pixels, the score, 0..1, and the middle of the mouth, across and down,
+        of each: count x 7, the surest first.
     """
-    boxes = _proposals(color, networks[0], least)
-    for number, weights in enumerate(networks[1:]):
-        boxes = _refined(color, boxes, weights, number)
-    return boxes
+    first, second, third = networks
+    boxes = _refined(color, _proposals(color, first, least), second)
+    found = _judged(color, boxes, third)
+    # Of less, not even a second look that is quite sure makes a face.
+    found = found[found[:, 4] > 2 * _SURE[2] - 1]
+    again = _judged(color, _square(found), third)
+    again[:, 4] = (found[:, 4] + again[:, 4]) / 2
+    return _without_doubles(again[again[:, 4] > _SURE[2]], _OVERLAP[3], by_smaller=True)
 
 
 def _normalized(color: np.ndarray) -> np.ndarray:
@@ -97,27 +110,58 @@ def _first_network(picture: np.ndarray, weights: Weights) -> tuple[np.ndarray, n
     return moves, _probability(scores)
 
 
-def _refined(color: np.ndarray, boxes: np.ndarray, weights: Weights, number: int) -> np.ndarray:
-    """What the second or third network keeps of square boxes, moved and scored: count x 5."""
+def _refined(color: np.ndarray, boxes: np.ndarray, weights: Weights) -> np.ndarray:
+    """What the second network keeps of square boxes, moved, scored and square again: count x 5."""
     if not len(boxes):
         return boxes
-    values = np.stack([_patch(color, box, _SIDES[number]) for box in boxes])
-    values = _normalized(values)
-    # Sizes of the largest values that are taken after each convolution; none after the last.
-    pooled = ((3, True), (3, False)) if number == 0 else ((3, True), (3, False), (2, True))
+    moves, logits = _outputs([_patch(color, box, _SIDES[0]) for box in boxes], weights, _POOLED[0])
+    moved = np.hstack([_moved(boxes, moves), _probability(logits)[:, np.newaxis]])
+    return _square(_without_doubles(moved[moved[:, 4] > _SURE[1]], _OVERLAP[2]))
+
+
+def _judged(color: np.ndarray, boxes: np.ndarray, weights: Weights) -> np.ndarray:
+    """What the third network says of square boxes, on average of their views; see `find_faces`."""
+    if not len(boxes):
+        return np.empty((0, 7))
+    views = [view for box in boxes for view in _views(_patch(color, box, _SIDES[1]))]
+    moves, marks, logits = (
+        each.reshape(len(boxes), -1, each.shape[1]) for each in _outputs(views, weights, _POOLED[1])
+    )
+    # Of two eyes, a nose and two corners of the mouth, first all places across, then all down.
+    mouths = np.stack([marks[..., 3:5].mean(axis=2), marks[..., 8:10].mean(axis=2)], axis=2)
+    moves[:, 1::2] = moves[:, 1::2][..., [2, 1, 0, 3]] * (-1, 1, -1, 1)
+    mouths[:, 1::2, 0] = 1 - mouths[:, 1::2, 0]
+    corners, sides = boxes[:, :2], boxes[:, 2:3] - boxes[:, :1]
+    scores = _probability(logits).mean(axis=1, keepdims=True)
+    return np.hstack([_moved(boxes, moves.mean(axis=1)), scores, corners + mouths.mean(axis=1) * sides])
+
+
+def _views(patch: np.ndarray) -> Iterator[np.ndarray]:
+    """A patch, H x W x 3 uint8, as it is and with more contrast, each followed by its mirror image."""
+    light = patch.mean(axis=2)
+    gain = _CONTRAST / max(float(light.std()), _LEAST_CONTRAST)
+    middle = float(light.mean())
+    stretched = (patch - middle) * gain + (middle + 128) / 2
+    for view in (patch, stretched.clip(0, 255).astype(np.uint8)):
+        yield from (view, view[:, ::-1])
+
+
+def _outputs(patches: list[np.ndarray], weights: Weights, pooled: _Pooling) -> list[np.ndarray]:
+    """The outputs of the second or third network for patches of its size: each count x values."""
+    values = _normalized(np.stack(patches))
     for place, layer in enumerate(_grouped(weights[: 3 * len(pooled) + 3], 3)):
         values = _rectified(_convolved(values, *layer[:2]), layer[2])
         values = _largest(values, *pooled[place]) if place < len(pooled) else values
     matrix, offset, slope, *heads = weights[3 * len(pooled) + 3 :]
     # The matrices were made for columns before rows.
-    flat = values.transpose(0, 2, 1, 3).reshape(len(boxes), -1)
+    flat = values.transpose(0, 2, 1, 3).reshape(len(patches), -1)
     inner = _rectified(_product(flat, matrix) + offset, slope)
-    outputs = [_product(inner, head) + by for head, by in _grouped(heads, 2)]
-    scores, sides = _probability(outputs[-1]), boxes[:, 2:3] - boxes[:, :1]
-    moved = np.hstack([boxes[:, :4] + outputs[0] * sides, scores[:, np.newaxis]])
-    moved = moved[scores > _SURE[1 + number]]
-    kept = _without_doubles(moved, _OVERLAP[2 + number], by_smaller=number == 1)
-    return kept if number else _square(kept)
+    return [_product(inner, head) + by for head, by in _grouped(heads, 2)]
+
+
+def _moved(boxes: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Square boxes whose edges move by shares of their sides."""
+    return np.asarray(boxes[:, :4] + moves * (boxes[:, 2:3] - boxes[:, :1]))
 
 
 def _patch(color: np.ndarray, box: np.ndarray, side: int) -> np.ndarray:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.face_networks import find_faces, load_networks, weights_folder
-from vidstyle.comic.moment import Box
+from vidstyle.comic.moment import Box, Point, usual_mouth
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError
 
@@ -31,6 +31,8 @@ _TRIAL = 64
 """Pixels of the sides of an empty picture on which a network is tried."""
 _SKIN = 0.25
 """A face in a colour picture has at least this share of skin, if a cascade has found it."""
+_LEAST_SKIN, _SURE = 0.1, 0.95
+"""The same for the networks of mtcnn, unless they are surer than that."""
 
 _SEARCHED = 0.9 * LARGE
 """A little smaller, so that a large face is found in all frames of a shot."""
@@ -39,7 +41,9 @@ _SMALLEST = 12.0
 
 _HAS_CASCADES = hasattr(cv2, "CascadeClassifier")
 
-_Finder = Callable[[np.ndarray, float], list[Box]]
+Mouths = dict[Box, Point]
+"""Faces, and where the mouth of each is."""
+_Finder = Callable[[np.ndarray, float], Mouths]
 """Finds faces of at least a share of the picture's height; one of OpenCV's has a limit of its own."""
 
 
@@ -67,13 +71,13 @@ class FaceFinder:
             self._finder = _networks(folder)
         self.has_model = self._finder is not None
 
-    def find(self, color: np.ndarray, only_large: bool = False) -> list[Box]:
+    def find(self, color: np.ndarray, only_large: bool = False) -> Mouths:
         """The faces in a picture, H x W x 3 uint8, the largest first; only large ones are found sooner."""
         if self._finder is None:
-            return []
+            return {}
         with self._lock:
             found = self._finder(color, _SEARCHED if only_large else _MIN_HEIGHT)
-        return sorted(found, key=lambda box: (-box.area, box.left, box.top))
+        return {box: found[box] for box in sorted(found, key=lambda box: (-box.area, box.left, box.top))}
 
 
 def skin_map(color: np.ndarray) -> np.ndarray:
@@ -91,12 +95,17 @@ def is_colorful(color: np.ndarray) -> bool:
 def _networks(folder: Path) -> _Finder:
     networks = load_networks(folder)
 
-    def find(color: np.ndarray, least: float) -> list[Box]:
+    def find(color: np.ndarray, least: float) -> Mouths:
         height, width = color.shape[:2]
         rows = find_faces(color, networks, max(_SMALLEST, least * height))
-        whole = Box(0, 0, width, height)
-        boxes = [Box(*row[:4]).intersection(whole) for row in rows.round().tolist()]
-        return [box for box in boxes if box.area > 0]
+        whole, skin, colorful = Box(0, 0, width, height), skin_map(color), is_colorful(color)
+        found: Mouths = {}
+        for row in rows.tolist():
+            box = Box(*map(round, row[:4])).intersection(whole)
+            is_skin = not colorful or row[4] > _SURE or _inside(skin, box).mean() > _LEAST_SKIN
+            if box.area > 0 and is_skin:
+                found[box] = row[5], row[6]
+        return found
 
     return find
 
@@ -112,7 +121,7 @@ def _cascade(path: Path) -> _Finder:
     if cascade is None or cascade.empty():
         raise InputError(path, "is not a model of faces", _REMEDY)
 
-    def find(color: np.ndarray, _: float) -> list[Box]:
+    def find(color: np.ndarray, _: float) -> Mouths:
         luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
         least = max(20, round(_MIN_SIDE * min(luma.shape)))
         found = cascade.detectMultiScale(
@@ -120,7 +129,7 @@ def _cascade(path: Path) -> _Finder:
         )
         skin, colorful = skin_map(color), is_colorful(color)
         boxes = [Box(int(x), int(y), int(x + w), int(y + h)) for x, y, w, h in found]
-        return [box for box in boxes if not colorful or _inside(skin, box).mean() > _SKIN]
+        return {box: usual_mouth(box) for box in boxes if not colorful or _inside(skin, box).mean() > _SKIN}
 
     return find
 
@@ -136,14 +145,14 @@ def _yunet(path: Path) -> _Finder:
     except cv2.error:
         raise InputError(path, "is not a model of faces", _REMEDY) from None
 
-    def find(color: np.ndarray, _: float) -> list[Box]:
+    def find(color: np.ndarray, _: float) -> Mouths:
         height, width = color.shape[:2]
         network.setInputSize((width, height))
         _, found = network.detect(np.ascontiguousarray(color[..., ::-1]))
         whole, least = Box(0, 0, width, height), _MIN_SIDE_NETWORK * min(height, width)
         rows = found[:, :4].astype(float) if found is not None else np.empty((0, 4))
         boxes = [Box(x, y, x + wide, y + high).intersection(whole) for x, y, wide, high in rows.tolist()]
-        return [box for box in boxes if min(box.width, box.height) >= least]
+        return {box: usual_mouth(box) for box in boxes if min(box.width, box.height) >= least}
 
     return find
 

@@ -136,14 +136,16 @@ def with_faces(
     color = candidate.small
     if color is None:
         return candidate
-    found, factor = faces.find(color, only_large), candidate.shape[1] / color.shape[1]
+    mouths, factor = faces.find(color, only_large), candidate.shape[1] / color.shape[1]
+    found = list(mouths)
     seen = [face.scaled(1 / factor) for each in beside for face in each.faces]
     if len(beside) > 1:
         least = LARGE * color.shape[0]
         found = [face for face in found if face.height < least or _is_seen(face, seen)]
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     eyes = eye_contrast(luma, found[0]) if found else 0.0
-    return replace(candidate, faces=tuple(face.scaled(factor) for face in found), eyes=eyes)
+    scaled = {face.scaled(factor): (mouths[face][0] * factor, mouths[face][1] * factor) for face in found}
+    return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes)
 
 
 def _is_seen(face: Box, others: Sequence[Box]) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vidstyle.comic.moment import Box, Moment, Rectangle
+from vidstyle.comic.moment import Box, Moment, Point, Rectangle
 
 NEAREST = 0.5
 """Minimum size of a window, relative to the largest one of its aspect."""
@@ -196,6 +196,12 @@ def on_page(box: Box, window: Box, picture: Rectangle) -> Box:
     """The visible part of a box of a moment's picture, in pixels of the page."""
     seen = box.intersection(window).moved(-window.left, -window.top)
     return seen.scaled(picture.width / max(window.width, 1e-6)).moved(picture.left, picture.top)
+
+
+def point_on_page(point: Point, window: Box, picture: Rectangle) -> Point:
+    """A point of a moment's picture in pixels of the page."""
+    factor = picture.width / max(window.width, 1e-6)
+    return picture.left + (point[0] - window.left) * factor, picture.top + (point[1] - window.top) * factor
 
 
 def elsewhere(window: Box, moment: Moment) -> Iterator[Box]:

@@ -18,7 +18,7 @@ from vidstyle.comic.lettering.bubble import (
     with_face_room,
     with_tail,
 )
-from vidstyle.comic.moment import Box
+from vidstyle.comic.moment import Box, Point, usual_mouth
 
 _GRID = 11
 """Candidate positions along each side."""
@@ -63,11 +63,13 @@ class Wording:
     Attributes:
         blocks: the line breaks it can take.
         face: face of the speaker, or None.
+        mouth: their mouth; None: where it usually is in a face.
     """
 
     kind: BubbleKind
     blocks: Sequence[TextBlock]
     face: Box | None = None
+    mouth: Point | None = None
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,14 @@ def place(wordings: Sequence[Wording], room: FreeSpace, right_to_left: bool = Fa
     """
     if right_to_left:
         axis = room.area.left + room.area.right
-        turned = [replace(each, face=each.face and each.face.mirrored(axis)) for each in wordings]
+        turned = [
+            replace(
+                each,
+                face=each.face and each.face.mirrored(axis),
+                mouth=each.mouth and (axis - each.mouth[0], each.mouth[1]),
+            )
+            for each in wordings
+        ]
         faces = tuple(face.mirrored(axis) for face in room.faces)
         area, picture = room.area.mirrored(axis), room.picture.mirrored(axis)
         placed = place(turned, FreeSpace(area, picture, faces, room.attention[:, ::-1]))
@@ -100,11 +109,12 @@ def place(wordings: Sequence[Wording], room: FreeSpace, right_to_left: bool = Fa
         Bubble(each.kind, Box(*map(float, choice.boxes[number])), choice.blocks[number])
         for each, choice, number in zip(wordings, places, found[1], strict=True)
     ]
-    kept = list(map(with_face_room, room.faces))
-    return [
-        with_tail(bubble, each.face, kept + [other.box for other in bubbles if other is not bubble])
-        for bubble, each in zip(bubbles, wordings, strict=True)
-    ]
+    kept, tailed = list(map(with_face_room, room.faces)), list[Bubble]()
+    for bubble, each in zip(bubbles, wordings, strict=True):
+        in_the_way = kept + [other.box for other in bubbles if other is not bubble]
+        mouth = each.face and (each.mouth or usual_mouth(each.face))
+        tailed.append(with_tail(bubble, each.face, mouth, in_the_way) if each.face and mouth else bubble)
+    return tailed
 
 
 def _places(wording: Wording, room: FreeSpace) -> _Places:

@@ -13,9 +13,8 @@ from typing import Literal
 import numpy as np
 
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.moment import Box
+from vidstyle.comic.moment import Box, Point
 
-Point = tuple[float, float]
 BubbleKind = Literal["balloon", "burst", "cloud", "whisper", "caption", "band"]
 BALLOONS = "balloon", "burst", "cloud", "whisper"
 """The kinds that are round, with the text in the middle."""
@@ -40,6 +39,8 @@ _SHORTEST, _AIR = 0.4, 0.1
 """Minimum length of a tail outside the balloon, and its distance to the face, in font sizes."""
 _LONGEST = 12.0
 """Maximum length of a tail in font sizes: a longer one might cross somebody else."""
+_TRAIL = 0.62, 0.42, 0.26
+"""Radii of the circles that lead from a thought to its head, in font sizes."""
 _EDGES: dict[BubbleKind, tuple[float, float, bool]] = {
     "burst": (1.1, 0.16, True),
     "cloud": (1.5, 0.1, False),
@@ -109,7 +110,7 @@ class Bubble:
         around = _superellipse(box.center, box.width / 2, box.height / 2, 0.15 * self.block.size)
         if self.kind in _EDGES:
             around = _edged(around, box.center, self.block.size, *_EDGES[self.kind])
-        if self.tip is None:
+        if self.tip is None or self.kind == "cloud":
             return around
         direction = np.subtract(self.tip, box.center)
         direction = direction / max(float(np.linalg.norm(direction)), 1e-6)
@@ -122,6 +123,24 @@ class Bubble:
         return np.concatenate([turned[:1], [self.tip], turned[max(1, count - 1) :]])
 
     @property
+    def outlines(self) -> list[np.ndarray]:
+        """All shapes to draw, each count x 2: that around the text last; none for a band."""
+        return [] if self.kind == "band" else [*self._trail(), self.outline]
+
+    def _trail(self) -> Iterator[np.ndarray]:
+        """The circles from a thought to the end of its tail."""
+        if self.kind != "cloud" or self.tip is None:
+            return
+        way = np.subtract(self.tip, self.box.center)
+        edge = max(
+            part for part in np.linspace(0, 1, 200) if _is_in(self.box.center + part * way, self.box, 0)
+        )
+        for number, radius in enumerate(_TRAIL):
+            middle = self.box.center + way * (edge + (1 - edge) * (number + 0.8) / len(_TRAIL))
+            high = radius * self.block.size
+            yield _superellipse((middle[0], middle[1]), 1.2 * high, high, 0.15 * self.block.size, 2)
+
+    @property
     def lines(self) -> list[tuple[str, float, float, float]]:
         """Each line with its left end, baseline and width."""
         block, (middle, center) = self.block, self.box.center
@@ -131,12 +150,14 @@ class Bubble:
         return list(zip(block.lines, lefts, feet, block.widths, strict=True))
 
 
-def _superellipse(middle: Point, wide: float, high: float, step: float) -> np.ndarray:
+def _superellipse(
+    middle: Point, wide: float, high: float, step: float, exponent: float = _ROUND
+) -> np.ndarray:
     """A superellipse with these half axes: points x 2, about `step` pixels apart."""
     angles = np.linspace(0, 2 * math.pi, 721)
     across, down = np.cos(angles), np.sin(angles)
-    x = wide * np.sign(across) * np.abs(across) ** (2 / _ROUND)
-    y = high * np.sign(down) * np.abs(down) ** (2 / _ROUND)
+    x = wide * np.sign(across) * np.abs(across) ** (2 / exponent)
+    y = high * np.sign(down) * np.abs(down) ** (2 / exponent)
     way = np.concatenate([[0], np.hypot(np.diff(x), np.diff(y)).cumsum()])
     stops = np.linspace(0, way[-1], math.ceil(way[-1] / step), endpoint=False)
     return np.stack([middle[0] + np.interp(stops, way, x), middle[1] + np.interp(stops, way, y)], axis=1)
@@ -188,21 +209,20 @@ def with_face_room(face: Box) -> Box:
     return face.padded(across, down, down)
 
 
-def with_tail(bubble: Bubble, face: Box | None, kept: Sequence[Box]) -> Bubble:
-    """A balloon with a tail towards the face, if its way is clear.
+def with_tail(bubble: Bubble, face: Box, mouth: Point, kept: Sequence[Box]) -> Bubble:
+    """A balloon with a tail towards the mouth, up to the face, if its way is clear.
 
     Args:
         kept: boxes that no tail may cross: faces with their margins, and other balloons.
     """
-    if bubble.kind not in BALLOONS or bubble.kind == "cloud" or face is None:
+    if bubble.kind not in BALLOONS:
         return bubble
-    mouth = face.center[0], face.top + 0.75 * face.height
     tips = _tips(bubble, mouth, with_face_room(face), kept)
     if tips and math.dist(tips[-1], bubble.box.center) > _LONGEST * bubble.block.size + bubble.box.width / 2:
         return bubble
     # A tail that ends before half its way points at nobody.
-    tails = (replace(bubble, tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
-    return next((tail for tail in tails if not _crosses(tail, kept)), bubble)
+    tails = (replace(bubble, kind="balloon", tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
+    return next((replace(bubble, tip=tail.tip) for tail in tails if not _crosses(tail, kept)), bubble)
 
 
 def _tips(bubble: Bubble, mouth: Point, face: Box, kept: Sequence[Box]) -> list[Point]:
@@ -229,7 +249,7 @@ def _crosses(bubble: Bubble, kept: Sequence[Box]) -> bool:
     return any(_is_in((x, y), box, 0) for x, y in points for box in kept)
 
 
-def _is_in(point: Point, box: Box, room: float) -> bool:
+def _is_in(point: Sequence[float] | np.ndarray, box: Box, room: float) -> bool:
     left, top, right, bottom = box.padded(room, room, room)
     return left <= point[0] <= right and top <= point[1] <= bottom
 

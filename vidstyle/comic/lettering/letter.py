@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vidstyle.comic.analyze.saliency import mean_under, within
-from vidstyle.comic.layout.crop import crop, elsewhere, on_page
+from vidstyle.comic.layout.crop import crop, elsewhere, on_page, point_on_page
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.slant import between_leans
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitle_lines import Line, Manner
-from vidstyle.comic.moment import Box, Moment, Rectangle
+from vidstyle.comic.moment import Box, Moment, Point, Rectangle
 
 GROWTH = 1.6
 """Factor on the wanted area of a panel whose text does not fit."""
@@ -160,21 +160,31 @@ def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> Panel:
 
 def _balloons(panel: Panel, window: Box, text: PanelText, style: TextStyle) -> list[Bubble] | None:
     picture = panel.picture
-    seen = [on_page(face, window, picture) for face in text.moment.faces]
-    faces = tuple(face for face in seen if face.area > 0)
+    moment = text.moment
+    mouths = {on_page(face, window, picture): moment.mouth(face) for face in moment.faces}
+    mouths = {face: point_on_page(mouth, window, picture) for face, mouth in mouths.items() if face.area > 0}
     air = round(_AIR * style.size)
     area = between_leans(picture, panel.leans).padded(-air, -air, -air).intersection(style.safe)
-    room = FreeSpace(area, picture, faces, within(text.attention, text.moment, window))
-    wordings = list(_wordings(text.lines, faces, area, style))
+    room = FreeSpace(area, picture, tuple(mouths), within(text.attention, moment, window))
+    wordings = list(_wordings(text.lines, mouths, area, style))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)
 
 
-def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: TextStyle) -> Iterator[Wording]:
-    """Each line with its speaker's face: several speakers are assumed to stand from left to right."""
+def _wordings(
+    lines: Sequence[Line], mouths: Mapping[Box, Point], area: Box, style: TextStyle
+) -> Iterator[Wording]:
+    """Each line with its speaker's face: several speakers are assumed to stand from left to right.
+
+    Args:
+        lines: of a panel.
+        mouths: of each face that is seen.
+        area: where words may be.
+        style: of the text.
+    """
     speakers = list(dict.fromkeys(line.speaker for line in lines if not line.narrated))
-    across = sorted(faces, key=lambda face: face.left, reverse=style.right_to_left)
-    if len(speakers) < 2 and faces:
-        across = [max(faces, key=lambda face: face.area)]
+    across = sorted(mouths, key=lambda face: face.left, reverse=style.right_to_left)
+    if len(speakers) < 2 and mouths:
+        across = [max(mouths, key=lambda face: face.area)]
     of = dict(zip(speakers, across, strict=False))
     for line in lines:
         size = round(style.size * _QUIET) if line.manner == "whispered" else style.size
@@ -182,7 +192,8 @@ def _wordings(lines: Sequence[Line], faces: Sequence[Box], area: Box, style: Tex
         if line.narrated and line.manner != "sound":
             yield Wording("caption", blocks)
         else:
-            yield Wording(_KINDS[line.manner], blocks, None if line.narrated else of.get(line.speaker))
+            face = None if line.narrated else of.get(line.speaker)
+            yield Wording(_KINDS[line.manner], blocks, face, mouths[face] if face else None)
 
 
 def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> Panel | None:

@@ -13,8 +13,8 @@ from zipfile import ZIP_STORED, ZipFile, ZipInfo
 import numpy as np
 
 from vidstyle.comic.layout.slant import corners
-from vidstyle.comic.lettering.bubble import DASH, Bubble, Point
-from vidstyle.comic.moment import Rectangle
+from vidstyle.comic.lettering.bubble import DASH, Bubble
+from vidstyle.comic.moment import Point, Rectangle
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
 if TYPE_CHECKING:
@@ -113,17 +113,16 @@ def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
         )
         drawn[:] = np.rint(paper * (1 - outer) + INK * (outer - outer * inner) + drawn * (outer * inner))
     for bubble in panel.bubbles:
-        if bubble.kind != "band":
-            _draw_outline(canvas, bubble)
+        for outline in bubble.outlines:
+            _draw_outline(canvas, bubble, outline)
 
 
 def _fill(canvas: np.ndarray, place: Rectangle, color: np.ndarray | int) -> None:
     canvas[place.top : place.bottom, place.left : place.right] = color
 
 
-def _draw_outline(canvas: np.ndarray, bubble: Bubble) -> None:
-    """Draw the shape in white with a black outline."""
-    points = bubble.outline
+def _draw_outline(canvas: np.ndarray, bubble: Bubble, points: np.ndarray) -> None:
+    """Draw a shape in white with the bubble's black line."""
     room = math.ceil(bubble.line_width) + 1
     height, width = canvas.shape[:2]
     left, top = (max(0, math.floor(low) - room) for low in points.min(axis=0))

@@ -118,12 +118,11 @@ def _jpeg(color: np.ndarray) -> bytes:
 
 def _bubble(bubble: Bubble) -> Iterator[str]:
     yield f'<g class="{bubble.kind}">'
-    if bubble.kind != "band":
-        points = _points(map(tuple, bubble.outline.tolist()))
-        dash = DASH * bubble.block.size
-        dashes = f' stroke-dasharray="{dash:.1f}"' if bubble.kind == "whisper" else ""
+    dash = DASH * bubble.block.size
+    dashes = f' stroke-dasharray="{dash:.1f}"' if bubble.kind == "whisper" else ""
+    for outline in bubble.outlines:
         yield (
-            f'<polygon points="{points}" fill="#fff" stroke="#000"'
+            f'<polygon points="{_points(map(tuple, outline.tolist()))}" fill="#fff" stroke="#000"'
             f' stroke-width="{bubble.line_width:.2f}" stroke-linejoin="round"{dashes}/>'
         )
     yield f'<text font-size="{bubble.block.size}">'
