@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from covering import of_the_day
 from media import photograph
 
 from vidstyle.blocks import all_blocks
@@ -58,7 +59,7 @@ def test_no_two_styles_look_alike() -> None:
     assert {pair: found for pair, found in pairs.items() if found <= CLEAR} == {}
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@pytest.mark.parametrize("name", of_the_day(VARIANTS, 12))
 def test_a_variant_looks_other_than_its_style(name: str) -> None:
     """A second later, when what is drawn anew is another drawing."""
     made = []
