@@ -18,7 +18,7 @@ from tools.pictures import gallery
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
 from vidstyle.cli.reporting import Reporting
-from vidstyle.style import load_style
+from vidstyle.style import load_style, override
 
 ROOT = Path(__file__).parent.parent
 PROGRAM = ("vidstyle", ".venv/bin/vidstyle")
@@ -28,7 +28,7 @@ def calls(path: Path) -> Iterator[list[str]]:
     """What follows the program's name wherever the document's shell blocks call it, in pipes too."""
     for block in path.read_text(encoding="utf-8").split("```sh\n")[1:]:
         for line in block.partition("```")[0].replace("\\\n", " ").splitlines():
-            words = [*shlex.split(line, comments=True), "|"]
+            words = [*shlex.split(re.sub(r"(^|\s)#.*", "", line)), "|"]
             while words:
                 end = words.index("|")
                 if words[0] in PROGRAM:
@@ -54,7 +54,7 @@ def test_a_command_in_the_documents_is_understood(words: list[str]) -> None:
     with command.make_context(words[0], words[1:], parent=context) as parsed:
         names = parsed.params.get("style_name") or parsed.params.get("style") or ""
         for name in names.split(",") if names else ():
-            load_style(name)
+            override(load_style(name), parsed.params.get("changes") or ())
 
 
 def test_files_that_the_documents_name_exist() -> None:

@@ -146,9 +146,10 @@ def test_a_page_shows_a_camera_alone_upon_nothing(page: Path, browser: Browser) 
 
 def test_a_style_file_holds_what_the_options_change_and_the_comments(tmp_path: Path) -> None:
     target = tmp_path / "mine.toml"
-    assert main(["export", "ink:dark-blue", str(target), "--set", "flow_dog.p=22", "--steady", "0.2"]) == 0
+    options = ["--set", "flow_dog.p=22", "--steady", "0.2", "--detail", "1.5"]
+    assert main(["export", "ink:dark-blue", str(target), *options]) == 0
     mine, ink = load_style(target), load_style("ink:dark-blue")
-    assert (mine.name, mine.ink, mine.steady) == ("mine", ink.ink, 0.2)
+    assert (mine.name, mine.ink, mine.steady, mine.height) == ("mine", ink.ink, 0.2, 1080)
     assert mine.steps == override(ink, ["flow_dog.p=22"]).steps
     assert "# Low contrast would give blank paper." in target.read_text()
 
@@ -160,6 +161,7 @@ def test_an_export_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         (["ink", str(tmp_path / "ink.png")], 2, "is no kind of export"),
         (["ink", str(taken)], 2, "exists already"),
         (["inc", str(tmp_path / "ink.html")], 3, "did you mean 'ink'?"),
+        (["plain", str(tmp_path / "ink.html"), "--detail", "2"], 2, "has no height"),
     ):
         assert main(["export", *arguments]) == code
         assert reason in capsys.readouterr().err

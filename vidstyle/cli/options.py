@@ -241,7 +241,9 @@ def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
                            help="Override a style parameter; may be repeated.")  # fmt: skip
     text = "Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]"
     steady = click.option("--steady", type=number(0, 1), help=text)
-    return changes(steady(command))
+    text = "How much finer the style draws: 2 halves its marks, 0.5 doubles them."
+    detail = click.option("--detail", type=number(0.125, 8), help=text)
+    return changes(steady(detail(command)))
 
 
 def style_from_options(options: Mapping[str, Any]) -> Style:
@@ -251,7 +253,12 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
     if options["style_name"] is None:
         raise UsageError("--style", "is missing", f"choose one of {', '.join(style_names())}, or a file")
     style = override(load_style(options["style_name"]), options["changes"])
-    return style if options["steady"] is None else set_values(style, {"steady": options["steady"]})
+    values = {} if options["steady"] is None else {"steady": options["steady"]}
+    if options["detail"] is not None:
+        if style.height is None:
+            raise UsageError("--detail", f"{style.name} has no height; give one, such as --set height=720")
+        values["height"] = style.height * options["detail"]
+    return set_values(style, values) if values else style
 
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
