@@ -20,6 +20,13 @@ BRISTLE = (16.0, 1.6)
 
 LEAST_SHARE = 1 / 512
 """What of a pixel strokes have to leave open for those below to be drawn."""
+SIDE = 8
+PIXELS = SIDE * SIDE
+"""Pixels of a block, which are painted together in vectors. Blocks are fixed to the page: what is left over after
+whole vectors, which is rounded otherwise, does not depend on where a band begins."""
+X, Y, COSINE, SINE, RED, GREEN, BLUE, SHOWN, ALONG, ACROSS, SQUARED = range(0, 11 * PIXELS, PIXELS)
+"""Where in one array the numbers of these pixels lie: constants, by which the compiler sees that they do not
+overlap."""
 MOST_ACROSS = 5
 """Squares of the grid along a stroke, at most: a pixel has to look for strokes in all of them."""
 
@@ -62,89 +69,132 @@ def strokes(
     strokes_[..., 0] = (np.arange(left, right, dtype=np.float32) + strokes_[..., 0]) * pitch
     strokes_[..., 1] = (np.arange(above, below, dtype=np.float32)[:, None] + strokes_[..., 1]) * pitch
     strokes_[..., 1] -= np.float32(place.top)
-    size = np.float32(max(length - width, 0) / 2), np.float32(width / 2), np.float32(reach), pitch
-    chosen, out = np.empty(((2 * around + 1) ** 2, NUMBERS), np.float32), np.empty(picture.shape, np.float32)
-    first = np.float32(above * pitch - place.top), np.float32(left * pitch)
+    strokes_ = strokes_.reshape(-1, NUMBERS)
+    strokes_ = strokes_[np.argsort(-strokes_[:, 2], kind="stable")]  # the uppermost first
+    size = np.float32(max(length - width, 0) / 2), np.float32(width / 2)
+    # The first row of blocks, those of the picture, and one after them.
+    rows = place.margin[0] - (place.top + place.margin[0]) % SIDE, place.margin[0], height - place.margin[1]
+    blocks = -(-(rows[2] - rows[0]) // SIDE), -(-columns // SIDE)
+    near = (math.ceil((SIDE + 2 * reach) / pitch) + 1) ** 2
+    lists, counts = np.empty((*blocks, near), np.int32), np.zeros(blocks, np.int32)
+    _sort_into_blocks(strokes_, size[0] + size[1] + np.float32(0.5), rows[0], lists, counts)
     looks = np.float32(variation), np.float32(colors), np.float32(bristles)
-    _paint(
-        strokes_, around, first, size, looks, stroke_directions(flow, angle), (picture, under), chosen, out
-    )
+    scratch, out = (np.empty(11 * PIXELS, np.float32), lists, counts), np.empty(picture.shape, np.float32)
+    directions = stroke_directions(flow, angle)
+    _paint(strokes_, size, looks, directions, (picture, under), scratch, rows, out)
     return out
 
 
-@compiled(fastmath=True)
-def _choose(strokes_, row, column, around, edges, reach, chosen):  # type: ignore[no-untyped-def]
-    """Copy the strokes that may be seen in a square, the uppermost first, and return their number."""
-    count, (top, bottom, left, right) = 0, edges
-    for i in range(row - around, row + around + 1):
-        for j in range(column - around, column + around + 1):
-            x, y, order = strokes_[i, j, 0], strokes_[i, j, 1], strokes_[i, j, 2]
-            dx, dy = max(left - x, x - right, np.float32(0)), max(top - y, y - bottom, np.float32(0))
-            if dx * dx + dy * dy > reach * reach:
-                continue
-            at = count
-            while at > 0 and chosen[at - 1, 2] < order:
-                for k in range(4):
-                    chosen[at, k] = chosen[at - 1, k]
-                at -= 1
-            for k in range(4):
-                chosen[at, k] = strokes_[i, j, k]
-            count += 1
-    return count
+@compiled
+def _sort_into_blocks(strokes_, edge, top, lists, counts):  # type: ignore[no-untyped-def]
+    """List, for each block of pixels, the strokes that come near it, in their order."""
+    side, least, most = np.float32(SIDE), np.float32(0.5), np.float32(SIDE - 0.5)
+    for i in range(strokes_.shape[0]):
+        x, y = strokes_[i, 0], strokes_[i, 1] - np.float32(top)
+        left, right = max(int((x - edge) / side), 0), min(int((x + edge) / side) + 1, counts.shape[1])
+        upper, lower = max(int((y - edge) / side), 0), min(int((y + edge) / side) + 1, counts.shape[0])
+        for row in range(upper, lower):
+            down = y - np.float32(row) * side
+            dy = max(least - down, down - most, np.float32(0))
+            for column in range(left, right):
+                across = x - np.float32(column) * side
+                dx = max(least - across, across - most, np.float32(0))
+                if dx * dx + dy * dy < edge * edge and counts[row, column] < lists.shape[2]:
+                    lists[row, column, counts[row, column]] = i
+                    counts[row, column] += 1
 
 
 @compiled(fastmath=True)
-def _paint(strokes_, around, first, size, looks, directions, pictures, chosen, out):  # type: ignore[no-untyped-def]
-    """Square by square, whose pixels see the same strokes, from the uppermost down."""
-    (half_length, half_width, reach, pitch), (picture, under) = size, pictures
-    (variation, colors, bristles), least_share = looks, np.float32(LEAST_SHARE)
-    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
+def _paint(strokes_, size, looks, directions, pictures, scratch, rows, out):  # type: ignore[no-untyped-def]
+    """Block by block, from the uppermost stroke down."""
+    (picture, under), (pixels, lists, counts), height, width = pictures, scratch, out.shape[0], out.shape[1]
+    (variation, colors, bristles), half, edge = looks, np.float32(0.5), size[0] + size[1] + np.float32(0.5)
+    for block_row in range(counts.shape[0]):
+        for block_column in range(counts.shape[1]):
+            place, still_open = (rows[0] + block_row * SIDE, block_column * SIDE), PIXELS
+            _begin(place, directions, pixels)
+            for k in range(counts[block_row, block_column]):
+                stroke = strokes_[lists[block_row, block_column, k]]
+                x, y, tone = stroke[0], stroke[1], stroke[3]
+                down = y - np.float32(place[0])
+                first, last = max(int(down - edge), 0), min(int(down + edge) + 1, SIDE)
+                part, number = pixels[first * SIDE :], (last - first) * SIDE
+                if _find(x, y, size, part, number) == 0:
+                    continue
+                color = picture[min(max(int(y), 0), height - 1), min(max(int(x), 0), width - 1)]
+                more, less = tone * np.float32(7), tone * np.float32(13)
+                more, less = colors * (more - np.floor(more) - half), colors * (less - np.floor(less) - half)
+                change = variation * (tone - half)
+                red, green, blue = color[0] + more, color[1] - half * (more + less), color[2] + less
+                shade = red + change, green + change, blue + change
+                still_open -= _lay(tone, size[1], shade, bristles, part, number)
+                if still_open == 0:
+                    break
+            _end(place, rows, under, pixels, out)
+
+
+@compiled(fastmath=True)
+def _begin(place, directions, pixels):  # type: ignore[no-untyped-def]
+    """Nothing is painted yet. Pixels beyond the picture are those at its edge."""
+    (cosines, sines), half, (top, left) = directions, np.float32(0.5), place
+    last_row, last_column = cosines.shape[0] - 1, cosines.shape[1] - 1
+    for row in range(SIDE):
+        for column in range(SIDE):
+            i, y, x = row * SIDE + column, min(max(top + row, 0), last_row), min(left + column, last_column)
+            pixels[X + i], pixels[Y + i] = np.float32(x) + half, np.float32(top + row) + half
+            pixels[COSINE + i], pixels[SINE + i], pixels[SHOWN + i] = cosines[y, x], sines[y, x], 1
+            pixels[RED + i], pixels[GREEN + i], pixels[BLUE + i] = 0, 0, 0
+
+
+@compiled(fastmath=True)
+def _find(x, y, size, pixels, number):  # type: ignore[no-untyped-def]
+    """Where the first pixels lie on a stroke; returns how many of them it changes."""
+    (half_length, half_width), zero, found = size, np.float32(0), np.int32(0)
+    edge, least_share = half_width + np.float32(0.5), np.float32(LEAST_SHARE)
+    for i in range(number):
+        dx, dy = pixels[X + i] - x, pixels[Y + i] - y
+        cosine, sine = pixels[COSINE + i], pixels[SINE + i]
+        # The same for the opposite direction, which is the same direction.
+        along, across = abs(dx * cosine + dy * sine), abs(dy * cosine - dx * sine)
+        beyond = max(along - half_length, zero)
+        squared = beyond * beyond + across * across
+        pixels[ALONG + i], pixels[ACROSS + i], pixels[SQUARED + i] = along, across, squared
+        found = np.int32(found + np.int32((squared < edge * edge) & (pixels[SHOWN + i] >= least_share)))
+    return found
+
+
+@compiled(fastmath=True)
+def _lay(tone, half_width, shade, bristles, pixels, number):  # type: ignore[no-untyped-def]
+    """Add a stroke to the first pixels; returns how many of them it hides the last of what lies below."""
+    (red, green, blue), zero, half, one = shade, np.float32(0), np.float32(0.5), np.float32(1)
     along_scale, across_scale = np.float32(1 / BRISTLE[0]), np.float32(1 / BRISTLE[1])
-    (cosines, sines), least = directions, (half_width + half) * (half_width + half)
-    height, columns = out.shape[0], out.shape[1]
-    for i in range(around, strokes_.shape[0] - around):
-        top = first[0] + np.float32(i) * pitch
-        rows = max(int(np.ceil(top - half)), 0), min(int(np.ceil(top + pitch - half)), height)
-        for j in range(around, strokes_.shape[1] - around):
-            left = first[1] + np.float32(j) * pitch
-            start, end = max(int(np.ceil(left - half)), 0), min(int(np.ceil(left + pitch - half)), columns)
-            if rows[0] >= rows[1] or start >= end:
-                continue
-            count = _choose(strokes_, i, j, around, (top, top + pitch, left, left + pitch), reach, chosen)
-            for y in range(rows[0], rows[1]):
-                for x in range(start, end):
-                    cosine, sine = cosines[y, x], sines[y, x]
-                    red, green, blue, shown = zero, zero, zero, one
-                    for k in range(count):
-                        dx, dy = np.float32(x) + half - chosen[k, 0], np.float32(y) + half - chosen[k, 1]
-                        along, across = dx * cosine + dy * sine, dy * cosine - dx * sine
-                        beyond = max(abs(along) - half_length, zero)
-                        squared = beyond * beyond + across * across
-                        if squared >= least:
-                            continue
-                        cover = min(half_width + half - np.sqrt(squared), one)
-                        tone = chosen[k, 3]
-                        change = variation * (tone - half)
-                        # The same for the opposite direction, which is the same direction.
-                        own = tone * np.float32(512) + np.float32(64)
-                        mark = noise_between(own + abs(along) * along_scale, own + abs(across) * across_scale)
-                        change += bristles * (mark - half)
-                        row = min(max(int(np.floor(chosen[k, 1])), 0), height - 1)
-                        column = min(max(int(np.floor(chosen[k, 0])), 0), columns - 1)
-                        share = shown * cover
-                        more, less = tone * np.float32(7), tone * np.float32(13)
-                        other = (
-                            colors * (more - np.floor(more) - half),
-                            colors * (less - np.floor(less) - half),
-                        )
-                        red += share * min(max(picture[row, column, 0] + change + other[0], zero), one)
-                        green += share * min(
-                            max(picture[row, column, 1] + change - half * (other[0] + other[1]), zero), one
-                        )
-                        blue += share * min(max(picture[row, column, 2] + change + other[1], zero), one)
-                        shown -= share
-                        if shown < least_share:
-                            break
-                    out[y, x, 0] = red + shown * under[y, x, 0]
-                    out[y, x, 1] = green + shown * under[y, x, 1]
-                    out[y, x, 2] = blue + shown * under[y, x, 2]
+    least_share, own, hidden = np.float32(LEAST_SHARE), tone * np.float32(512) + np.float32(64), np.int32(0)
+    if bristles != zero:
+        for i in range(number):
+            mark = noise_between(own + pixels[ALONG + i] * along_scale, own + pixels[ACROSS + i] * across_scale)
+            pixels[ALONG + i] = bristles * (mark - half)
+    else:
+        for i in range(number):
+            pixels[ALONG + i] = zero
+    for i in range(number):
+        mark, shown = pixels[ALONG + i], pixels[SHOWN + i]
+        cover = min(max(half_width + half - np.sqrt(pixels[SQUARED + i]), zero), one)
+        share = shown * cover if shown >= least_share else zero
+        pixels[RED + i] += share * min(max(red + mark, zero), one)
+        pixels[GREEN + i] += share * min(max(green + mark, zero), one)
+        pixels[BLUE + i] += share * min(max(blue + mark, zero), one)
+        pixels[SHOWN + i] = shown - share
+        hidden = np.int32(hidden + np.int32((shown >= least_share) & (shown - share < least_share)))
+    return hidden
+
+
+@compiled(fastmath=True)
+def _end(place, rows, under, pixels, out):  # type: ignore[no-untyped-def]
+    """What strokes leave open shows the picture under them."""
+    top, left = place
+    for row in range(max(rows[1] - top, 0), min(rows[2] - top, SIDE)):
+        for column in range(min(SIDE, out.shape[1] - left)):
+            i, y, x = row * SIDE + column, top + row, left + column
+            out[y, x, 0] = pixels[RED + i] + pixels[SHOWN + i] * under[y, x, 0]
+            out[y, x, 1] = pixels[GREEN + i] + pixels[SHOWN + i] * under[y, x, 1]
+            out[y, x, 2] = pixels[BLUE + i] + pixels[SHOWN + i] * under[y, x, 2]

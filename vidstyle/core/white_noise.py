@@ -28,21 +28,26 @@ def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def _random(x, y):  # type: ignore[no-untyped-def]
-    """The number of `white_noise` for one point."""
-    most = np.uint64(0xFFFFFFFF)
-    bits = ((np.uint64(x) * np.uint64(0x9E3779B1)) ^ (np.uint64(y) * np.uint64(0x85EBCA77))) & most
-    bits = ((bits ^ (bits >> np.uint64(15))) * np.uint64(0x2C1B3C6D)) & most
-    bits = ((bits ^ (bits >> np.uint64(12))) * np.uint64(0x297A2D39)) & most
-    return np.float32((bits ^ (bits >> np.uint64(15))) >> np.uint64(8)) * np.float32(2.0**-24)
+def _random(bits):  # type: ignore[no-untyped-def]
+    """The number of `white_noise` for a point, whose column and row are mixed in `bits`.
+
+    In 32 bits, cut to them after each step: Numba makes 64 of them, of which the compiler makes half as many
+    numbers in a vector.
+    """
+    bits = np.uint32(np.uint32(bits ^ (bits >> np.uint32(15))) * np.uint32(0x2C1B3C6D))
+    bits = np.uint32(np.uint32(bits ^ (bits >> np.uint32(12))) * np.uint32(0x297A2D39))
+    return np.float32(np.int32(np.uint32(bits ^ (bits >> np.uint32(15))) >> np.uint32(8))) * np.float32(2.0**-24)
 
 
 @compiled
 def noise_between(x, y):  # type: ignore[no-untyped-def]
     """Noise between the points of the lattice of `white_noise`; x and y are not negative."""
-    column, row = int(x), int(y)
+    column, row = np.int32(x), np.int32(y)
     beside, below = x - np.float32(column), y - np.float32(row)
-    first, second = _random(column, row), _random(column + 1, row)
-    upper = first + beside * (second - first)
-    first, second = _random(column, row + 1), _random(column + 1, row + 1)
-    return upper + below * (first + beside * (second - first) - upper)
+    left = np.uint32(np.uint32(column) * np.uint32(0x9E3779B1))
+    upper = np.uint32(np.uint32(row) * np.uint32(0x85EBCA77))
+    right, lower = np.uint32(left + np.uint32(0x9E3779B1)), np.uint32(upper + np.uint32(0x85EBCA77))
+    first, second = _random(np.uint32(left ^ upper)), _random(np.uint32(right ^ upper))
+    above = first + beside * (second - first)
+    first, second = _random(np.uint32(left ^ lower)), _random(np.uint32(right ^ lower))
+    return above + below * (first + beside * (second - first) - above)
