@@ -2,56 +2,93 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import numpy as np
 
 from vidstyle.block import Choice, SavedRef, Slider, block
+from vidstyle.core.kernels import compiled
 
-MODES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
-    "normal": lambda below, above: above,
-    "multiply": lambda below, above: below * above,
-    "screen": lambda below, above: below + above - below * above,
-    "overlay": lambda below, above: _hard_light(above, below),
-    "hard_light": lambda below, above: _hard_light(below, above),
-    "soft_light": lambda below, above: below * (2 * above + below * (1 - 2 * above)),
-    "darken": np.minimum,
-    "lighten": np.maximum,
-    "add": lambda below, above: np.minimum(below + above, 1),
-    "subtract": lambda below, above: np.maximum(below - above, 0),
-    "difference": lambda below, above: np.abs(below - above),
-    "grain_extract": lambda below, above: np.clip(below - above + np.float32(0.5), 0, 1),
-    "grain_merge": lambda below, above: np.clip(below + above - np.float32(0.5), 0, 1),
-    "divide": lambda below, above: np.clip(below / np.maximum(above, 1 / 255), 0, 1),
-    "dodge": lambda below, above: np.clip(below / np.maximum(1 - above, 1 / 255), 0, 1),
-    "burn": lambda below, above: 1 - np.clip((1 - below) / np.maximum(above, 1 / 255), 0, 1),
-}
-"""The blend modes: functions of each channel of the picture below and the one above."""
+MODES = (
+    "normal", "multiply", "screen", "overlay", "hard_light", "soft_light", "darken", "lighten", "add", "subtract",
+    "difference", "grain_extract", "grain_merge", "divide", "dodge", "burn",
+)  # fmt: skip
+"""The blend modes; `_mixed` has their formulas in this order."""
 
 
 @block("pixel", on="channels", overshoots=True)
 def blend(
     picture: np.ndarray,
     other: Annotated[Any, SavedRef("picture blended over the current one")] = "source",
-    mode: Annotated[str, Choice(tuple(MODES), "blend mode", explore=("multiply", "overlay"))] = "normal",
+    mode: Annotated[str, Choice(MODES, "blend mode", explore=("multiply", "overlay"))] = "normal",
     opacity: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.3, 1))] = 0.5,
     mask: Annotated[
         Any, SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True)
     ] = "",
 ) -> np.ndarray:
     """Blend a saved picture over the current one; over a gray one, its luma."""
-    mixed = MODES[mode](picture, other)
-    if mask is None and opacity == 1:
-        return mixed
-    weight = np.float32(opacity)
-    if mask is not None:
-        weight = weight * mask if picture.ndim == 2 else weight * mask[..., None]
-    mixed = mixed - picture
-    mixed *= weight
-    mixed += picture
-    return mixed
+    out = np.empty(picture.shape, np.float32)
+    rows, channels = picture.shape[0], 1 if picture.ndim == 2 else 3
+    planes = [np.ascontiguousarray(each).reshape(rows, -1) for each in (picture, other, out)]
+    weights = np.empty((0, 0), np.float32) if mask is None else np.ascontiguousarray(mask)
+    _blend(*planes[:2], weights, channels, (0,) * (1 + MODES.index(mode)), np.float32(opacity), planes[2])
+    return out
 
 
-def _hard_light(below: np.ndarray, above: np.ndarray) -> np.ndarray:
-    return np.where(above < 0.5, 2 * below * above, 1 - 2 * (1 - below) * (1 - above))
+@compiled
+def _mixed(mode, below, above):  # type: ignore[no-untyped-def]
+    """One number of both pictures in the blend mode."""
+    zero, half, one, two, least = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2), np.float32(1 / 255)
+    if mode == 1:
+        return below * above
+    if mode == 2:
+        return below + above - below * above
+    if mode == 3:
+        return two * above * below if below < half else one - two * (one - above) * (one - below)
+    if mode == 4:
+        return two * below * above if above < half else one - two * (one - below) * (one - above)
+    if mode == 5:
+        return below * (two * above + below * (one - two * above))
+    if mode == 6:
+        return min(below, above)
+    if mode == 7:
+        return max(below, above)
+    if mode == 8:
+        return min(below + above, one)
+    if mode == 9:
+        return max(below - above, zero)
+    if mode == 10:
+        return abs(below - above)
+    if mode == 11:
+        return min(max(below - above + half, zero), one)
+    if mode == 12:
+        return min(max(below + above - half, zero), one)
+    if mode == 13:
+        return min(max(below / max(above, least), zero), one)
+    if mode == 14:
+        return min(max(below / max(one - above, least), zero), one)
+    if mode == 15:
+        return one - min(max((one - below) / max(above, least), zero), one)
+    return above
+
+
+@compiled
+def _blend(below, above, mask, channels, mode, opacity, out):  # type: ignore[no-untyped-def]
+    """Row by row.
+
+    Args:
+        mask: a number for each pixel, or none.
+        mode: a tuple with one number for the mode and each before it: the compiler knows its length, and so
+            makes vectors of this mode alone.
+    """
+    for row in range(out.shape[0]):
+        if mask.size == 0:
+            for x in range(out.shape[1]):
+                mixed = _mixed(len(mode) - 1, below[row, x], above[row, x])
+                part = below[row, x] + opacity * (mixed - below[row, x])
+                out[row, x] = mixed if opacity == np.float32(1) else part
+        else:
+            for x in range(out.shape[1]):
+                weight = opacity * mask[row, x // channels]
+                mixed = _mixed(len(mode) - 1, below[row, x], above[row, x])
+                out[row, x] = below[row, x] + weight * (mixed - below[row, x])
