@@ -10,8 +10,8 @@ from vidstyle.block import Choice, SavedRef, Slider, block
 from vidstyle.core.kernels import compiled
 
 MODES = (
-    "normal", "multiply", "screen", "overlay", "hard_light", "soft_light", "darken", "lighten", "add", "subtract",
-    "difference", "grain_extract", "grain_merge", "divide", "dodge", "burn",
+    "normal", "multiply", "screen", "overlay", "hard_light", "soft_light", "darken", "lighten", "add",
+    "subtract", "difference", "grain_extract", "grain_merge", "divide", "dodge", "burn",
 )  # fmt: skip
 """The blend modes; `_mixed` has their formulas in this order."""
 
@@ -38,7 +38,13 @@ def blend(
 @compiled
 def _mixed(mode, below, above):  # type: ignore[no-untyped-def]
     """One number of both pictures in the blend mode."""
-    zero, half, one, two, least = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2), np.float32(1 / 255)
+    zero, half, one, two, least = (
+        np.float32(0),
+        np.float32(0.5),
+        np.float32(1),
+        np.float32(2),
+        np.float32(1 / 255),
+    )
     if mode == 1:
         return below * above
     if mode == 2:

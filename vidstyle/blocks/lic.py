@@ -68,7 +68,7 @@ def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray,
 
 
 def _interpolation(noise: np.ndarray) -> np.ndarray:
-    """What bilinear interpolation multiplies by 1, x, y and xy, behind each point of a lattice but the last ones.
+    """What bilinear interpolation multiplies by 1, x, y and xy, behind each point of the lattice.
 
     Four numbers that lie side by side are read as one, and take fewer steps than four points of the lattice.
     """
@@ -88,7 +88,7 @@ def _noise_at(noise, columns, first, y, x):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _smear(flat, widths, rows, columns, way, gain, margin, out):  # type: ignore[no-untyped-def]
-    """The weighted mean of the noise along the directions, to both sides at once: neither waits for the other."""
+    """The weighted mean of the noise along the directions; the two sides do not wait for each other."""
     (directions, noise), (steps, size, reach) = flat, way
     zero, half, one, two = np.float32(0), np.float32(0.5), np.float32(1), np.uint32(2)
     per_pixel, fall, total = one / size, one / np.float32(steps + 1), np.float32(steps + 1)

@@ -39,8 +39,8 @@ def soft_threshold(
 
 @compiled(fastmath=True)
 def _ramp(values, slope, cut_off, out):  # type: ignore[no-untyped-def]
-    # 1 + tanh(x) is 2 / (1 + e^t) with t = -2x. The compiler makes no vectors of an exponential: it is the 32nd
-    # power of a polynomial for e^(t/32), off by 1e-8, and t ends at 16, where the ramp is at 2e-7.
+    # 1 + tanh(x) is 2 / (1 + e^t) with t = -2x. As the compiler makes no vectors of an exponential, it is the
+    # 32nd power of a polynomial for e^(t/32), off by 1e-8, and t ends at 16, where the ramp is at 2e-7.
     # Row by row: what is left over after whole vectors is rounded otherwise, but alike in any band.
     one, steepness = np.float32(1), np.float32(1 / 16) * slope
     for row in range(values.shape[0]):

@@ -22,8 +22,8 @@ LEAST_SHARE = 1 / 512
 """What of a pixel strokes have to leave open for those below to be drawn."""
 SIDE = 8
 PIXELS = SIDE * SIDE
-"""Pixels of a block, which are painted together in vectors. Blocks are fixed to the page: what is left over after
-whole vectors, which is rounded otherwise, does not depend on where a band begins."""
+"""Pixels of a block, which are painted together in vectors. Blocks are fixed to the page: what is left over
+after whole vectors, which is rounded otherwise, does not depend on where a band begins."""
 X, Y, COSINE, SINE, RED, GREEN, BLUE, SHOWN, ALONG, ACROSS, SQUARED = range(0, 11 * PIXELS, PIXELS)
 """Where in one array the numbers of these pixels lie: constants, by which the compiler sees that they do not
 overlap."""
@@ -171,7 +171,9 @@ def _lay(tone, half_width, shade, bristles, pixels, number):  # type: ignore[no-
     least_share, own, hidden = np.float32(LEAST_SHARE), tone * np.float32(512) + np.float32(64), np.int32(0)
     if bristles != zero:
         for i in range(number):
-            mark = noise_between(own + pixels[ALONG + i] * along_scale, own + pixels[ACROSS + i] * across_scale)
+            mark = noise_between(
+                own + pixels[ALONG + i] * along_scale, own + pixels[ACROSS + i] * across_scale
+            )
             pixels[ALONG + i] = bristles * (mark - half)
     else:
         for i in range(number):

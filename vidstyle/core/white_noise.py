@@ -36,7 +36,9 @@ def _random(bits):  # type: ignore[no-untyped-def]
     """
     bits = np.uint32(np.uint32(bits ^ (bits >> np.uint32(15))) * np.uint32(0x2C1B3C6D))
     bits = np.uint32(np.uint32(bits ^ (bits >> np.uint32(12))) * np.uint32(0x297A2D39))
-    return np.float32(np.int32(np.uint32(bits ^ (bits >> np.uint32(15))) >> np.uint32(8))) * np.float32(2.0**-24)
+    return np.float32(np.int32(np.uint32(bits ^ (bits >> np.uint32(15))) >> np.uint32(8))) * np.float32(
+        2.0**-24
+    )
 
 
 @compiled
