@@ -29,9 +29,9 @@ def blend(
     """Blend a saved picture over the current one; over a gray one, its luma."""
     out = np.empty(picture.shape, np.float32)
     rows, channels = picture.shape[0], 1 if picture.ndim == 2 else 3
-    planes = [np.ascontiguousarray(each).reshape(rows, -1) for each in (picture, other, out)]
+    below, above = (np.ascontiguousarray(each).reshape(rows, -1) for each in (picture, other))
     weights = np.empty((0, 0), np.float32) if mask is None else np.ascontiguousarray(mask)
-    _blend(*planes[:2], weights, channels, (0,) * (1 + MODES.index(mode)), np.float32(opacity), planes[2])
+    _blend(below, above, weights, channels, (0,) * (1 + MODES.index(mode)), np.float32(opacity), out.reshape(rows, -1))
     return out
 
 
