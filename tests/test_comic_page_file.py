@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from browser import Browser
+from browser import browser as browser
 from stories import story, write_film
+from waiting import eventually
 
 from vidstyle.comic.make import ComicOptions, make_comic
 from vidstyle.comic.select.moments import KeyFrameOptions
@@ -99,3 +103,35 @@ def test_options_that_a_file_has_decided_are_refused(folder: Path) -> None:
         make_comic(folder / "comic.toml", folder / "other.png", ComicOptions(seed=3))
     with pytest.raises(UsageError, match="cannot be a page file; end its name in .toml"):
         make_comic(folder / "film.mp4", folder / "other.png", ComicOptions(save=folder / "page.txt"))
+
+
+def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
+    """A balloon is dragged and a word changed by mouse and keys; the file that is saved holds both alone."""
+    text = (folder / "comic.toml").read_text(encoding="utf-8")
+    make_comic(folder / "comic.toml", folder / "page.html")
+    browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
+    browser.open((folder / "page.html").as_uri())
+    burst, balloon = "g.burst", "g[data-place]:not(.burst)"
+    (x, y, *_), scale = browser.place(burst), browser.run("return document.querySelector('svg').getScreenCTM().a")
+    browser.drag((x, y), (x + 12 * scale, y + 6 * scale))
+    browser.run("document.querySelector(balloon).focus()", balloon=balloon)
+    browser.press("Enter")
+    browser.type("Who was *that*?")
+    browser.press("Enter")
+    # What is done by mistake can be undone.
+    browser.press("Shift+ArrowLeft")
+    browser.click(".bar button:nth-of-type(1)")
+    browser.click(".bar button.main")
+    file = folder / "downloads" / "comic.toml"
+    eventually(file.exists, "nothing is saved")
+    eventually(lambda: file.read_text(encoding="utf-8").count("[[page.panel]]") == 4, "the file is cut off")
+    saved = file.read_text(encoding="utf-8")
+    changed = [pair for pair in zip(text.splitlines(), saved.splitlines(), strict=True) if pair[0] != pair[1]]
+    (before, after), *others = [pair for pair in changed if pair[0].startswith("place")]
+    moved = np.subtract(*(json.loads(line.partition("=")[2]) for line in (after, before)))
+    assert moved == pytest.approx([12, 6, 12, 6], abs=1)
+    assert [pair[1] for pair in changed if pair[0].startswith("text")] == ['text = "Who was *that*?"']
+    assert len(changed) == len(others) + 2 <= 3, "all else is as it was"
+    page = cv2.imread(str(folder / "page.png"), 0)
+    assert (drawn(folder, saved, "edited") != page).any()
+    assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]

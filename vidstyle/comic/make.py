@@ -103,7 +103,8 @@ class _Job:
             if lines and not faces.has_model:
                 log.info(_NO_FACES)
             self._choose_font(lines)
-            key_frames = replace(self._options.key_frames, min_panels=panels_for(lines))
+            spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
+            key_frames = replace(self._options.key_frames, min_panels=panels_for(lines), spoken=spoken)
             moments = find_moments(film, key_frames, self._step)
             self._step("laying out", 0, 0)
             return self._draw(self._plan(film, moments, lines), film)
@@ -111,16 +112,23 @@ class _Job:
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
         moments, pages, folder = list(plan.moments), len(plan.layout.sizes), self._options.frames
         if save := self._options.save:
-            styles = [str(each) for each in self._style_names]
-            content = page_file(plan, self._source, save, self._options.title, styles)
+            content = self._page_file(plan, save)
             with atomic_file(save, self._source, self._options.overwrite) as write:
-                write(content)
+                write(content.encode())
+        edited = self._page_file(plan, self._output.target) if self._output.is_strip else ""
         with (
             Frames(folder, len(moments), self._options.overwrite) if folder else nullcontext() as frames,
             PanelRenderer(self._styles, plan.dpi, self._options.device) as renderer,
         ):
             sheets = drawn(plan, film, renderer, frames, partial(self._step, "drawing"))
-            return Comic(self._output.write(sheets, pages, self._options.title), moments, pages)
+            return Comic(self._output.write(sheets, pages, self._options.title, edited), moments, pages)
+
+    def _page_file(self, plan: PagePlan, target: Path) -> str:
+        """The comic as a file to edit beside `target`; empty if a style has no name."""
+        if not all(isinstance(each, str) for each in self._style_names):
+            return ""
+        styles = [str(each) for each in self._style_names]
+        return page_file(plan, self._source, target, self._options.title, styles)
 
     def _check_save(self, target: Path) -> None:
         """Raise an error if the page file cannot be written."""

@@ -11,6 +11,7 @@ import numpy as np
 from vidstyle.comic.analyze.saliency import mean_under
 from vidstyle.comic.lettering.bubble import (
     BALLOONS,
+    LONGEST_TAIL,
     Bubble,
     BubbleKind,
     TextBlock,
@@ -33,10 +34,10 @@ _SHARE = 0.36
 """Maximum share of a panel that its balloons cover together."""
 _FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
 """The best aspects."""
-_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.8, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6
+_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG, _MUTE = 1.8, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6, 1.0
 """Costs: attention covered, distance from the top, touching neither the upper nor the lower edge, distance of
 a caption from the side where reading begins, distance to the speaker, deviation from the best aspect, being
-below the speaker's mouth, size."""
+below the speaker's mouth, size, too far from the speaker for a tail."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +173,12 @@ def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
         return price
     across, down = face.center
     distance = np.hypot((boxes[:, 0] + boxes[:, 2]) / 2 - across, (boxes[:, 1] + boxes[:, 3]) / 2 - down)
-    return price + _FAR * distance / math.hypot(area.width, area.height) + _BELOW * (boxes[:, 1] > down)
+    price += _FAR * distance / math.hypot(area.width, area.height) + _BELOW * (boxes[:, 1] > down)
+    # The room between the balloon and the face: where it is longer than a tail, nobody speaks.
+    beside = np.maximum(face.left - boxes[:, 2], boxes[:, 0] - face.right)
+    above = np.maximum(face.top - boxes[:, 3], boxes[:, 1] - face.bottom)
+    room_between = np.hypot(np.maximum(0, beside), np.maximum(0, above))
+    return price + _MUTE * (room_between > 0.8 * LONGEST_TAIL * wording.blocks[0].size)
 
 
 def _best(places: Sequence[_Places], taken: np.ndarray, left: float) -> tuple[float, list[int]] | None:

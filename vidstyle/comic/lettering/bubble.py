@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from vidstyle.comic.lettering.fonts import Letters
+from vidstyle.comic.lettering.fonts import Letters, unstressed
 from vidstyle.comic.moment import Box, Point
 
 BubbleKind = Literal["balloon", "burst", "cloud", "whisper", "caption", "band"]
@@ -37,7 +37,7 @@ _TAIL = 0.55
 """Half the width of a tail's root, in font sizes."""
 _SHORTEST, _AIR = 0.4, 0.1
 """Minimum length of a tail outside the balloon, and its distance to the face, in font sizes."""
-_LONGEST = 12.0
+LONGEST_TAIL = 12.0
 """Maximum length of a tail in font sizes: a longer one might cross somebody else."""
 _TRAIL = 0.62, 0.42, 0.26
 """Radii of the circles that lead from a thought to its head, in font sizes."""
@@ -218,7 +218,8 @@ def with_tail(bubble: Bubble, face: Box, mouth: Point, kept: Sequence[Box]) -> B
     if bubble.kind not in BALLOONS:
         return bubble
     tips = _tips(bubble, mouth, with_face_room(face), kept)
-    if tips and math.dist(tips[-1], bubble.box.center) > _LONGEST * bubble.block.size + bubble.box.width / 2:
+    size = bubble.block.size
+    if tips and math.dist(tips[-1], bubble.box.center) > LONGEST_TAIL * size + bubble.box.width / 2:
         return bubble
     # A tail that ends before half its way points at nobody.
     tails = (replace(bubble, kind="balloon", tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
@@ -280,6 +281,9 @@ def _pieces(letters: Letters, text: str, size: int, widest: float) -> Iterator[t
         space, word = match.groups()
         while word:
             count = _fitting(letters, word, size, widest)
+            if count < len(word) and unstressed(word) != word:
+                word = unstressed(word)
+                continue
             yield space + word[:count], letters.width(space + word[:count], size)
             space, word = "", word[count:]
 

@@ -24,6 +24,8 @@ _CROWDED, _WORST = 1.0, 1.5
 """Cost of twice `EASY_LETTERS`, growing with the square of the excess, and its limit."""
 _FAR, _LATE = 0.5, 0.3
 """Cost of a line `REACH` away from the moment, and of one that ends before it."""
+_NOBODY = 0.5
+"""Cost of what is said in a picture in which no face is seen."""
 _ONE_SENTENCE = MAX_LETTERS
 """Parts of a sentence of no more letters are joined."""
 _BREATH = 1.5
@@ -51,8 +53,8 @@ def panels_for(lines: Sequence[Line]) -> int:
 def match(lines: Sequence[Line], moments: Sequence[Moment]) -> tuple[list[list[Line]], int]:
     """Assign each line to a panel or to none, in order, with the lowest total cost; dynamic programming.
 
-    The cost of a line grows with its distance in time from the panel's moment and is higher after its end;
-    crowded panels and omitted lines cost more. No line is further than `REACH` from its moment, and no panel
+    The cost of a line grows with its distance in time from the panel's moment and is higher after its end,
+    and where what is said has no face; crowded panels and omitted lines cost more. No line is further than `REACH` from its moment, and no panel
     has more than `MAX_LINES` lines with `MAX_LETTERS` letters. Parts of a short sentence are joined.
 
     Args:
@@ -104,6 +106,7 @@ def _placed(before: _Assignment, line: Line, panel: int, moment: Moment) -> _Ass
     if panel < before.panel or (count and (count == MAX_LINES or added > MAX_LETTERS)):
         return None
     cost = _FAR * _distance(line, moment.time) / REACH + _LATE * (moment.time > line.end)
+    cost += _NOBODY * (not line.narrated and not moment.faces)
     return _Assignment(
         before.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, before, line
     )
@@ -132,7 +135,7 @@ def _is_one_sentence(line: Line, after: Line) -> bool:
     """Whether one goes on in the other: what begins small, without a speaker of its own, may be anybody's."""
     same = (line.narrated, line.speaker) == (after.narrated, after.speaker)
     return (
-        (same or not (after.narrated or after.speaker or after.text[0].isupper()))
+        (same or not (after.narrated or after.speaker or after.text.lstrip("*")[:1].isupper()))
         and "sound" not in (line.manner, after.manner)
         and after.start - line.end <= _BREATH
         and not line.text.endswith(_ENDINGS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import unicodedata
 from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
@@ -31,6 +32,35 @@ _SUBSTITUTES = {
 """Substitutes for characters that a font lacks; for others the accent is removed."""
 _MARKS, NOTES = "–—‐‑•«»„", "♪♫♩♬"
 """Characters that are substituted without a warning, and notes, which are left out."""
+
+
+_STRESS = re.compile(r"\*(\w(?:[^*\n]*\w)?)\*")
+
+
+def runs(text: str) -> Iterator[tuple[str, bool]]:
+    """The parts of a text, and whether each is stressed, which two asterisks around it say.
+
+    >>> list(runs("I said *now*, 2 * 3."))
+    [('I said ', False), ('now', True), (', 2 * 3.', False)]
+    """
+    end = 0
+    for found in _STRESS.finditer(text):
+        if found.start() > end:
+            yield text[end : found.start()], False
+        yield found[1], True
+        end = found.end()
+    if end < len(text):
+        yield text[end:], False
+
+
+def unstressed(text: str) -> str:
+    """The text without the asterisks of `runs`."""
+    return "".join(part for part, _ in runs(text))
+
+
+def thickness(size: int) -> int:
+    """Width of the outline that makes letters of a size bold, in pixels on each side."""
+    return max(1, size // 28)
 
 
 def check_pillow() -> None:
@@ -88,8 +118,8 @@ class Letters:
         return file.getvalue() if isinstance(file, BytesIO) else None
 
     def width(self, text: str, size: int) -> float:
-        """Of one line, in pixels."""
-        return float(self.font(size).getlength(text))
+        """Of one line, in pixels; stress needs no room."""
+        return float(self.font(size).getlength(unstressed(text)))
 
     def writable(self, text: str) -> str:
         """The text with substitutes for characters that the font lacks; notes are left out."""

@@ -22,6 +22,9 @@ _ITALIC = re.compile(
     r"<i(?:\.[^<>]*+)?>.*?(?:</i>|$)|\{(?>[^{}]*?\\i1)[^{}]*+\}.*?(?:\{(?>[^{}]*?\\i0)[^{}]*+\}|$)",
     re.S | re.I,
 )
+_LETTERS = r"[^\W\d_\u2e80-\uffef]++"
+_WORD = re.compile(rf"(?<![*\w]){_LETTERS}(?:['’-]{_LETTERS})*+(?![*\w])")
+"""A word of letters that lines do not break between."""
 _DRAWING = re.compile(r"\{[^{}]*\\p[1-9]")
 _DASH = re.compile(r"^\s*[-‐‑–—]+\s*(?=\S)")
 _BRACKETS = re.compile(r"^[\[(][^\])]*[\])]$")
@@ -43,7 +46,7 @@ class Line:
 
     Attributes:
         start, end: in seconds.
-        text: plain text without line breaks.
+        text: without line breaks; asterisks stand around words that are stressed.
         narrated: whether it is not spoken in the picture: narration, lyrics or a sound description.
         speaker: name, or number within the subtitle; empty if unknown.
         manner: how it is said; "sound" for a sound that is described.
@@ -104,6 +107,7 @@ def _lines_of(event: SubtitleEvent) -> Iterator[Line]:
         return
     marked = event.text.replace("\\N", "\n").replace("\\n", "\n").replace("\\h", " ")
     italic = not _plain(_ITALIC.sub("", marked)).strip()
+    marked = marked if italic else _ITALIC.sub(_in_italics, marked)
     voices = _voices(html.unescape(_TAG.sub("", marked)).split("\n"))
     for number, voice in enumerate(voices):
         name, text = _named(_plain(voice))
@@ -116,11 +120,28 @@ def _lines_of(event: SubtitleEvent) -> Iterator[Line]:
         yield Line(
             event.start,
             event.end,
-            text,
+            _stressed(text),
             narrated,
             speaker or (str(number + 1) if len(voices) > 1 else ""),
             manner,
         )
+
+
+def _in_italics(found: re.Match[str]) -> str:
+    """A few words in italics as stressed ones; a name before what is said is only a name."""
+    text = _TAG.sub("", found[0])
+    return text if text.rstrip().endswith(":") else _WORD.sub(r"*\g<0>*", text)
+
+
+def _stressed(text: str) -> str:
+    """The text with asterisks around words in capitals, unless all are.
+
+    >>> _stressed("I said NOW, Al."), _stressed("I SAID NOW.")
+    ('I said *NOW*, Al.', 'I SAID NOW.')
+    """
+    if not any(each.islower() for each in text):
+        return text
+    return _WORD.sub(lambda word: f"*{word[0]}*" if word[0].isupper() and len(word[0]) > 1 else word[0], text)
 
 
 def _named(text: str) -> tuple[str, str]:

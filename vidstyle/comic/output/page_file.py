@@ -31,7 +31,7 @@ _COMIC, _BUILT_IN = "comic", "built-in"
 """Names of fonts that are not files."""
 
 
-def page_file(plan: PagePlan, source: str, target: Path, title: str, styles: Sequence[str]) -> bytes:
+def page_file(plan: PagePlan, source: str, target: Path, title: str, styles: Sequence[str]) -> str:
     """The file of a comic.
 
     Args:
@@ -41,7 +41,7 @@ def page_file(plan: PagePlan, source: str, target: Path, title: str, styles: Seq
         title: of the comic.
         styles: names or paths.
     """
-    return ("\n".join(_lines(plan, _relative(source, target), title, styles)) + "\n").encode()
+    return "\n".join(_lines(plan, _relative(source, target), title, styles)) + "\n"
 
 
 def _relative(source: str, target: Path) -> str:
@@ -56,7 +56,7 @@ def _lines(plan: PagePlan, source: str, title: str, styles: Sequence[str]) -> It
     font = str(letters.path) if letters.path else _BUILT_IN
     yield "# A comic of vidstyle: `vidstyle comic THIS-FILE OUTPUT` draws it. Change a time, a word, a place."
     yield "# Places are left, top, right, bottom in pixels of the page; window: the part of the frame shown."
-    yield from _entries(format=FORMAT, source=source, title=title, styles=list(styles), dpi=plan.dpi)
+    yield from _entries(format=FORMAT, source=source, title=title, styles=list(styles), dpi=float(plan.dpi))
     yield from _entries(reading="rtl" if plan.right_to_left else "ltr")
     yield from _entries(font=_COMIC if letters.path and letters.path == comic_font() else font)
     for page, size in enumerate(plan.layout.sizes):

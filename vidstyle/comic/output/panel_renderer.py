@@ -14,7 +14,7 @@ from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.layout.layout import PageLayout
 from vidstyle.comic.layout.paper import INCH
 from vidstyle.comic.layout.storyboard import timecode
-from vidstyle.comic.lettering.fonts import Letters
+from vidstyle.comic.lettering.fonts import Letters, unstressed
 from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
@@ -143,7 +143,7 @@ def drawn(
                 if frames:
                     frames.save(color, moment)
                 shown = renderer.panel(moment.picture(color), each.crop, each.picture)
-                said = " / ".join(" ".join(bubble.block.lines) for bubble in each.bubbles)
+                said = " / ".join(unstressed(" ".join(bubble.block.lines)) for bubble in each.bubbles)
                 note = ": ".join(filter(None, [timecode(moment.time), said]))
                 sheet.panels.append(
                     RenderedPanel(each.rectangle, each.picture, shown, each.bubbles, note, each.leans)

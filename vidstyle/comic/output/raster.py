@@ -14,6 +14,7 @@ import numpy as np
 
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH, Bubble
+from vidstyle.comic.lettering.fonts import runs, thickness
 from vidstyle.comic.moment import Point, Rectangle
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
@@ -88,9 +89,13 @@ def page_image(sheet: Sheet) -> Image:
     draw = ImageDraw.Draw(image)
     for panel in sheet.panels:
         for bubble in panel.bubbles:
-            font = sheet.letters.font(bubble.block.size)
+            size = bubble.block.size
+            font, bold = sheet.letters.font(size), thickness(size)
             for text, left, foot, _ in bubble.lines:
-                draw.text((left, foot), text, font=font, fill=(INK,) * 3, anchor="ls")
+                for part, stressed in runs(text):
+                    place, width = (left, foot), bold * stressed
+                    draw.text(place, part, font=font, fill=(INK,) * 3, anchor="ls", stroke_width=width)
+                    left += font.getlength(part)
     for label in sheet.labels:
         place, font = (label.middle, label.foot), sheet.letters.font(label.size)
         width = label.thickness

@@ -8,7 +8,7 @@ import numpy as np
 
 from vidstyle.comic.layout.slant import Leans
 from vidstyle.comic.lettering.bubble import Bubble
-from vidstyle.comic.lettering.fonts import Letters
+from vidstyle.comic.lettering.fonts import Letters, thickness
 from vidstyle.comic.moment import Rectangle
 
 
@@ -65,7 +65,7 @@ class Label:
     @property
     def thickness(self) -> int:
         """Width of the outline that makes the letters bold, in pixels on each side."""
-        return max(1, self.size // 28) if self.is_bold else 0
+        return thickness(self.size) if self.is_bold else 0
 
 
 @dataclass

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from base64 import b64encode
 from collections.abc import Iterable, Iterator
+from hashlib import sha256
 from html import escape
 from itertools import accumulate
 from pathlib import Path
@@ -15,15 +17,24 @@ import numpy as np
 from vidstyle.comic.layout.paper import INCH
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH, Bubble
+from vidstyle.comic.lettering.fonts import runs, thickness
 from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 
-_TEMPLATE = Path(__file__).with_name("strip.html")
+_TEMPLATE, _SCRIPT = (Path(__file__).with_name(name) for name in ("strip.html", "edit.js"))
 
 
-def html(sheets: Iterable[Sheet], title: str) -> bytes:
-    """A self-contained web page of all sheets, one below the other, no wider than the window."""
+def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
+    """A self-contained web page of all sheets, one below the other, no wider than the window.
+
+    Balloons can be dragged on it and words changed, and the page file with these changes saved.
+
+    Args:
+        sheets: pages.
+        title: of the comic.
+        page_file: the file that can be edited, see `page_file`; empty: nothing can be.
+    """
     drawn = list(sheets)
     before = accumulate((len(sheet.panels) for sheet in drawn), initial=0)
     pages = (
@@ -31,8 +42,18 @@ def html(sheets: Iterable[Sheet], title: str) -> bytes:
         for number, (sheet, count) in enumerate(zip(drawn, before, strict=False))
     )
     width = max(sheet.width for sheet in drawn)
-    page = Template(_TEMPLATE.read_text(encoding="utf-8"))
-    return page.substitute(title=escape(title or "Comic"), width=width, pages="".join(pages)).encode()
+    page, code = Template(_TEMPLATE.read_text(encoding="utf-8")), _SCRIPT.read_text(encoding="utf-8")
+    digest = b64encode(sha256(code.encode()).digest()).decode("ascii")
+    # A JSON text within a page must not end its element.
+    data = json.dumps(page_file).replace("<", "\\u003c")
+    return page.substitute(
+        title=escape(title or "Comic"),
+        width=width,
+        pages="".join(pages),
+        data=data,
+        code=code if page_file else "",
+        digest=digest,
+    ).encode()
 
 
 def svg(sheets: Iterable[Sheet], title: str) -> bytes:
@@ -117,7 +138,9 @@ def _jpeg(color: np.ndarray) -> bytes:
 
 
 def _bubble(bubble: Bubble) -> Iterator[str]:
-    yield f'<g class="{bubble.kind}">'
+    place = " ".join(f"{side:.10g}" for side in bubble.box)
+    tip = f' data-tip="{bubble.tip[0]:.10g} {bubble.tip[1]:.10g}"' if bubble.tip else ""
+    yield f'<g class="{bubble.kind}" data-place="{place}"{tip}>'
     dash = DASH * bubble.block.size
     dashes = f' stroke-dasharray="{dash:.1f}"' if bubble.kind == "whisper" else ""
     for outline in bubble.outlines:
@@ -130,10 +153,18 @@ def _bubble(bubble: Bubble) -> Iterator[str]:
     for text, left, foot, width in bubble.lines:
         yield (
             f'<tspan x="{left:.1f}" y="{foot:.1f}" textLength="{width:.1f}"'
-            f' lengthAdjust="spacingAndGlyphs">{escape(text)}</tspan>'
+            f' lengthAdjust="spacingAndGlyphs">{_runs(text, bubble.block.size)}</tspan>'
         )
     yield "</text>"
     yield "</g>"
+
+
+def _runs(text: str, size: int) -> str:
+    """A line with what is stressed in bold."""
+    bold = f'<tspan stroke="#000" stroke-width="{2 * thickness(size)}">'
+    return "".join(
+        f"{bold}{escape(part)}</tspan>" if stressed else escape(part) for part, stressed in runs(text)
+    )
 
 
 def _label(label: Label) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
+from functools import partial
 from io import StringIO
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from vidstyle.media.write.images import is_pattern, numbered_path
 _Encoder = Callable[[Iterable[Sheet], str], bytes]
 """Encodes pages as the content of a file with a title."""
 
+_STRIP = ".html"
+"""The format that suits one long page, in which words and places can be changed."""
 _FORMATS: dict[str, _Encoder] = {
     ".png": png,
     ".jpg": jpeg,
@@ -31,10 +34,10 @@ _FORMATS: dict[str, _Encoder] = {
     ".pdf": pdf,
     ".cbz": cbz,
     ".svg": svg,
-    ".html": html,
+    _STRIP: partial(html, page_file=""),
 }
 """Output formats by the extension of the file."""
-_MULTI_PAGE = pdf, cbz, html
+_MULTI_PAGE = ".pdf", ".cbz", _STRIP
 """Formats whose files hold all pages."""
 
 
@@ -42,7 +45,8 @@ class Output:
     """The file, or files, that pages are written to.
 
     Attributes:
-        is_strip: whether the format suits one long page.
+        target: its name.
+        is_strip: whether the format suits one long page, which can be edited.
     """
 
     def __init__(self, target: Path, source: str, overwrite: bool) -> None:
@@ -55,32 +59,39 @@ class Output:
         if target.suffix.lower() not in _FORMATS:
             remedy = f"end its name in {', '.join(list(_FORMATS)[:-1])} or {list(_FORMATS)[-1]}"
             raise UsageError(target, "cannot be a comic page", remedy)
-        self._encode = _FORMATS[target.suffix.lower()]
-        self.is_strip = self._encode is html
-        self._target, self._source, self._overwrite = target, source, overwrite
+        self.is_strip = target.suffix.lower() == _STRIP
+        self.target, self._source, self._overwrite = target, source, overwrite
         if not is_pattern(target.name):
             with atomic_file(target, source, overwrite):
                 pass
 
-    def write(self, sheets: Iterable[Sheet], pages: int, title: str) -> list[Path]:
+    def write(self, sheets: Iterable[Sheet], pages: int, title: str, page_file: str = "") -> list[Path]:
         """Write all pages; a page with a file of its own is written as soon as it is drawn.
+
+        Args:
+            sheets: the pages.
+            pages: how many.
+            title: of the comic.
+            page_file: what a strip saves that was edited.
 
         Raises:
             UsageError: one of the files exists.
             OutputError: one cannot be written.
         """
-        is_single = self._encode in _MULTI_PAGE
-        targets = [self._target] if is_single else page_names(self._target, pages)
+        kind = self.target.suffix.lower()
+        encode = partial(html, page_file=page_file) if kind == _STRIP else _FORMATS[kind]
+        is_single = kind in _MULTI_PAGE
+        targets = [self.target] if is_single else page_names(self.target, pages)
         with ExitStack() as files:
             # All targets are checked before the first page is drawn, which takes long.
             writers = [
                 files.enter_context(atomic_file(target, self._source, self._overwrite)) for target in targets
             ]
             if is_single:
-                writers[0](self._encode(sheets, title))
+                writers[0](encode(sheets, title))
             else:
                 for write, sheet in zip(writers, sheets, strict=True):
-                    write(self._encode([sheet], title))
+                    write(encode([sheet], title))
         return targets
 
 

@@ -48,6 +48,8 @@ _EMPTY = 0.35
 """Clarity below which sharpness counts less, as there is little to see."""
 _MOVING, _WILD = 0.5, 0.6
 """Maximum cost of motion, and the motion from which it applies: motion blur beyond what edges show."""
+_SPEAKER = 0.4
+"""Score of a frame with a face while somebody speaks."""
 _LARGE_FACE = 0.12
 """A face that covers this share of the picture scores as high as any larger one."""
 
@@ -62,7 +64,11 @@ def default_panels(scenes: int, seconds: float) -> int:
 
 
 def choose(
-    survey: Survey, forced: Sequence[Candidate], panels: int | None, least: int = 0
+    survey: Survey,
+    forced: Sequence[Candidate],
+    panels: int | None,
+    least: int = 0,
+    spoken: Sequence[tuple[float, float]] = (),
 ) -> list[Candidate]:
     """The frames to show, in chronological order.
 
@@ -72,6 +78,7 @@ def choose(
         panels: how many in all; None: `default_panels`, fewer where pictures would look the same, but of a
             film that moves at least a few.
         least: minimum number where `panels` is None.
+        spoken: start and end of what is said, in seconds: then faces are wanted.
     """
     clear = [each for each in survey.candidates if not each.blank]
     seen = [each for each in clear if not each.damaged] or clear
@@ -80,6 +87,7 @@ def choose(
     if not pool:
         return []
     values = scores(pool, scene_values(survey)) + [_FORCED * each.forced for each in pool]
+    values += [_SPEAKER * bool(each.faces and _is_within(each.time, spoken)) for each in pool]
     kept = _thinned(pool, values, survey, max(MAX_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
     like, places = similarity([each.thumbnail for each in pool]), _places(pool, survey)
@@ -91,6 +99,10 @@ def choose(
         if few or panels is not None or wanted <= max(1, len(forced)) or not _has_doubles(like, chosen):
             return [pool[number] for number in chosen]
         wanted -= 1
+
+
+def _is_within(time: float, spans: Sequence[tuple[float, float]]) -> bool:
+    return any(start <= time <= end for start, end in spans)
 
 
 def _beats(survey: Survey, most: int) -> int:

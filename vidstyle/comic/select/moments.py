@@ -28,6 +28,7 @@ class KeyFrameOptions:
     Attributes:
         panels: how many; None: a default that depends on the film.
         min_panels: where `panels` is None, at least so many, if the film has enough different pictures.
+        spoken: start and end in seconds of what is said by somebody who may be seen.
         at: times in seconds of frames that must be shown.
         skip: start and end in seconds of parts to leave out.
     """
@@ -36,6 +37,7 @@ class KeyFrameOptions:
     at: tuple[float, ...] = ()
     skip: tuple[tuple[float, float], ...] = ()
     min_panels: int = 0
+    spoken: tuple[tuple[float, float], ...] = ()
 
     def check(self) -> None:
         """Raise UsageError if they contradict each other, whatever the film."""
@@ -71,7 +73,8 @@ def find_moments(
     survey = film.survey(on_step)
     forced = _forced(film, survey, options)
     left = [each for each in survey.candidates if not options.skips(each.time)]
-    chosen = choose(replace(survey, candidates=left), forced, options.panels, options.min_panels)
+    seen = replace(survey, candidates=left)
+    chosen = choose(seen, forced, options.panels, options.min_panels, options.spoken)
     if not chosen:
         if left:
             raise InputError(film.name, "nothing is to be seen in it: all its pictures are blank")
