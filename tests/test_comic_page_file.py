@@ -112,7 +112,10 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
     browser.open((folder / "page.html").as_uri())
     burst, balloon = "g.burst", "g[data-place]:not(.burst)"
-    (x, y, *_), scale = browser.place(burst), browser.run("return document.querySelector('svg').getScreenCTM().a")
+    (x, y, *_), scale = (
+        browser.place(burst),
+        browser.run("return document.querySelector('svg').getScreenCTM().a"),
+    )
     browser.drag((x, y), (x + 12 * scale, y + 6 * scale))
     browser.run("document.querySelector(balloon).focus()", balloon=balloon)
     browser.press("Enter")

@@ -54,8 +54,9 @@ def match(lines: Sequence[Line], moments: Sequence[Moment]) -> tuple[list[list[L
     """Assign each line to a panel or to none, in order, with the lowest total cost; dynamic programming.
 
     The cost of a line grows with its distance in time from the panel's moment and is higher after its end,
-    and where what is said has no face; crowded panels and omitted lines cost more. No line is further than `REACH` from its moment, and no panel
-    has more than `MAX_LINES` lines with `MAX_LETTERS` letters. Parts of a short sentence are joined.
+    and where what is said has no face; crowded panels and omitted lines cost more. No line is further than
+    `REACH` from its moment, and no panel has more than `MAX_LINES` lines with `MAX_LETTERS` letters. Parts of
+    a short sentence are joined.
 
     Args:
         lines, moments: in the order of time.
