@@ -31,7 +31,15 @@ def blend(
     rows, channels = picture.shape[0], 1 if picture.ndim == 2 else 3
     below, above = (np.ascontiguousarray(each).reshape(rows, -1) for each in (picture, other))
     weights = np.empty((0, 0), np.float32) if mask is None else np.ascontiguousarray(mask)
-    _blend(below, above, weights, channels, (0,) * (1 + MODES.index(mode)), np.float32(opacity), out.reshape(rows, -1))
+    _blend(
+        below,
+        above,
+        weights,
+        channels,
+        (0,) * (1 + MODES.index(mode)),
+        np.float32(opacity),
+        out.reshape(rows, -1),
+    )
     return out
 
 
