@@ -6,15 +6,12 @@ uniform float blend_weight;
 uniform sampler2D guide;
 uniform vec2 luma_step;
 
-// The flow at a pixel of a page, interpolated linearly on its coarse grid.
-vec2 flow_at(ivec2 at, sampler2D flow) {
-    ivec2 grid = textureSize(flow, 0), last = grid - 1;
-    vec2 place = (vec2(at) + 0.5) * vec2(grid) / vec2(size) - 0.5;
-    ivec2 low = clamp(ivec2(floor(place)), ivec2(0), last), high = clamp(ivec2(floor(place)) + 1, ivec2(0), last);
-    vec2 part = place - floor(place);
-    vec2 above = mix(texelFetch(flow, low, 0).rg, texelFetch(flow, ivec2(high.x, low.y), 0).rg, part.x);
-    vec2 below = mix(texelFetch(flow, ivec2(low.x, high.y), 0).rg, texelFetch(flow, high, 0).rg, part.x);
-    return mix(above, below, part.y);
+// So many samples of a row are moved alike.
+uniform int segment;
+
+// What a grid over the page holds for the segment of a sample.
+vec2 in_segment(ivec2 at, sampler2D grid) {
+    return texelFetch(grid, ivec2(at.x / segment, (2 * at.y + 1) * textureSize(grid, 0).y / (2 * size.y)), 0).rg;
 }
 
 // A texture, interpolated bilinearly; the border is repeated.
@@ -29,7 +26,7 @@ vec4 texel_between(sampler2D image, vec2 place, ivec2 last) {
 
 // The warped previous plane at a pixel.
 vec4 warped_at(sampler2D before, ivec2 at, sampler2D flow) {
-    return texel_between(before, vec2(at) + flow_at(at, flow) / luma_step, size - 1);
+    return texel_between(before, vec2(at) + in_segment(at, flow), size - 1);
 }
 
 // The weight with which luma was blended at a sample of a plane.

@@ -2,33 +2,53 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
+from collections.abc import Callable
 
 import numpy as np
 
-from vidstyle.core.bands import in_bands
 from vidstyle.core.kernels import compiled, index_at
+from vidstyle.stabilize.segment import SEGMENT, take_segment
+
+Rows = Callable[[int, int], None]
+"""Computes the rows from the first number to before the second."""
 
 STILL = np.zeros((1, 1, 2), np.float32)
 """The flow of a film in which nothing moves."""
-BAND_RADIUS = 8
-"""As the radius for `in_bands`: bands are much higher than the row that is read beside them, so that few rows
-are computed twice."""
+WHOLE = 255
+"""The weight 1 as it is stored."""
 
 
-def warp_and_blend(
-    pool: Executor,
+def in_segments(grid: np.ndarray | None, width: int) -> np.ndarray:
+    """A grid over the page, interpolated at the middle of each `SEGMENT` samples of a plane's row.
+
+    Those samples are moved and weighted alike, so that they can be read side by side.
+
+    Args:
+        grid: h x w x n float32; None for a flow of 0.
+        width: of the plane.
+
+    Returns:
+        h x ceil(width / `SEGMENT`) x n float32, contiguous.
+    """
+    grid = STILL if grid is None else grid
+    out = np.empty((grid.shape[0], -(-width // SEGMENT), grid.shape[2]), np.float32)
+    _in_segments(grid, width, out)
+    return out
+
+
+def source_rows(
     plane: np.ndarray,
     scale: tuple[float, float],
     before: np.ndarray,
-    flow: np.ndarray | None,
+    flow: np.ndarray,
     weight: float,
-    *,
-    limit: float = np.inf,
-    guide: np.ndarray | None = None,
-    step: tuple[int, int] = (1, 1),
-) -> tuple[np.ndarray, np.ndarray]:
-    """Warp the previous plane and blend it into this one.
+    limit: float,
+    guide: np.ndarray | None,
+    step: tuple[int, int],
+    out: np.ndarray,
+    weights: np.ndarray,
+) -> Rows:
+    """Warp the previous plane of the source and blend it into this one.
 
     Change is the root mean square difference over 3 x 3 samples. With r = (change / limit)^2, the weight of
     the previous plane is weight * guide / (1 + r^2).
@@ -36,178 +56,239 @@ def warp_and_blend(
     Args:
         plane: H x W, of any type.
         scale: gain and offset that bring its codes to units of the result.
-        before: the result of this function for the previous frame, float32 or uint16, contiguous.
-        flow: see `Warp`, in luma pixels.
+        before: `out` for the previous frame, float32 or uint16, contiguous.
+        flow: where each segment was, in samples of the plane to the right and down; see `in_segments`.
         weight: of the previous plane, 0..1.
-        limit: change that halves the weight, in units of the result; infinite: change is ignored.
-        guide: the weights of the luma plane, H x W float32; None: 1.
+        limit: change that halves the weight, in units of the result.
+        guide: the weights of the luma plane, of whose rows this plane's are computed after; None: 1.
         step: luma pixels for each sample of this plane, across and down.
-
-    Returns:
-        The new plane, of the type of `before`, and the weights as parts of `weight`, H x W float32, 0..1.
+        out: takes the new plane.
+        weights: takes the weights as parts of `weight`, H x W uint8, 1 as `WHOLE`.
     """
-    out, samples = np.empty(plane.shape, before.dtype), before.reshape(-1)
-    weights = np.empty(plane.shape, np.float32)
-    flow = STILL if flow is None else flow / np.array(step, np.float32)
-    guide = np.ones((1, 1), np.float32) if guide is None else guide
-    rate = 0 if np.isinf(limit) else 1 / (9 * limit**2)
-    rounding = 0.5 if out.dtype == np.uint16 else 0
-    numbers = tuple(np.float32(number) for number in (*scale, weight, rate, rounding))
+    guide = _NO_GUIDE if guide is None else guide
+    rounding = 0.5 if out.dtype == np.uint16 else 0.0
+    numbers = tuple(np.float32(number) for number in (*scale, weight / WHOLE, 1 / (9 * limit**2), rounding))
 
     def run(top: int, bottom: int) -> None:
-        rows = (top, bottom), _scratch(plane.shape[1])
-        _warp_and_blend(plane, before, samples, flow, guide, step, numbers, *rows, weights, out)
+        scratch = np.empty((5, plane.shape[1]), np.float32), np.zeros((3, plane.shape[1] + 2), np.float32)
+        _source_rows(
+            plane,
+            before,
+            before.reshape(-1),
+            flow,
+            guide,
+            step,
+            numbers,
+            (top, bottom),
+            scratch,
+            weights,
+            out,
+        )
 
-    in_bands(pool, (plane.shape[0], plane.shape[1]), BAND_RADIUS, run)
-    return out, weights
+    return run
 
 
-def _scratch(width: int) -> tuple[np.ndarray, ...]:
-    """What is kept between the rows of a band, and between the loops over a row.
+def result_rows(
+    plane: np.ndarray,
+    gain: float,
+    before: np.ndarray,
+    flow: np.ndarray,
+    segment_weights: np.ndarray,
+    weight: float,
+    guide: np.ndarray,
+    step: tuple[int, int],
+    out: np.ndarray,
+    codes: np.ndarray,
+) -> Rows:
+    """Warp the previous plane of the result and blend it into this one, with the weights of the source.
 
-    Rings of three rows, the warped plane before and the squared change of each sample; `widened` and
-    `widened_rows` of `_warp_row`; the index and the two parts of `_take_row`.
+    Args:
+        plane, before, flow, weight, guide, step, out: see `source_rows`.
+        gain: brings its codes to units of `out`.
+        segment_weights: further weights of segments, h x w x 1.
+        codes: takes the new plane in the codes of `plane`.
     """
-    return (
-        np.empty((3, width), np.float32),
-        np.zeros((3, width + 2), np.float32),
-        np.empty((2, 2, width), np.float32),
-        np.full(2, -1, np.int32),
-        np.empty(width, np.uint32),
-        np.empty((2, width), np.float32),
-    )
+    rounding, most = (0.0, 0.0) if codes.dtype == np.float32 else (0.5, 65535 / gain)
+    numbers = tuple(np.float32(number) for number in (gain, weight / WHOLE, rounding, 1 / gain, most))
+
+    def run(top: int, bottom: int) -> None:
+        scratch = np.empty((2, plane.shape[1]), np.float32)
+        _result_rows(
+            plane, before, before.reshape(-1), flow, segment_weights, guide, step, numbers, (top, bottom),
+            scratch, out, codes,
+        )  # fmt: skip
+
+    return run
+
+
+_NO_GUIDE = np.zeros((1, 1), np.uint8)
 
 
 @compiled
-def _warp_and_blend(plane, before, samples, flow, guide, step, numbers, rows, scratch, weights, out):  # type: ignore[no-untyped-def]
+def _source_rows(plane, before, samples, flow, guide, step, numbers, rows, scratch, weights, out):  # type: ignore[no-untyped-def]
     across, down = step
     gain, offset, weight, rate, rounding = numbers
-    moved, changes, widened, widened_rows, first, parts = scratch
+    lines, changes = scratch
     (top, bottom), height = rows, plane.shape[0]
     for row in range(top - 1, bottom + 1):
         y = min(max(row, 0), height - 1)
-        line, change = moved[row % 3], changes[row % 3]
-        _warp_row(before, samples, y, flow, widened, widened_rows, first, parts, line)
-        if rate > 0:
-            _change_of_row(plane[y], gain, offset, line, change)
+        line = lines[row % 3]
+        _warp_row(before, samples, y, flow, line)
+        _change_of_row(plane[y], gain, offset, line, changes[row % 3])
         if row > top:
             done = row - 1
-            _row_weights(changes, rate, guide[min(done * down, guide.shape[0] - 1)], across, weights[done])
-            _blend_row(plane[done], gain, offset, moved[done % 3], weight, weights[done], rounding, out[done])
+            _row_weights(changes, rate, lines[4])
+            if guide.size > 1:
+                _guide_row(guide[done * down], across, np.float32(1 / WHOLE), lines[3])
+                for x in range(lines.shape[1]):
+                    lines[4, x] *= lines[3, x]
+            blended = plane[done], gain, offset, lines[done % 3]
+            _blend_row(blended, weight, lines[4], rounding, weights[done], out[done])
+
+
+@compiled
+def _result_rows(plane, before, samples, flow, parts, guide, step, numbers, rows, scratch, out, codes):  # type: ignore[no-untyped-def]
+    across, down = step
+    gain, weight, rounding, back, most = numbers
+    line, weights = scratch[0], scratch[1]
+    for row in range(rows[0], rows[1]):
+        _warp_row(before, samples, row, flow, line)
+        of_row = parts[_grid_row(row, plane.shape[0], parts.shape[0])]
+        _guide_row(guide[row * down], across, weight, weights)
+        if parts.shape[0] > 1:
+            for x in range(weights.size):
+                weights[x] *= of_row[x // SEGMENT, 0]
+        _blend_result(plane[row], gain, line, weights, rounding, back, most, out[row], codes[row])
 
 
 @compiled
 def _change_of_row(now, gain, offset, line, change):  # type: ignore[no-untyped-def]
     for x in range(line.size):
-        difference = now[x] * gain + offset - line[x]
+        difference = np.float32(now[x]) * gain + offset - line[x]
         change[x + 1] = difference * difference
     change[0], change[line.size + 1] = change[1], change[line.size]
 
 
 @compiled
-def _row_weights(changes, rate, guide, across, weights):  # type: ignore[no-untyped-def]
-    one = np.float32(1)
-    if rate > 0:
-        first, second, third = changes[0], changes[1], changes[2]
+def _row_weights(changes, rate, weights):  # type: ignore[no-untyped-def]
+    one, whole = np.float32(1), np.float32(WHOLE)
+    first, second, third = changes[0], changes[1], changes[2]
+    for x in range(weights.size):
+        total = first[x] + first[x + 1] + first[x + 2]
+        total += second[x] + second[x + 1] + second[x + 2]
+        total += third[x] + third[x + 1] + third[x + 2]
+        ratio = total * rate
+        weights[x] = whole / (one + ratio * ratio)
+
+
+@compiled
+def _guide_row(guide, across, factor, weights):  # type: ignore[no-untyped-def]
+    """Weights of luma at the samples of a plane. LLVM makes vectors of the loops with a fixed step."""
+    if across == 1:
         for x in range(weights.size):
-            total = first[x] + first[x + 1] + first[x + 2]
-            total += second[x] + second[x + 1] + second[x + 2]
-            total += third[x] + third[x + 1] + third[x + 2]
-            ratio = total * rate
-            weights[x] = one / (one + ratio * ratio)
+            weights[x] = np.float32(guide[x]) * factor
+    elif across == 2:
+        for x in range(weights.size):
+            weights[x] = np.float32(guide[2 * x]) * factor
     else:
         for x in range(weights.size):
-            weights[x] = one
-    if guide.size > 1:
-        for x in range(weights.size):
-            weights[x] *= guide[min(x * across, guide.size - 1)]
+            weights[x] = np.float32(guide[x * across]) * factor
 
 
 @compiled
-def _blend_row(now, gain, offset, line, weight, weights, rounding, out):  # type: ignore[no-untyped-def]
-    most = np.float32(65535)
+def _blend_row(blended, weight, weights, rounding, stored, out):  # type: ignore[no-untyped-def]
+    now, gain, offset, line = blended
+    zero, most, half = np.float32(0), np.float32(65535), np.float32(0.5)
     for x in range(out.size):
-        value = now[x] * gain + offset
+        stored[x] = np.uint8(weights[x] + half)
+        value = np.float32(now[x]) * gain + offset
         value += weight * weights[x] * (line[x] - value)
-        out[x] = min(max(value + rounding, np.float32(0)), most) if rounding > 0 else value
+        out[x] = min(max(value + rounding, zero), most) if rounding > 0 else value
 
 
 @compiled
-def _warp_row(before, samples, y, flow, widened, widened_rows, first, parts, line):  # type: ignore[no-untyped-def]
-    """Fill row `y` of a plane with the warped plane before.
+def _blend_result(now, gain, line, weights, rounding, back, most, out, codes):  # type: ignore[no-untyped-def]
+    zero, full, lift = np.float32(0), np.float32(65535), np.float32(0.503)
+    if rounding > 0:
+        for x in range(out.size):
+            value = np.float32(now[x]) * gain
+            value += weights[x] * (line[x] - value)
+            out[x] = min(max(value + rounding, zero), full)
+            codes[x] = min(max(value * back + lift, zero), most)
+    else:
+        for x in range(out.size):
+            value = np.float32(now[x]) * gain
+            value += weights[x] * (line[x] - value)
+            out[x] = value
+            codes[x] = value
 
-    Flow is first brought to all columns, a row of its grid at a time: it is the same for several rows of the
-    plane, so that little more than a mean of two is left to do for each sample.
+
+@compiled
+def _grid_row(y, height, rows):  # type: ignore[no-untyped-def]
+    """The row of a grid over the page in which a row of a plane lies."""
+    return (2 * y + 1) * rows // (2 * height)
+
+
+@compiled
+def _in_segments(grid, width, out):  # type: ignore[no-untyped-def]
+    half, last = np.float32(0.5), np.int32(grid.shape[1] - 1)
+    each = np.float32(grid.shape[1]) / np.float32(width)
+    for row in range(out.shape[0]):
+        for segment in range(out.shape[1]):
+            place = np.float32(segment * SEGMENT + SEGMENT // 2) * each - half
+            before = np.floor(place)
+            left, right = index_at(before, last), index_at(before + np.float32(1), last)
+            for axis in range(out.shape[2]):
+                difference = grid[row, right, axis] - grid[row, left, axis]
+                out[row, segment, axis] = grid[row, left, axis] + (place - before) * difference
+
+
+@compiled
+def _warp_row(before, samples, y, flow, line):  # type: ignore[no-untyped-def]
+    """Fill a line with row `y` of a plane as the plane before shows it, linear between samples.
 
     Args:
         before, samples: H x W, and the same as one row.
-        flow: on a coarse grid over the plane, h x w x 2 float32, in samples.
-        widened, widened_rows: two of its rows at full width, 2 x 2 x W float32, and which they are: -1 for
-            none, -2 - row for one without motion. The caller passes them again for the next row.
-        first, parts: see `_take_row`.
-        line: the row, W float32.
+        flow: see `source_rows`.
+        line: W float32.
     """
-    rows, height = flow.shape[0], before.shape[0]
-    place = (np.float32(y) + np.float32(0.5)) * np.float32(rows) / np.float32(height) - np.float32(0.5)
-    upper = int(np.floor(place))
-    above, below = min(max(upper, 0), rows - 1), min(max(upper + 1, 0), rows - 1)
-    for row in (above, below):
-        if widened_rows[row % 2] not in (row, -2 - row):
-            widened_rows[row % 2] = row if _widen_row(flow[row], widened[row % 2]) else -2 - row
-    if widened_rows[above % 2] >= 0 or widened_rows[below % 2] >= 0:
-        part = place - np.float32(upper)
-        _take_row(before, samples, y, widened[above % 2], widened[below % 2], part, first, parts, line)
+    row = flow[_grid_row(y, before.shape[0], flow.shape[0])]
+    moves = False
+    for segment in range(row.shape[0]):
+        moves |= row[segment, 0] != 0 or row[segment, 1] != 0
+    if moves:
+        for segment in range(row.shape[0]):
+            _warp_segment(before, samples, y, segment * SEGMENT, row[segment, 0], row[segment, 1], line)
     else:
         for x in range(line.size):
             line[x] = before[y, x]
 
 
 @compiled
-def _widen_row(flow, widened):  # type: ignore[no-untyped-def]
-    """Interpolate a row of the flow's grid, w x 2, to 2 x width; return whether anything moves in it."""
-    columns, width = flow.shape[0], widened.shape[1]
-    moves = False
-    for column in range(columns):
-        moves = moves or flow[column, 0] != 0 or flow[column, 1] != 0
-    if moves:
-        each, half = np.float32(columns) / np.float32(width), np.float32(0.5)
-        for x in range(width):
-            place = (np.float32(x) + half) * each - half
-            before = np.floor(place)
-            part = place - before
-            left, right = max(int(before), 0), min(int(before) + 1, columns - 1)
-            for axis in range(2):
-                widened[axis, x] = flow[left, axis] + part * (flow[right, axis] - flow[left, axis])
-    else:
-        for x in range(width):
-            widened[0, x], widened[1, x] = 0, 0
-    return moves
-
-
-@compiled(fastmath=True)
-def _take_row(before, samples, y, above, below, part, first, parts, line):  # type: ignore[no-untyped-def]
-    """Read a row at its flow, linear between samples; the border is repeated.
-
-    First where from, the index of a sample and the parts of the next ones, then what lies there: the first
-    loop becomes vectors, which the second cannot.
-    """
+def _warp_segment(before, samples, y, start, across, down, line):  # type: ignore[no-untyped-def]
     height, width = before.shape
-    zero, bottom, right = np.float32(0), np.float32(height - 1), np.float32(width - 1)
-    last_row, last_column = np.int32(max(height - 2, 0)), np.int32(max(width - 2, 0))
-    across, more_across = above[0], below[0]
-    down, more_down = above[1], below[1]
-    for x in range(width):
-        from_x = np.float32(np.int32(x)) + across[x] + part * (more_across[x] - across[x])
-        from_y = np.float32(y) + down[x] + part * (more_down[x] - down[x])
-        from_x, from_y = min(max(from_x, zero), right), min(max(from_y, zero), bottom)
-        column, row = index_at(from_x, last_column), index_at(from_y, last_row)
-        parts[0, x], parts[1, x] = from_x - np.float32(column), from_y - np.float32(row)
-        # Unsigned, so that no index is looked at for being negative.
-        first[x] = np.uint32(row) * np.uint32(width) + np.uint32(column)
-    beside, under = np.uint32(width > 1), np.uint32(width if height > 1 else 0)
-    for x in range(width):
-        here, lower = first[x], np.uint32(first[x] + under)
-        upper_left, lower_left = np.float32(samples[here]), np.float32(samples[lower])
-        upper = upper_left + parts[0, x] * (np.float32(samples[np.uint32(here + beside)]) - upper_left)
-        low = lower_left + parts[0, x] * (np.float32(samples[np.uint32(lower + beside)]) - lower_left)
-        line[x] = upper + parts[1, x] * (low - upper)
+    one = np.float32(1)
+    right, under = int(np.floor(across)), int(np.floor(down))
+    x_part, y_part = across - np.float32(right), down - np.float32(under)
+    weights = (
+        (one - x_part) * (one - y_part),
+        x_part * (one - y_part),
+        (one - x_part) * y_part,
+        x_part * y_part,
+    )
+    left, top = start + right, y + under
+    if 0 <= left and left + SEGMENT < width and 0 <= top and top + 1 < height and start + SEGMENT <= width:
+        first = top * width + left
+        take_segment(samples, first, first + width, weights, line, start)
+    else:
+        last_column, last_row = width - 1, height - 1
+        upper, lower = index_at(top, last_row), index_at(top + 1, last_row)
+        for x in range(start, min(start + SEGMENT, width)):
+            here, beside = index_at(x + right, last_column), index_at(x + right + 1, last_column)
+            high = weights[0] * np.float32(before[upper, here]) + weights[1] * np.float32(
+                before[upper, beside]
+            )
+            low = weights[2] * np.float32(before[lower, here]) + weights[3] * np.float32(
+                before[lower, beside]
+            )
+            line[x] = high + low

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import cv2
 import numpy as np
 
 from vidstyle.core.kernels import compiled
-from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
+from vidstyle.stabilize.segment import SEGMENT
 
 FLOW_SIDE = 480
-"""Motion is estimated in a copy of at most this many pixels on a side."""
+"""Motion is estimated in a copy of at most this many pixels on a side, the picture halved again and again."""
 FLOW_GRID = 2
-"""Pixels of that copy between two samples of the stored flow."""
+"""Pixels of that copy between two samples of the stored flow, which are at least half a `SEGMENT` apart."""
 MAX_GAP = 0.5
 """Seconds without a frame after which stabilization resets."""
 MAX_WEIGHT = 0.9
@@ -25,6 +25,14 @@ RESULT_FACTOR = 0.6
 """Factor on the weight for the result of a style, whose input is stabilized already."""
 MIN_MOTION = 0.35
 """Minimum motion in pixels for which a result is warped, as each interpolation blurs lines a little more."""
+MAX_STILL = 1.0
+"""Mean change of the copy, in codes of 8 bits, below which nothing moves."""
+NOISE_AREA = 5
+"""Pixels on a side over which changes of the copy are averaged."""
+NOISE_SAMPLES = 160
+"""Places on the longer side at which noise is measured."""
+MAX_JUMP = 0.5
+"""Motion that differs by more pixels of the copy between neighbours has a border there."""
 MAX_RESIDUAL = 0.75
 """Motion is accepted where its residual is at most this multiple of the residual without motion."""
 MIN_LIMIT = 2.5 / 255
@@ -46,6 +54,7 @@ class Warp:
             h x w x 2 float32 on a coarse grid over the page; None where everything stands still.
         result_weight: of the result before.
         is_fixed: whether the style makes marks that lie still on the page.
+        max_jump: difference of flow across which a result is not blended, in pixels.
     """
 
     weight: float
@@ -53,6 +62,7 @@ class Warp:
     flow: np.ndarray | None
     result_weight: float
     is_fixed: bool
+    max_jump: float = np.inf
 
     @cached_property
     def result_flow(self) -> np.ndarray | None:
@@ -60,24 +70,42 @@ class Warp:
         if self.flow is None or self.is_fixed:
             return None
         moves = self._speed >= MIN_MOTION
-        return self.flow * moves[..., None] if moves.any() else None
+        return self.flow * moves if moves.any() else None
 
     @cached_property
-    def stillness(self) -> np.ndarray | None:
-        """Where marks that lie still are blended, as they may be nowhere else.
+    def result_guide(self) -> np.ndarray:
+        """Where a result is blended.
+
+        Marks that lie still are so only where nothing moves. All else is not along the borders of what moves:
+        filters carry what stands there over to both sides.
 
         Returns:
-            h x w float32 on the grid of the flow, from 1 where nothing moves to 0 at `MIN_MOTION`; None: 1.
+            Weights, h x w x 1 float32 on the grid of the flow: at `MIN_MOTION` marks that lie still have 0.
         """
-        if self.flow is None or not self.is_fixed:
-            return None
-        return np.clip(1 - self._speed / MIN_MOTION, 0, 1)
+        if self.flow is None:
+            return np.ones((1, 1, 1), np.float32)
+        if self.is_fixed:
+            return np.clip(1 - self._speed / MIN_MOTION, 0, 1)
+        return np.float32(1) - _jumps(self.flow, self.max_jump)[..., None]
 
     @property
     def _speed(self) -> np.ndarray:
         assert self.flow is not None
-        speed: np.ndarray = np.hypot(self.flow[..., 0], self.flow[..., 1])
-        return speed
+        return cv2.magnitude(*cv2.split(self.flow))[..., None]
+
+
+def _jumps(flow: np.ndarray, most: float) -> np.ndarray:
+    """Cells of a flow's grid that differ by more than `most` pixels from one beside them, or lie next to such.
+
+    Returns:
+        h x w float32, 1 there and 0 elsewhere.
+    """
+    found = np.zeros(flow.shape[:2], np.uint8)
+    for axis in range(2):
+        values = np.ascontiguousarray(flow[..., axis])
+        found[:, 1:] |= cv2.absdiff(values[:, 1:], values[:, :-1]) > most
+        found[1:] |= cv2.absdiff(values[1:], values[:-1]) > most
+    return cv2.dilate(found, np.ones((3, 3), np.uint8)).astype(np.float32)
 
 
 class MotionEstimator:
@@ -115,43 +143,61 @@ class MotionEstimator:
             return None
         limit = float(np.hypot(MIN_LIMIT, NOISE_FACTOR * noise_level(picture)))
         flow = self._flow(before, picture.shape[1])
-        return Warp(self._weight, limit, flow, RESULT_FACTOR * self._weight, self._is_fixed)
+        weights = self._weight, RESULT_FACTOR * self._weight
+        jump = MAX_JUMP * picture.shape[1] / self._reduced.shape[1]
+        return Warp(weights[0], limit, flow, weights[1], self._is_fixed, jump)
 
     def _flow(self, before: np.ndarray, width: int) -> np.ndarray | None:
         now = self._reduced
         assert now is not None
-        if min(now.shape) < 16 or np.array_equal(now, before):
+        change = _change(now, before)
+        if min(now.shape) < 16 or change.max() <= MAX_STILL * NOISE_AREA**2:
             return None
         flow: np.ndarray = self._estimator.calc(now, before, None)
-        flow[~_is_better(flow, now, before)] = 0
+        flow *= _is_better(flow, now, before, change)[..., None]
         if not flow.any():
             return None
-        grid = max(1, now.shape[1] // FLOW_GRID), max(1, now.shape[0] // FLOW_GRID)
-        return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(width / now.shape[1])
+        scale = width / now.shape[1]
+        cell = max(FLOW_GRID, round(SEGMENT / 2 / scale))
+        grid = now.shape[1] // cell, now.shape[0] // cell
+        return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(scale)
 
 
-def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Where motion explains a change better than noise on a still picture would, h x w bool."""
-    rows, columns = np.indices(now.shape, np.float32)
-    moved = cv2.remap(
-        before, columns + flow[..., 0], rows + flow[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
-    still, moving = (cv2.blur(cv2.absdiff(now, each).astype(np.float32), (5, 5)) for each in (before, moved))
-    return moving < MAX_RESIDUAL * still
+def _change(now: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Sum of differences over a neighbourhood, h x w uint16."""
+    return cv2.boxFilter(cv2.absdiff(now, before), cv2.CV_16U, (NOISE_AREA, NOISE_AREA), normalize=False)
+
+
+def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.ndarray) -> np.ndarray:
+    """Where motion explains a change better than noise on a still picture would, h x w bool.
+
+    Args:
+        still: the change without motion.
+    """
+    columns, rows = cv2.split(flow + _places(now.shape))
+    moved = cv2.remap(before, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return (still > MAX_STILL * NOISE_AREA**2) & (_change(now, moved) < MAX_RESIDUAL * still)
+
+
+@lru_cache(1)
+def _places(shape: tuple[int, int]) -> np.ndarray:
+    """Column and row of each pixel, h x w x 2 float32."""
+    rows, columns = np.indices(shape, np.float32)
+    return np.dstack([columns, rows])
 
 
 def _reduced_luma(picture: Picture) -> np.ndarray:
     """Luma, uint8, averaged down."""
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None
-    height, width = picture.shape
-    shrink = max(1.0, max(height, width) / FLOW_SIDE)
-    size = max(1, round(width / shrink)), max(1, round(height / shrink))
-    small = cv2.resize(plane, size, interpolation=cv2.INTER_AREA)
+    small = plane
+    while max(small.shape[:2]) > FLOW_SIDE and min(small.shape[:2]) > 1:
+        height, width = small.shape[0] // 2, small.shape[1] // 2
+        small = cv2.resize(small[: 2 * height, : 2 * width], (width, height), interpolation=cv2.INTER_AREA)
     if small.ndim == 3:
         small = small.astype(np.float32) @ picture.encoding.weights
     if small.dtype == np.uint8:
-        return small
+        return small.copy() if small is plane else small
     most = 2**picture.encoding.depth - 1 if picture.encoding.depth else 1
     return np.clip(small * np.float32(255 / most), 0, 255).astype(np.uint8)
 
@@ -167,19 +213,20 @@ def noise_level(picture: Picture) -> float:
     black, white = picture.encoding.luma_levels
     if min(plane.shape) < 3:
         return 0.0
-    sampling = Sampling.of(*plane.shape)
-    found = np.empty(sampling.shape, np.float32)
-    _laplacian(plane, sampling.stride, *sampling.first, found)
+    stride = -(-max(plane.shape) // NOISE_SAMPLES)
+    found = np.empty([-(-side // stride) for side in plane.shape], np.float32)
+    _laplacian(plane, stride, found)
     # The Laplacian's own gain is 6; that percentile of the size of a normal number is 0.385 deviations.
-    return float(np.percentile(found, NOISE_PERCENTILE)) / (6 * 0.385 * (white - black))
+    rank = found.size * NOISE_PERCENTILE // 100
+    return float(np.partition(found, rank, axis=None)[rank]) / (6 * 0.385 * (white - black))
 
 
 @compiled
-def _laplacian(plane, stride, top, left, out):  # type: ignore[no-untyped-def]
+def _laplacian(plane, stride, out):  # type: ignore[no-untyped-def]
     for row in range(out.shape[0]):
-        y = min(max(top + row * stride, 1), plane.shape[0] - 2)
+        y = min(max(row * stride, 1), plane.shape[0] - 2)
         for column in range(out.shape[1]):
-            x = min(max(left + column * stride, 1), plane.shape[1] - 2)
+            x = min(max(column * stride, 1), plane.shape[1] - 2)
             corners = (
                 np.float32(plane[y - 1, x - 1])
                 + np.float32(plane[y - 1, x + 1])

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
+from vidstyle.core.bands import in_bands
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.planes import alpha_in_depth, color_rows, store, yuv_from_rgb
-from vidstyle.stabilize.blend import warp_and_blend
+from vidstyle.core.planes import alpha_in_depth, color_rows, yuv_from_rgb
+from vidstyle.stabilize.blend import Rows, in_segments, result_rows, source_rows
 from vidstyle.stabilize.motion import MotionEstimator, Warp
+
+BAND_RADIUS = 16
+"""As the radius for `in_bands`: bands are much higher than the row that is read beside them, so that few rows
+are computed twice."""
 
 Planes = dict[str, np.ndarray]
 """Planes by name: "luma", "blue" and "red", or "first", "second" and "third" of RGB."""
@@ -24,7 +28,7 @@ class Stabilized:
 
     Attributes:
         warp: of the previous frame, or None if none was blended in.
-        weights: of the previous frame at each pixel, H x W float32, 0..1.
+        weights: of the previous frame at each pixel, H x W uint8; see `source_rows`.
     """
 
     picture: Picture
@@ -68,23 +72,34 @@ class Stabilizer:
         warp = self._motion.estimate(picture, time, scene_cut)
         now = with_planes(picture)
         encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(now))
-        weights = None
         if encoding != self._encoding or not _same_shapes(planes, self._source):
             warp = None
-        for name, plane in planes.items():
-            scale, span = code_scale(name, now.encoding, encoding)
-            if warp is None:
-                planes[name] = _scaled(plane, *scale, encoding.depth == 0)
-                continue
-            planes[name], found = warp_and_blend(
-                self._pool, plane, scale, self._source[name], warp.flow, warp.weight,
-                limit=warp.limit * span, guide=weights, step=plane_step(name, now.encoding),
-            )  # fmt: skip
-            weights = found if weights is None else weights
+        weights = None
+        if warp is None:
+            for name, plane in planes.items():
+                (gain, offset), _ = code_scale(name, now.encoding, encoding)
+                planes[name] = _scaled(plane, gain, offset, encoding.depth == 0)
+        else:
+            planes, weights = self._blended(planes, now.encoding, encoding, warp)
         self._encoding, self._source = encoding, planes
         chroma = (planes["blue"], planes["red"]) if "blue" in planes else None
         alpha = alpha_in_depth(now, encoding.depth)
         return Stabilized(Picture(encoding, planes["luma"], chroma, alpha=alpha), warp, weights)
+
+    def _blended(self, now: Planes, old: Encoding, new: Encoding, warp: Warp) -> tuple[Planes, np.ndarray]:
+        """The planes of the source blended with those before, and the weights of luma."""
+        out = {name: np.empty(plane.shape, new.dtype) for name, plane in now.items()}
+        weights = {name: np.empty(plane.shape, np.uint8) for name, plane in now.items()}
+        jobs = {}
+        for name, plane in now.items():
+            (scale, span), step = code_scale(name, old, new), plane_step(name, old)
+            flow, guide = segment_flow(warp.flow, plane.shape[1], step), weights["luma"]
+            jobs[name] = source_rows(
+                plane, scale, self._source[name], flow, warp.weight, warp.limit * span,
+                None if name == "luma" else guide, step, out[name], weights[name],
+            )  # fmt: skip
+        self._run(jobs, now["luma"].shape, old)
+        return out, weights["luma"]
 
     def after(self, result: Picture, stabilized: Stabilized) -> Picture:
         """Stabilize the result of the style; call it in the order of the frames."""
@@ -93,17 +108,28 @@ class Stabilizer:
         if warp is None or weights is None or not _same_shapes(planes, old):
             self._result = {name: _scaled(each, gain, 0, floats) for name, each in planes.items()}
             return result
-        if warp.stillness is not None:
-            weights = weights * cv2.resize(warp.stillness, weights.shape[::-1])
-        for name, plane in planes.items():
-            self._result[name], _ = warp_and_blend(
-                self._pool, plane, (gain, 0), old[name], warp.result_flow, warp.result_weight,
-                guide=weights, step=plane_step(name, encoding),
-            )  # fmt: skip
         shown = result.map_planes(lambda plane, kind: plane if kind == "alpha" else np.empty_like(plane))
-        for name, out in _named_planes(shown):
-            store(self._result[name], 0, 1 / gain, encoding.depth, out)
+        codes, jobs = dict(_named_planes(shown)), {}
+        self._result = {name: np.empty(plane.shape, old[name].dtype) for name, plane in planes.items()}
+        for name, plane in planes.items():
+            step, width = plane_step(name, encoding), plane.shape[1]
+            flow, parts = segment_flow(warp.result_flow, width, step), in_segments(warp.result_guide, width)
+            jobs[name] = result_rows(
+                plane, gain, old[name], flow, parts, warp.result_weight, weights, step,
+                self._result[name], codes[name],
+            )  # fmt: skip
+        self._run(jobs, result.shape, encoding)
         return shown
+
+    def _run(self, jobs: Mapping[str, Rows], shape: tuple[int, int], encoding: Encoding) -> None:
+        """Compute the rows of all planes band by band, luma first."""
+
+        def run(top: int, bottom: int) -> None:
+            for name, rows in jobs.items():
+                _, down = plane_step(name, encoding)
+                rows(top // down, -(-bottom // down))
+
+        in_bands(self._pool, shape, BAND_RADIUS, run)
 
 
 def stabilized_encoding(encoding: Encoding) -> Encoding:
@@ -139,6 +165,16 @@ def with_planes(picture: Picture) -> Picture:
 def plane_step(name: str, encoding: Encoding) -> tuple[int, int]:
     """Pixels for each sample of a plane, across and down."""
     return encoding.step if name in ("blue", "red") else (1, 1)
+
+
+def segment_flow(flow: np.ndarray | None, width: int, step: tuple[int, int]) -> np.ndarray:
+    """The flow of a `Warp` for the segments of a plane, in its samples; see `in_segments`.
+
+    Args:
+        width: of the plane.
+        step: luma pixels for each of its samples, across and down.
+    """
+    return in_segments(flow, width) / np.array(step, np.float32)
 
 
 def code_scale(name: str, old: Encoding, new: Encoding) -> tuple[tuple[float, float], float]:

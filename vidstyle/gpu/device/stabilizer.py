@@ -11,13 +11,15 @@ import numpy as np
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile.glsl import Assembly
 from vidstyle.gpu.compile.shader_nodes import Format, plane_format
-from vidstyle.stabilize.blend import STILL
+from vidstyle.stabilize.blend import in_segments
 from vidstyle.stabilize.motion import MotionEstimator, Warp
+from vidstyle.stabilize.segment import SEGMENT
 from vidstyle.stabilize.stabilizer import (
     code_scale,
     plane_step,
     planes_encoding,
     result_gain,
+    segment_flow,
     stabilized_encoding,
 )
 from vidstyle.style.nodes import Shape
@@ -89,6 +91,7 @@ class GpuStabilizer:
         warped = self._take(f"warped {shape}", shape, WARPED)
         values = {
             "size": shape[::-1],
+            "segment": SEGMENT,
             "luma_step": plane_step(name, old),
             "scale": (gain * plane_format(old.depth).most, offset),
             "white": float(coding.most),
@@ -97,7 +100,8 @@ class GpuStabilizer:
             "guided": name != "luma",
         }
         if warp and warp.weight:
-            images = {"plane": plane, "before": newest, "flow": self._flow("slight", warp.flow)}
+            flow = segment_flow(warp.flow, shape[1], plane_step(name, old))
+            images = {"plane": plane, "before": newest, "flow": self._grid("slight flow", flow)}
             self._run("warped", images, values, [warped])
         weights = self._take(f"weights {name}", shape, WEIGHT)
         images = {"plane": plane, "warped": warped}
@@ -110,21 +114,26 @@ class GpuStabilizer:
         shape, target, warp = (plane.height, plane.width), self._target, self._warp
         coding = plane_format(target.depth, plane.components)
         deep = plane_format(16 if target.depth else 0, plane.components)
-        is_new = f"result {name}" not in self._newest
+        is_new, step = f"result {name}" not in self._newest, plane_step(name, target)
         newest, next_one = self._newest_and_next(f"result {name}", shape, deep)
         codes = self._take(f"codes {name}", shape, coding)
         images = {
             "plane": plane,
             "before": newest,
-            "flow": self._flow("result", warp.result_flow if warp else None),
-            "stillness": self._stillness(warp.stillness if warp else None),
+            "flow": self._grid(
+                "result flow", segment_flow(warp.result_flow if warp else None, shape[1], step)
+            ),
+            "segment_weights": self._grid(
+                "segment weights", in_segments(warp.result_guide if warp else None, shape[1])
+            ),
         }
         weights, _ = self._taken.get("weights luma", (None, None))
         if weights:
             images["guide"] = weights
         values = {
             "size": shape[::-1],
-            "luma_step": plane_step(name, target),
+            "segment": SEGMENT,
+            "luma_step": step,
             "gain": result_gain(target),
             "white": float(deep.most),
             "most": float(coding.most),
@@ -149,14 +158,11 @@ class GpuStabilizer:
         self._resources.draw_into(targets)
         program.run((0, 0), targets[0].size, (1, 1))
 
-    def _flow(self, name: str, flow: np.ndarray | None) -> moderngl.Texture:
-        flow = STILL if flow is None else np.ascontiguousarray(flow, np.float32)
-        texture = self._take(f"{name} flow {flow.shape}", (flow.shape[0], flow.shape[1]), WARPED)
-        texture.write(flow)
+    def _grid(self, name: str, grid: np.ndarray) -> moderngl.Texture:
+        """A texture with a grid of segments, h x w x 2, or x 1, which stands for two alike."""
+        texture = self._take(f"{name} {grid.shape}", (grid.shape[0], grid.shape[1]), WARPED)
+        texture.write(np.ascontiguousarray(np.broadcast_to(grid, (*grid.shape[:2], 2))))
         return texture
-
-    def _stillness(self, stillness: np.ndarray | None) -> moderngl.Texture:
-        return self._flow("no", np.ones((1, 1, 2)) if stillness is None else np.dstack([stillness] * 2))
 
     def _newest_and_next(
         self, name: str, shape: Shape, coding: Format
