@@ -95,7 +95,7 @@ class Warp:
 
 
 def _jumps(flow: np.ndarray, most: float) -> np.ndarray:
-    """Cells of a flow's grid that differ by more than `most` pixels from one beside them, or lie next to such.
+    """Cells that differ by more than `most` pixels from one beside them, or lie next to such.
 
     Returns:
         h x w float32, 1 there and 0 elsewhere.
