@@ -1,4 +1,4 @@
-"""Times whole programs side by side: vidstyle and other programs that do the same, or vidstyle at two settings.
+"""Times whole programs side by side: vidstyle and others that do the same, or vidstyle at two settings.
 
     python tools/compare_peers.py clip.mp4 [--rounds 5] [--job plain ...]
 
@@ -44,6 +44,10 @@ def _vidstyle(style: str, *options: str, clip: str = "CLIP", out: str = "OUT.mp4
 def _ffmpeg(*filters: str) -> Command:
     start = ("ffmpeg", "-v", "error", "-nostdin", "-y", "-i", "CLIP")
     return (*start, *filters, "-map", "0:a?", *ENCODE, "-c:a", "copy", "OUT.mp4")
+
+
+def _frei0r(name: str) -> Command:
+    return _ffmpeg("-vf", f"frei0r={name}")
 
 
 def _opencv(look: str) -> Command:
@@ -99,9 +103,9 @@ JOBS = [
         _ffmpeg("-filter_complex", GAUSSIANS),
         0.9,
     ),
-    Job("cartoon / frei0r cartoon", _vidstyle("cartoon", *STILL), _ffmpeg("-vf", "frei0r=cartoon"), 0.8),
-    Job("comic / frei0r cartoon", _vidstyle("comic", *STILL), _ffmpeg("-vf", "frei0r=cartoon"), 1.2),
-    Job("halftone / frei0r colorhalftone", _vidstyle("DOTS", *STILL), _ffmpeg("-vf", "frei0r=colorhalftone"), 1 / 8),
+    Job("cartoon / frei0r cartoon", _vidstyle("cartoon", *STILL), _frei0r("cartoon"), 0.8),
+    Job("comic / frei0r cartoon", _vidstyle("comic", *STILL), _frei0r("cartoon"), 1.2),
+    Job("halftone / frei0r colorhalftone", _vidstyle("DOTS", *STILL), _frei0r("colorhalftone"), 1 / 8),
     Job("ink / plain", _vidstyle("ink"), _vidstyle("plain"), 2.2),
     Job("comic / plain", _vidstyle("comic"), _vidstyle("plain"), 2.6),
     Job("paint / plain", _vidstyle("paint"), _vidstyle("plain"), 4),

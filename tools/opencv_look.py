@@ -1,4 +1,4 @@
-"""Restyles a film with one of OpenCV's looks: `python tools/opencv_look.py stylization clip.mp4 out.mp4 [FRAMES]`.
+"""Restyles a film with one of OpenCV's looks: `python tools/opencv_look.py stylization clip.mp4 out.mp4`.
 
 A peer for `compare_peers.py`: OpenCV decodes, FFmpeg encodes as there.
 """
@@ -19,12 +19,12 @@ LOOKS: dict[str, Callable[[np.ndarray], Any]] = {
     "stylization": cv2.stylization,
     "pencilSketch": lambda frame: cv2.pencilSketch(frame)[1],
     "edgePreservingFilter": cv2.edgePreservingFilter,
-    "oilPainting": lambda frame: getattr(cv2, "xphoto").oilPainting(frame, 4, 1),
+    "oilPainting": lambda frame: cv2.xphoto.oilPainting(frame, 4, 1),
 }
 
 
-def main(look: str, source: str, target: str, frames: int = 1 << 30) -> None:
-    """Restyle so many frames at most."""
+def main(look: str, source: str, target: str) -> None:
+    """Restyle a film."""
     film = cv2.VideoCapture(source)
     width, height = (int(film.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
     pixels = ["-f", "rawvideo", "-pix_fmt", "bgr24", "-s", f"{width}x{height}"]
@@ -32,12 +32,10 @@ def main(look: str, source: str, target: str, frames: int = 1 << 30) -> None:
     command = ["ffmpeg", "-v", "error", "-y", *pixels, *rate, "-i", "-", *ENCODE, target]
     with subprocess.Popen(command, stdin=subprocess.PIPE) as encoder:
         assert encoder.stdin
-        for _ in range(frames):
-            decoded, frame = film.read()
-            if not decoded:
-                break
+        while (read := film.read())[0]:
+            frame = read[1]
             encoder.stdin.write(np.ascontiguousarray(LOOKS[look](frame)).data)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:4], *map(int, sys.argv[4:]))
+    main(*sys.argv[1:4])
