@@ -54,7 +54,7 @@ def lic(
     way = _steps(length, size), np.float32(size), reach
     flat = around.reshape(-1), noise.reshape(-1)
     _smear(flat, (around.shape[1], noise.shape[1]), rows, columns, way, gain, place.margin, out)
-    return np.dstack([out] * 3)
+    return cv2.merge([out] * 3)
 
 
 def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray, np.ndarray]:

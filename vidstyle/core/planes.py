@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
+import cv2
 import numpy as np
 
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, interleaved
 from vidstyle.core.picture import Encoding, Picture
 
 Chroma = tuple[np.ndarray, np.ndarray]
@@ -55,7 +56,7 @@ def color_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
     if picture.color is None:
         luma = luma_rows(picture, top, bottom)
         if picture.chroma is None:
-            return np.repeat(luma[..., None], 3, axis=2)
+            return gray_rgb(luma)
         return rgb_from_yuv(luma, chroma_rows(picture, top, bottom), picture.encoding)
     return _from_codes(picture.color[top:bottom], picture.encoding)
 
@@ -63,14 +64,14 @@ def color_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
 def rgb_from_yuv(luma: np.ndarray, chroma: Chroma, encoding: Encoding) -> np.ndarray:
     """RGB, N x W x 3 float32, of three N x W float32 planes."""
     color = np.empty((*luma.shape, 3), np.float32)
-    _mix_rgb(luma, *chroma, encoding.to_rgb, color)
+    _mix_rgb(luma, *chroma, encoding.to_rgb, interleaved(color))
     return color
 
 
 def yuv_from_rgb(color: np.ndarray, encoding: Encoding) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Luma, blue and red difference, three N x W float32 planes."""
     luma, blue, red = (np.empty(color.shape[:2], np.float32) for _ in range(3))
-    _mix_yuv(color, encoding.from_rgb, luma, blue, red)
+    _mix_yuv(interleaved(color), encoding.from_rgb, luma, blue, red)
     return luma, blue, red
 
 
@@ -131,8 +132,18 @@ def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) 
     row_index, row_weight = _box(height, down, encoding.siting[1], above, plane.shape[0])
     index, weight = _box(width, across, encoding.siting[0], 0, plane.shape[1])
     out = np.empty((height, width), np.float32)
-    _gather(plane, row_index, row_weight, index, weight, np.empty(plane.shape[1], np.float32), out)
+    if across == 2 and plane.shape[1] > 2:
+        # All samples but those at the edges lie alike upon the columns, which are repeated beyond the edge.
+        first, line = index[1, 0] - 1, np.empty(plane.shape[1] + 4, np.float32)
+        _halve(plane, row_index, row_weight, int(first), weight[0], line, out)
+    else:
+        _gather(plane, row_index, row_weight, index, weight, np.empty(plane.shape[1], np.float32), out)
     return out
+
+
+def gray_rgb(luma: np.ndarray) -> np.ndarray:
+    """RGB with three equal channels, N x W x 3 float32."""
+    return cv2.merge([luma] * 3)
 
 
 def _from_codes(rows: np.ndarray, encoding: Encoding) -> np.ndarray:
@@ -242,24 +253,54 @@ def _gather(plane, row_index, row_weight, index, weight, line, out):  # type: ig
 
 
 @compiled
+def _halve(plane, row_index, row_weight, first, weight, line, out):  # type: ignore[no-untyped-def]
+    """`_gather` for samples two columns apart, with three weights each that are the same for all.
+
+    Args:
+        first: the column of the first sample's first weight, counted from -1.
+        line: scratch for the columns -1..width + 2.
+    """
+    width = plane.shape[1]
+    left, middle, right, own = weight[0], weight[1], weight[2], line[1:]
+    for row in range(out.shape[0]):
+        for x in range(width):
+            own[x] = 0
+        for tap in range(row_index.shape[1]):
+            part = row_weight[row, tap]
+            if part != 0:
+                source = row_index[row, tap]
+                for x in range(width):
+                    own[x] += part * plane[source, x]
+        line[0] = own[0]
+        for x in range(3):
+            own[width + x] = own[width - 1]
+        read = line[first:]
+        for x in range(out.shape[1]):
+            out[row, x] = left * read[2 * x] + middle * read[2 * x + 1] + right * read[2 * x + 2]
+
+
+@compiled
 def _mix_rgb(luma, blue, red, matrix, out):  # type: ignore[no-untyped-def]
     from_red, green_blue, green_red, from_blue = matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 1]
     for row in range(luma.shape[0]):
         for x in range(luma.shape[1]):
             y, u, v = luma[row, x], blue[row, x], red[row, x]
-            out[row, x, 0] = y + from_red * v
-            out[row, x, 1] = y + green_blue * u + green_red * v
-            out[row, x, 2] = y + from_blue * u
+            out[row, 3 * x] = y + from_red * v
+            out[row, 3 * x + 1] = y + green_blue * u + green_red * v
+            out[row, 3 * x + 2] = y + from_blue * u
 
 
 @compiled
 def _mix_yuv(color, matrix, luma, blue, red):  # type: ignore[no-untyped-def]
+    luma_red, luma_green, luma_blue = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    blue_red, blue_green, blue_blue = matrix[1, 0], matrix[1, 1], matrix[1, 2]
+    red_red, red_green, red_blue = matrix[2, 0], matrix[2, 1], matrix[2, 2]
     for row in range(luma.shape[0]):
         for x in range(luma.shape[1]):
-            r, g, b = color[row, x, 0], color[row, x, 1], color[row, x, 2]
-            luma[row, x] = matrix[0, 0] * r + matrix[0, 1] * g + matrix[0, 2] * b
-            blue[row, x] = matrix[1, 0] * r + matrix[1, 1] * g + matrix[1, 2] * b
-            red[row, x] = matrix[2, 0] * r + matrix[2, 1] * g + matrix[2, 2] * b
+            r, g, b = color[row, 3 * x], color[row, 3 * x + 1], color[row, 3 * x + 2]
+            luma[row, x] = luma_red * r + luma_green * g + luma_blue * b
+            blue[row, x] = blue_red * r + blue_green * g + blue_blue * b
+            red[row, x] = red_red * r + red_green * g + red_blue * b
 
 
 @compiled

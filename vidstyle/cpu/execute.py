@@ -18,6 +18,7 @@ from vidstyle.core.planes import (
     Chroma,
     chroma_radius,
     color_rows,
+    gray_rgb,
     luma_rows,
     rgb_from_yuv,
     upsampled_chroma,
@@ -223,7 +224,7 @@ def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> 
         case "rgb_from_yuv":
             return rgb_from_yuv(inputs["luma"], inputs["chroma"], encoding_of(node.matrix))
         case "rgb_from_gray":
-            return np.repeat(inputs["luma"][..., None], 3, axis=2)
+            return gray_rgb(inputs["luma"])
         case "constant_luma":
             return np.full(shape, values["level"], np.float32)
         case "constant_chroma":
