@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from functools import cache
-from itertools import combinations_with_replacement
 from pathlib import Path
 
 import cv2
@@ -23,41 +23,20 @@ CLASSES = 10
 
 
 def score(measures: Measures) -> float:
-    """How much a picture is like those that shipped styles make, and unlike random ones: 0..1.
+    """How much a picture is like those that shipped styles make, and unlike random ones: 0..1."""
+    return float(1 / (1 + np.exp(-log_odds(np.array(measures), _model()))))
 
-    A logistic regression on measures and their products, fitted to both on ten photographs.
+
+def log_odds(measures: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The logarithm of the odds of a score, of measures along the last axis: a network of one hidden layer.
+
+    Args:
+        model: "middle" and "spread" of the measures, the "hidden" layer's weights, and those of its result,
+            "output"; the last row of both is added to the sums.
     """
-    middle, spread, weights = _model()
-    exponent = products((np.array(measures) - middle) / spread) @ weights
-    return float(1 / (1 + np.exp(-exponent)))
-
-
-def products(numbers: np.ndarray) -> np.ndarray:
-    """1, the numbers along the last axis, and the products of any two of them."""
-    pairs = combinations_with_replacement(range(numbers.shape[-1]), 2)
-    columns = [numbers[..., one] * numbers[..., other] for one, other in pairs]
-    return np.concatenate([np.ones((*numbers.shape[:-1], 1)), numbers, np.stack(columns, -1)], axis=-1)
-
-
-def fitted_weights(good: np.ndarray, other: np.ndarray, decay: float) -> dict[str, list[float]]:
-    """The model that tells good pictures from others, both as rows of measures and of equal weight in all.
-
-    Logistic regression by Newton's method, with squared weights times `decay` added to the loss.
-    """
-    rows = np.concatenate([good, other])
-    middle, spread = rows.mean(0), rows.std(0)
-    inputs = products((rows - middle) / spread)
-    wanted = np.repeat([1.0, 0.0], [len(good), len(other)])
-    shares = np.where(wanted == 1, len(rows) / len(good), len(rows) / len(other)) / 2
-    penalty = decay * np.eye(inputs.shape[1])
-    penalty[0, 0] = 0
-    weights = np.zeros(inputs.shape[1])
-    for _ in range(50):
-        found = 1 / (1 + np.exp(-inputs @ weights))
-        slope = inputs.T @ (shares * (found - wanted)) + penalty @ weights
-        bend = (inputs * (shares * found * (1 - found))[:, None]).T @ inputs + penalty
-        weights -= np.linalg.solve(bend, slope)
-    return {"middle": middle.tolist(), "spread": spread.tolist(), "weights": weights.tolist()}
+    normal = (measures - model["middle"]) / model["spread"]
+    hidden = np.tanh(normal @ model["hidden"][:-1] + model["hidden"][-1])
+    return hidden @ model["output"][:-1] + model["output"][-1]
 
 
 def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[int]:
@@ -117,6 +96,6 @@ class Judge:
 
 
 @cache
-def _model() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _model() -> dict[str, np.ndarray]:
     model = json.loads(MODEL.read_text(encoding="utf-8"))
-    return np.array(model["middle"]), np.array(model["spread"]), np.array(model["weights"])
+    return {name: np.array(values) for name, values in model.items() if name != "measures"}
