@@ -146,6 +146,7 @@ def test_a_wrong_import_is_seen(
     [
         ("import vidstyle", "av cv2 numba moderngl numpy click rich tomlkit"),
         ("from vidstyle.cli import main", "av cv2 numba moderngl"),
+        ("import vidstyle.pipeline.render", "cv2 llvmlite numba moderngl vidstyle.gpu.compile.plan"),
     ],
 )
 def test_importing_loads_nothing_heavy(code: str, heavy: str) -> None:

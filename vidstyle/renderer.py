@@ -11,14 +11,15 @@ import numpy as np
 
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.cpu.plain import PlainRenderer
 from vidstyle.errors import UsageError, log, not_a_picture
 from vidstyle.gpu.device.devices import DEVICES, DeviceChoice, choose
-from vidstyle.gpu.renderer import GpuRenderer
 from vidstyle.style import Style, load_style
 
 if TYPE_CHECKING:
     import av
+
+    from vidstyle.gpu.device.devices import Device
 
 StyleLike = Style | str | Path | Mapping[str, object]
 """A style as `load_style` takes it: a `Style`, a name, a path or a table."""
@@ -90,10 +91,23 @@ def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True)
     """
     style = load_style(style)
     chosen = _choice(style, device).device
-    renderer: Backend = GpuRenderer(style, chosen, CpuRenderer) if chosen else CpuRenderer(style)
+    renderer = _opened(style, chosen)
     if announce:
         announce_device(style, device)
     return renderer
+
+
+def _opened(style: Style, device: Device | None) -> Backend:
+    """Imports what this renderer needs alone."""
+    if device is None and style.is_plain:
+        return PlainRenderer(style)
+    from vidstyle.cpu.renderer import CpuRenderer
+
+    if device is None:
+        return CpuRenderer(style)
+    from vidstyle.gpu.renderer import GpuRenderer
+
+    return GpuRenderer(style, device, CpuRenderer)
 
 
 def announce_device(style: Style, device: str) -> None:

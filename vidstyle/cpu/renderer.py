@@ -14,6 +14,7 @@ from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
+from vidstyle.cpu.plain import stays
 from vidstyle.cpu.schedule import Schedule, schedule
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style
@@ -58,7 +59,7 @@ class CpuRenderer(Closing):
     ) -> Picture:
         """Restyle a picture; the arguments are those of `Backend.run`."""
         target = target or picture.encoding
-        if self.style.is_plain and target == picture.encoding and rgb == (picture.color is not None):
+        if stays(picture, self.style, target, rgb):
             return picture
         with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
             return self._stabilized(picture, time, target, rgb)

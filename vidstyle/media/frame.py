@@ -8,7 +8,6 @@ from fractions import Fraction
 from typing import Any, cast
 
 import av
-import cv2
 import numpy as np
 from av.sidedata.sidedata import Type as SideDataType
 
@@ -92,6 +91,8 @@ def picture_from_frame(
         InputError: an unsupported pixel format or colour matrix.
         UsageError: no frame.
     """
+    import cv2
+
     if not isinstance(frame, av.VideoFrame):
         raise not_a_picture(frame, "an av.VideoFrame or an array")
     frame = to_supported_format(frame, subject)
@@ -191,6 +192,8 @@ def _fourth(planes: Sequence[np.ndarray], layout: PlaneLayout) -> np.ndarray | N
 
 def _planes(picture: Picture, name: str) -> list[np.ndarray]:
     """The planes in the order that FFmpeg's format has them."""
+    import cv2
+
     alpha = [] if picture.alpha is None else [picture.alpha]
     if picture.color is not None:
         if name.startswith("gbr"):

@@ -6,7 +6,6 @@ import struct
 from dataclasses import dataclass, replace
 
 import av
-import cv2
 import numpy as np
 from av.sidedata.sidedata import Type as SideDataType
 
@@ -82,6 +81,8 @@ class Orientation:
 
     def plane(self, plane: np.ndarray) -> np.ndarray:
         """One plane upright, H x W or H x W x 3."""
+        import cv2
+
         if self.transpose:
             plane = cv2.transpose(plane)
         if self.mirror_x or self.mirror_y:

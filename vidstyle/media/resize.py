@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-import cv2
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
@@ -90,6 +89,8 @@ def square_pixels(color: np.ndarray, sample_aspect: Fraction | None) -> np.ndarr
 
 def _plane(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """Pixel areas are mapped, not pixel centres."""
+    import cv2
+
     shrinks = shape[0] <= plane.shape[0] and shape[1] <= plane.shape[1]
     method = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
     return cv2.resize(plane, (shape[1], shape[0]), interpolation=method)
@@ -102,6 +103,8 @@ def _chroma(
 
     The new sample j lies at the new luma pixel siting + step j; the rest is that pixel's place in the source.
     """
+    import cv2
+
     spread = [0.5 * max(1 / scale**2 - 1, 0) ** 0.5 for scale in scales]
     if max(spread) > MIN_BLUR:
         across, down = (max(sigma, MIN_BLUR) for sigma in spread)

@@ -82,7 +82,8 @@ def render(
         info = compared_info(reader.info, compare)
         if frames and info.frames:
             info = replace(info, frames=min(frames, info.frames))
-        more = {"frames": frames, "compare": compare, "device": type(renderer).__name__}
+        device_kind = type(renderer).__module__.split(".")[1]  # the package cpu or gpu
+        more = {"frames": frames, "compare": compare, "device": device_kind}
         fingerprint = render_fingerprint(source, target, style, read, write, resume, **more)
         writer = open_writer(target, info, write, reader, fingerprint)
         announce_device(style, device)

@@ -6,10 +6,10 @@ import hashlib
 import os
 from collections.abc import Iterable
 from dataclasses import fields
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 import vidstyle
@@ -85,7 +85,8 @@ def warm_up_frames(style: Style, rate: float) -> int:
 
 def build() -> str:
     """The versions of what makes the pictures."""
-    libraries = f"FFmpeg {ffmpeg_version()}, OpenCV {cv2.__version__}, NumPy {np.__version__}"
+    opencv = metadata.version("opencv-contrib-python-headless")  # importing it would take longest of all
+    libraries = f"FFmpeg {ffmpeg_version()}, OpenCV {opencv}, NumPy {np.__version__}"
     return f"vidstyle {vidstyle.__version__}, {libraries}"
 
 

@@ -9,7 +9,6 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
-import cv2
 import numpy as np
 
 from vidstyle.core.opencv_log import silent_opencv
@@ -106,6 +105,8 @@ class SequenceSource:
         Raises:
             InputError: too large, or not readable.
         """
+        import cv2
+
         content = path.read_bytes()
         _check_webp(path, content, max_pixels)
         with silent_opencv():
@@ -116,6 +117,8 @@ class SequenceSource:
         pictures = animation.frames
 
         def load(number: int, damage: DecodeReport) -> av.VideoFrame | None:
+            import cv2
+
             damage.decoded += 1
             order = cv2.COLOR_BGRA2RGBA if pictures[number].shape[2] == 4 else cv2.COLOR_BGR2RGB
             return frame_from_picture(Picture.from_array(cv2.cvtColor(pictures[number], order)))

@@ -1,0 +1,64 @@
+"""A renderer for the empty style, which loads what restyling takes only where a picture must be changed."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from typing import TYPE_CHECKING
+
+from vidstyle.core.closing import Closing
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.style import Style
+
+if TYPE_CHECKING:
+    from vidstyle.cpu.renderer import CpuRenderer
+
+
+class PlainRenderer(Closing):
+    """Returns pictures as they are; another encoding or style is left to a `CpuRenderer`, opened then.
+
+    Attributes:
+        frames_in_flight: see `CpuRenderer`.
+    """
+
+    frames_in_flight = 0
+
+    def __init__(self, style: Style) -> None:
+        self.style = style
+        self._renderer: CpuRenderer | None = None
+
+    def close(self) -> None:
+        """End the threads, if there are any."""
+        if self._renderer:
+            self._renderer.close()
+
+    def change_style(self, style: Style) -> None:
+        """Use another style from the next picture on."""
+        self.style = style
+        if self._renderer:
+            self._renderer.change_style(style)
+
+    def run(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Picture:
+        """Restyle a picture; the arguments are those of `Backend.run`."""
+        if self._renderer is None:
+            if stays(picture, self.style, target, rgb):
+                return picture
+            from vidstyle.cpu.renderer import CpuRenderer
+
+            self._renderer = CpuRenderer(self.style)
+        return self._renderer.run(picture, time, target, rgb)
+
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Future[Picture]:
+        """The same as `run`, as a future."""
+        future: Future[Picture] = Future()
+        future.set_result(self.run(picture, time, target, rgb))
+        return future
+
+
+def stays(picture: Picture, style: Style, target: Encoding | None, rgb: bool) -> bool:
+    """Whether a picture is its own result."""
+    same = target in (None, picture.encoding) and rgb == (picture.color is not None)
+    return style.is_plain and same
