@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-import cv2
 import numpy as np
 
 from vidstyle.core.kernels import compiled, interleaved
@@ -143,6 +142,8 @@ def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) 
 
 def gray_rgb(luma: np.ndarray) -> np.ndarray:
     """RGB with three equal channels, N x W x 3 float32."""
+    import cv2  # not for films that stay as they are
+
     return cv2.merge([luma] * 3)
 
 
