@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import Choice, PageRegion, Slider, block
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, interleaved
 
 ANGLES = (15.0, 75.0, 0.0, 45.0)
 """Degrees by which the screens of cyan, magenta, yellow and black are turned."""
@@ -58,10 +58,9 @@ def halftone(
         _ink_levels(averaged, ink, screens[ink], place.top, spread, levels[ink])
     colors = np.array(INKS[inks], np.float32)
     width = picture.shape[1]
-    rows = np.empty(width, np.int32), np.empty((2, width), np.float32)
-    left = np.empty((3, width), np.float32)
+    rows = np.empty(width, np.int32), np.empty(width, np.float32), np.empty((4, width), np.float32)
     flat = tuple(each.reshape(-1) for each in levels)
-    _print(flat, screens, place.top, colors, place.margin, rows, left, out)
+    _print(flat, screens, place.top, colors, place.margin, rows, interleaved(out))
     return out
 
 
@@ -124,18 +123,18 @@ def _cut(share, per_pixel):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _print_row(levels, screen, y, ink, rows, left):  # type: ignore[no-untyped-def]
-    """Print one ink on a row. Three loops, because a look-up keeps the compiler from making vectors.
+def _cover_row(levels, screen, y, cell, slope, cover):  # type: ignore[no-untyped-def]
+    """How much of each pixel of a row an ink covers. Three loops, as a look-up cannot become vectors.
 
     Args:
-        rows: scratch: cell, and height and slope, of each pixel of a row.
-        left: the paper that the inks leave, 3 x width; multiplied by this one's.
+        cell, slope: scratch, a number for each pixel.
+        cover: written; the height of the screen at first.
     """
     one, half, two, three = np.float32(1), np.float32(0.5), np.float32(2), np.float32(3)
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
     least_slope, step, turn = half * per_pixel, np.float32(cosine), np.float32(sine)
-    steepness, width = np.float32(6) * per_pixel, left.shape[1]
+    steepness, width = np.float32(6) * per_pixel, cover.shape[0]
     # Counted from the row's own lowest cell, not the band's: float32 then rounds alike in every band.
     first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
@@ -143,36 +142,41 @@ def _print_row(levels, screen, y, ink, rows, left):  # type: ignore[no-untyped-d
     columns = np.int32(screen[4])
     origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
     last = np.int32(levels.size - 1)
-    cell, height, slope = rows[0], rows[1][0], rows[1][1]
     for x in range(width):
         along, across = start + np.float32(x) * step, side - np.float32(x) * turn
         i, j = np.int32(along + lift), np.int32(across + lift)
         s, t = abs(two * (along - np.float32(i)) - one), abs(two * (across - np.float32(j)) - one)
         down, right = s * (one - s), t * (one - t)
         cell[x] = origin + i * columns + j
-        height[x] = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
+        cover[x] = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
         slope[x] = max(steepness * np.sqrt(down * down + right * right), least_slope)
     for x in range(width):
-        height[x] -= levels[np.uint32(min(max(cell[x], np.int32(0)), last))]
-    red, green, blue = one - ink[0], one - ink[1], one - ink[2]
+        cover[x] -= levels[np.uint32(min(max(cell[x], np.int32(0)), last))]
     for x in range(width):
-        cover = min(max(height[x] / slope[x] + half, np.float32(0)), one)
-        left[0, x] *= one - red * cover
-        left[1, x] *= one - green * cover
-        left[2, x] *= one - blue * cover
+        cover[x] = min(max(cover[x] / slope[x] + half, np.float32(0)), one)
 
 
 @compiled(fastmath=True)
-def _print(levels, screens, top, inks, margin, rows, left, out):  # type: ignore[no-untyped-def]
+def _print(levels, screens, top, inks, margin, rows, out):  # type: ignore[no-untyped-def]
     """White paper multiplied by what the dots of each ink leave of it."""
-    width = out.shape[1]
+    cell, slope, cover = rows
     for row in range(margin[0], out.shape[0] - margin[1]):
-        for x in range(width):
-            left[0, x], left[1, x], left[2, x] = 1, 1, 1
-        _print_row(levels[0], screens[0], top + row + 0.5, inks[0], rows, left)
-        _print_row(levels[1], screens[1], top + row + 0.5, inks[1], rows, left)
-        _print_row(levels[2], screens[2], top + row + 0.5, inks[2], rows, left)
-        _print_row(levels[3], screens[3], top + row + 0.5, inks[3], rows, left)
-        for x in range(width):
-            for channel in range(3):
-                out[row, x, channel] = left[channel, x]
+        y = top + row + 0.5
+        _cover_row(levels[0], screens[0], y, cell, slope, cover[0])
+        _cover_row(levels[1], screens[1], y, cell, slope, cover[1])
+        _cover_row(levels[2], screens[2], y, cell, slope, cover[2])
+        _cover_row(levels[3], screens[3], y, cell, slope, cover[3])
+        _mix_inks(cover[0], cover[1], cover[2], cover[3], inks, out[row])
+
+
+@compiled(fastmath=True)
+def _mix_inks(cyan, magenta, yellow, black, inks, out):  # type: ignore[no-untyped-def]
+    one = np.float32(1)
+    a, b, c, d = one - inks[0, 0], one - inks[1, 0], one - inks[2, 0], one - inks[3, 0]
+    e, f, g, h = one - inks[0, 1], one - inks[1, 1], one - inks[2, 1], one - inks[3, 1]
+    i, j, k, m = one - inks[0, 2], one - inks[1, 2], one - inks[2, 2], one - inks[3, 2]
+    for x in range(cyan.shape[0]):
+        p, q, r, s = cyan[x], magenta[x], yellow[x], black[x]
+        out[3 * x] = (one - a * p) * (one - b * q) * (one - c * r) * (one - d * s)
+        out[3 * x + 1] = (one - e * p) * (one - f * q) * (one - g * r) * (one - h * s)
+        out[3 * x + 2] = (one - i * p) * (one - j * q) * (one - k * r) * (one - m * s)

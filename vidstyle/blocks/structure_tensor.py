@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vidstyle.block import LumaWeights, block
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, interleaved
 
 
 @block("filter", on="color", radius=lambda: 1, exact=True)
@@ -19,19 +19,20 @@ def structure_tensor(picture: np.ndarray, weights: LumaWeights) -> np.ndarray:
     strongest edge nearby does not drown all others.
     """
     out, scratch = np.empty(picture.shape, np.float32), np.empty((5, picture.shape[1] + 2), np.float32)
-    _encode(picture, weights, scratch, out)
+    _encode(interleaved(picture), weights, scratch, interleaved(out))
     return out
 
 
 @compiled
 def _luma_of_row(row, weights, luma):  # type: ignore[no-untyped-def]
+    red, green, blue = weights[0], weights[1], weights[2]
     for x in range(luma.size):
-        luma[x] = weights[0] * row[x, 0] + weights[1] * row[x, 1] + weights[2] * row[x, 2]
+        luma[x] = red * row[3 * x] + green * row[3 * x + 1] + blue * row[3 * x + 2]
 
 
 @compiled
 def _encode(picture, weights, scratch, out):  # type: ignore[no-untyped-def]
-    height, width = picture.shape[0], picture.shape[1]
+    height, width = picture.shape[0], picture.shape[1] // 3
     half, one, two, least = np.float32(0.5), np.float32(1), np.float32(2), np.float32(1e-20)
     smooth, steep, rows = scratch[0], scratch[1], scratch[2:, :width]
     for row in range(-1, height):
@@ -51,6 +52,6 @@ def _encode(picture, weights, scratch, out):  # type: ignore[no-untyped-def]
             squared = across * across + down * down
             strength = np.sqrt(min(np.sqrt(squared), one))
             each = half * strength / max(squared, least)
-            out[row, x, 0] = half + each * (across * across - down * down)
-            out[row, x, 1] = half + each * two * across * down
-            out[row, x, 2] = strength
+            out[row, 3 * x] = half + each * (across * across - down * down)
+            out[row, 3 * x + 1] = half + each * two * across * down
+            out[row, 3 * x + 2] = strength
