@@ -7,16 +7,19 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import pytest
+from media import make_clip
 from pictures import step, style
 
 from vidstyle import cli
 from vidstyle.bench import Bench, Timed, _forms
+from vidstyle.bench.films import FilmBench
 from vidstyle.bench.paper_figures import FIGURES, figure_for
-from vidstyle.bench.results import as_dict, markdown
+from vidstyle.bench.results import as_dict, film_markdown, markdown
 from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
@@ -206,3 +209,24 @@ def test_the_styles_made_after_the_paper_stand_beside_its_figures() -> None:
     ]
     text = markdown(as_dict(Bench([(100, 100)], [each.subject for each in timed], None, (), 1), timed))
     assert "Its style 1 is beside `ink`, 6 beside `blob`: alike in look" in " ".join(text.split())
+
+
+def test_a_film_is_measured_part_by_part(tmp_path: Path) -> None:
+    film = make_clip(tmp_path / "film.mp4", size=(64, 36), frames=6)
+    clock = count()
+    (found,) = FilmBench(film, 5, lambda: float(next(clock))).run([SKETCH], "cpu")
+    assert (found.decode, found.style, found.steady, found.encode) == (1 / 5, 1 / 3, 0, 1 / 5)
+    assert found.whole > 0
+    table = film_markdown([replace(found, whole=0.5)]).splitlines()
+    assert [cell.strip() for cell in table[2].split("|")[1:-1]] == ["sketch", "200", "333", "0", "200", "2"]
+
+
+def test_a_film_is_chosen_by_an_option(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    film = make_clip(tmp_path / "film.mp4", size=(64, 36), frames=4)
+    exit_code, out, _ = run(capfd, "--film", film, "--style", "sketch", "--device", "cpu", "--json")
+    assert exit_code == 0
+    assert [each["name"] for each in json.loads(out)] == ["sketch"]
+    short = make_clip(tmp_path / "short.mp4", size=(64, 36), frames=2)
+    exit_code, _, error = run(capfd, "--film", short)
+    assert exit_code == 3
+    assert "has 2 frames; give a longer film" in error

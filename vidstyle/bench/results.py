@@ -9,6 +9,7 @@ from typing import Any
 
 import vidstyle
 from vidstyle.bench import Bench, Timed
+from vidstyle.bench.films import FilmTimes
 from vidstyle.bench.paper_figures import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES, figure_for
 from vidstyle.gpu.compile.explain import explain
 from vidstyle.gpu.timing import GpuTimes
@@ -92,6 +93,18 @@ def markdown(data: dict[str, Any]) -> str:
             rows = [_gpu_row(result, result["gpu"][number]) for result in alike]
             lines += ["", title, "", *_table(rows)]
     return "\n".join([*lines, "", *_legend(results)]) + "\n"
+
+
+def film_markdown(timed: Sequence[FilmTimes]) -> str:
+    """A table of a film in several styles: milliseconds a frame of each part, frames a second of the whole."""
+    parts = ("decode", "style", "steady", "encode")
+    rows = [
+        {"style": each.name}
+        | {f"{part}, ms": _number(1e3 * getattr(each, part)) for part in parts}
+        | {"frames/s": _number(1 / each.whole)}
+        for each in timed
+    ]
+    return "\n".join(_table(rows)) + "\n"
 
 
 def _cpu_row(result: dict[str, Any]) -> TableRow:

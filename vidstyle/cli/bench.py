@@ -40,6 +40,10 @@ def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
               help="Approximate time of each measurement.")  # fmt: skip
 @click.option("--bandwidth", type=number(0.001), metavar="GB/S",
               help="Memory bandwidth of the GPU; adds the fraction of it that is reached.")  # fmt: skip
+@click.option("--film", type=click.Path(path_type=Path), metavar="FILM",
+              help="Measure a whole film instead, and its parts: decode, style, steady, encode.")  # fmt: skip
+@click.option("--frames", type=number(3, 100_000, whole=True), default=48,
+              help="Frames of FILM.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, with the time of each pass.")
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
               help="Write the tables or the JSON to FILE.")  # fmt: skip
@@ -48,6 +52,8 @@ def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
 @reporting_options
 def bench(
     sizes: tuple[tuple[int, int], ...],
+    film: Path | None,
+    frames: int,
     bandwidth: float | None,
     as_json: bool,
     output: Path | None,
@@ -55,18 +61,9 @@ def bench(
     **options: Any,
 ) -> None:
     """Measure the speed of every block and style on this machine, beside the paper's figures."""
-    from vidstyle.bench import set_up
-    from vidstyle.bench.results import as_dict, markdown
-
     if output is not None and not overwrite and os.path.lexists(output):
         raise UsageError(output, "exists already", "add -y to overwrite it, or choose another name")
-    prepared = set_up(sizes, **options)
-    timed = []
-    for each in prepared.run():
-        timed.append(each)
-        _report(each)
-    data = as_dict(prepared, timed, bandwidth)
-    text = json.dumps(data, indent=2) + "\n" if as_json else markdown(data)
+    text = _film(film, frames, as_json, **options) if film else _parts(sizes, bandwidth, as_json, **options)
     if output is None:
         click.echo(text, nl=False)
         return
@@ -74,6 +71,34 @@ def bench(
         output.write_text(text, encoding="utf-8")
     except OSError as error:
         raise OutputError(output, f"cannot be written ({error.strerror})", "choose another -o") from error
+
+
+def _parts(sizes: tuple[tuple[int, int], ...], bandwidth: float | None, as_json: bool, **options: Any) -> str:
+    """The tables, or JSON, of blocks and styles."""
+    from vidstyle.bench import set_up
+    from vidstyle.bench.results import as_dict, markdown
+
+    prepared = set_up(sizes, **options)
+    timed = []
+    for each in prepared.run():
+        timed.append(each)
+        _report(each)
+    data = as_dict(prepared, timed, bandwidth)
+    return json.dumps(data, indent=2) + "\n" if as_json else markdown(data)
+
+
+def _film(film: Path, frames: int, as_json: bool, **options: Any) -> str:
+    """The table, or JSON, of a film."""
+    from vidstyle.bench.films import FilmBench
+    from vidstyle.bench.results import film_markdown
+    from vidstyle.bench.subjects import subjects
+
+    wanted = [each for each in subjects(options["styles"], options["blocks"]) if each.kind == "style"]
+    prepared, timed = FilmBench(film, frames), []
+    for each in prepared.run(wanted, options["device"]):
+        timed.append(each)
+        say(f"{each.name}: {1 / each.whole:.1f} frames a second")
+    return json.dumps([vars(each) for each in timed], indent=2) + "\n" if as_json else film_markdown(timed)
 
 
 def _report(timed: Timed) -> None:

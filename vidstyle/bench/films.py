@@ -1,0 +1,102 @@
+"""How long a film takes: decoding, style, stabilization and encoding alone, and all of them as `render` runs them."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+
+from vidstyle.bench.subjects import Subject
+from vidstyle.core.picture import Picture
+from vidstyle.errors import InputError
+from vidstyle.media.frame import Frame
+from vidstyle.media.read.reader import Reader, open_reader
+from vidstyle.media.write.writer import WriteOptions, Writer, open_writer
+from vidstyle.pipeline.render import render
+from vidstyle.renderer import open_renderer
+from vidstyle.style import Style
+
+WARMING = 2
+"""Frames before the first that is timed: their kernels may have to be compiled."""
+
+
+@dataclass(frozen=True)
+class FilmTimes:
+    """Seconds a frame of a film in one style.
+
+    Attributes:
+        steady: what stabilization adds to `style`.
+        whole: of all at once, side by side, with all that it takes to begin.
+    """
+
+    name: str
+    decode: float
+    style: float
+    steady: float
+    encode: float
+    whole: float
+
+
+class FilmBench:
+    """The first frames of a film.
+
+    Args:
+        frames: how many.
+
+    Raises:
+        InputError: it cannot be read, or is too short.
+    """
+
+    def __init__(self, film: Path, frames: int, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._film, self._clock = film, clock
+        with open_reader(film) as reader:
+            self.info = reader.info
+            began = clock()
+            self._frames = list(islice(_frames(reader), frames))
+            self._decode = (clock() - began) / max(1, len(self._frames))
+        if len(self._frames) <= WARMING:
+            raise InputError(film, f"has {len(self._frames)} frames", "give a longer film")
+
+    def run(self, subjects: Sequence[Subject], device: str = "auto") -> Iterator[FilmTimes]:
+        """The times of each style, one after another.
+
+        Raises:
+            DeviceError: there is no such device.
+            StyleError: a style cannot be used.
+        """
+        for subject in subjects:
+            with tempfile.TemporaryDirectory() as folder:
+                writer = open_writer(Path(folder) / "film.mp4", self.info, WriteOptions())
+                loose, results = self._style(replace(subject.style, steady=0.0), device, writer)
+                steady = self._style(subject.style, device, writer)[0] if subject.style.steady else loose
+                encode = self._encode(results, writer)
+                done = render(self._film, Path(folder) / "whole.mp4", subject.style, device=device,
+                              frames=len(self._frames))  # fmt: skip
+            whole = done.elapsed / done.frames
+            yield FilmTimes(subject.name, self._decode, loose, steady - loose, encode, whole)
+
+    def _style(self, style: Style, device: str, writer: Writer) -> tuple[float, list[Picture]]:
+        """Seconds a frame, and the results."""
+        renderer, results, began = open_renderer(style, device, announce=False), [], 0.0
+        try:
+            for number, frame in enumerate(self._frames):
+                began = self._clock() if number == WARMING else began
+                target = writer.encoding, writer.wants_rgb
+                results.append(renderer.run(frame.picture, float(frame.time), *target))
+            return (self._clock() - began) / (len(self._frames) - WARMING), results
+        finally:
+            renderer.close()
+
+    def _encode(self, results: Sequence[Picture], writer: Writer) -> float:
+        began = self._clock()
+        for frame, picture in zip(self._frames, results, strict=True):
+            writer.write(replace(frame, picture=picture, native=None))
+        writer.finish()
+        return (self._clock() - began) / len(results)
+
+
+def _frames(reader: Reader) -> Iterator[Frame]:
+    return (item for item in reader if isinstance(item, Frame))
