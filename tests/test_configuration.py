@@ -36,6 +36,14 @@ def test_defaults_come_from_the_file_and_the_command_line_goes_before(
     assert cli.main(["--config", "none", "render", "in.png", "out.png", "-s", "plain"]) == 2
 
 
+def test_the_quality_of_films_is_none_of_pictures(file: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    file.write_text('[render]\ncrf = 30\npreset = "fast"\nstyle = "plain"\n')
+    media.make_picture(Path("in.png"))
+    assert cli.main(["render", "in.png", "out.png"]) == 0
+    assert cli.main(["render", "in.png", "other.png", "--crf", "30"]) == 2
+    assert "--crf: the encoder png has no such setting" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("text", "mistake"),
     [

@@ -14,7 +14,7 @@ from vidstyle.demo.drawing import RATE, SECONDS, film_picture
 from vidstyle.renderer import Renderer
 from vidstyle.style import PLAIN, load_style
 
-STYLES = (PLAIN, "comic", "ink", "crayon", "poster", "blueprint", "noir")
+STYLES = (PLAIN, "comic", "impressionist", "ink", "pixel", "engraving", "poster")
 SIZE = 480, 270
 MEANT_FOR = 400
 """The height for which lengths are meant here: else dots and strokes would hardly be seen, so small."""

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from vidstyle.assets import configuration_folder
 from vidstyle.core.regular_file import read_regular_file
@@ -35,6 +36,14 @@ def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
     text = f"File with defaults of options.  [default: {FILE} in the user's configuration folder]"
     return click.option("--config", metavar="FILE|none", type=click.Path(), callback=read,
                         expose_value=False, help=text)(command)  # fmt: skip
+
+
+def configured_options() -> frozenset[str]:
+    """The names of the parameters of this command that the configuration file has set."""
+    context = click.get_current_context()
+    return frozenset(
+        name for name in context.params if context.get_parameter_source(name) is ParameterSource.DEFAULT_MAP
+    )
 
 
 def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str, Any]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli import options as common
+from vidstyle.cli.configuration import configured_options
 from vidstyle.cli.display import display, progress_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import printable
@@ -72,7 +73,9 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
             target,
             style,
             read=common.from_options(ReadOptions, options),
-            write=common.from_options(WriteOptions, options, format=format_out),
+            write=common.from_options(
+                WriteOptions, options, format=format_out, habitual=configured_options()
+            ),
             device=options["device"],
             frames=options["frames"],
             compare=options["compare"],

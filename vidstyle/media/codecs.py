@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import os
 import sys
+from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -101,13 +102,20 @@ def software_encoder(name: str) -> str | None:
     return SOFTWARE.get(codec) if hardware in HARDWARE else None
 
 
-def encoder_options(encoder: str, crf: float | None, preset: str | None) -> dict[str, str]:
+def encoder_options(
+    encoder: str, crf: float | None, preset: str | None, habitual: Collection[str] = ()
+) -> dict[str, str]:
     """The encoder's own options for a quality and a speed; None for the default.
+
+    Args:
+        habitual: "crf", "preset" or both: left out where the encoder has no such setting.
 
     Raises:
         UsageError: the encoder has no such setting.
     """
     knobs = QUALITY.get(encoder, QualityOptions())
+    crf = None if "crf" in habitual and not knobs.crf else crf
+    preset = None if "preset" in habitual and not knobs.preset else preset
     if crf is not None and not knobs.crf:
         raise UsageError("--crf", f"the encoder {encoder} has no such setting", "leave it out")
     if preset is not None and not knobs.preset:

@@ -109,6 +109,7 @@ class WriteOptions:
         new_sound: whether audio is pushed as samples, as by live sources.
         overwrite: whether the output may exist.
         format: the kind of file if its name does not say: "y4m", "nut", "raw", "mkv", or FFmpeg's name.
+        habitual: names of those above that hold only where an encoder has such a setting.
     """
 
     codec: str | None = None
@@ -119,6 +120,7 @@ class WriteOptions:
     overwrite: bool = False
     format: str | None = None
     new_sound: bool = False
+    habitual: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def _plan(
         time_base=_time_base(kind, codec, info, rate),
         rate=rate,
         sample_aspect=info.sample_aspect,
-        options=encoder_options(encoder, options.crf, options.preset)
+        options=encoder_options(encoder, options.crf, options.preset, options.habitual)
         | _latency(encoder, rate, options.preset)
         | _siting(encoding),
     )
