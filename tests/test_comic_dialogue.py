@@ -239,3 +239,47 @@ def test_lines_are_never_out_of_order_nor_crowded() -> None:
 def test_much_to_read_wants_many_panels() -> None:
     assert panels_for([]) == 0
     assert panels_for([Line(0, 1, "x" * EASY_LETTERS)] * 5) == 5
+
+
+HABITS = {
+    "short cues": ("srt", "{text}"),
+    "two rows": ("srt", "{rows}"),
+    "names": ("srt", "ANNA: {text}"),
+    "dots": ("srt", "...{text}..."),
+    "manners": ("srt", "(whispering) {text}"),
+    "italics": ("srt", "<i>{text}</i>"),
+    "marks": ("srt", r"{{\an8}}<font color='#fff'>{text}</font>"),
+    "voices": ("vtt", "<v Anna>{text}"),
+    "dashes": ("srt", "- {text}\n- Yes."),
+    "sounds": ("vtt", "[door slams]\n{rows}"),
+}
+"""Ways to write subtitles: the kind of file and a cue. The last two part sentences by what is put between."""
+_ROW = 7
+"""Words in a cue."""
+
+
+@pytest.mark.parametrize("habit", HABITS)
+def test_no_word_is_lost_and_no_sentence_cut(habit: str, tmp_path: Path) -> None:
+    """Sentences of three to twenty words, cut into cues after any of them, as people write them."""
+    (kind, pattern), random = HABITS[habit], np.random.default_rng(list(HABITS).index(habit))
+    sentences = [[f"w{number}x{word}" for word in range(int(random.integers(3, 21)))] for number in range(25)]
+    parts = [words[at : at + _ROW] for words in sentences for at in range(0, len(words), _ROW)]
+    file = "WEBVTT\n\n" if kind == "vtt" else ""
+    for number, part in enumerate(parts):
+        ends = part[-1] in {words[-1] for words in sentences}
+        start, end = (
+            f"00:{second // 60:02}:{second % 60:02}.{part}"
+            for second, part in ((2 * number, "000"), (2 * number + 1, "900"))
+        )
+        text, rows = (between.join([" ".join(part[:3]), *part[3:]]) for between in " \n")
+        said = pattern.format(text=text, rows=rows)
+        file += f"{start} --> {end}\n{said.replace('...', '') + '.' if ends else said}\n\n"
+    lines = read(tmp_path, file, f"words.{kind}")
+    moments = [moment(time) for time in np.arange(0, 2 * len(parts), 3.0)]
+    panels, count = match(lines, moments)
+    assert sum(map(len, panels)) == count
+    shown = [" ".join(texts(panel)).replace("...", "") for panel in panels]
+    for words in sentences:
+        assert all(any(word in panel.replace(".", "").split() for panel in shown) for word in words)
+        if len(" ".join(words)) < MAX_LETTERS and habit not in list(HABITS)[-2:]:
+            assert any(" ".join(words) in panel for panel in shown), words

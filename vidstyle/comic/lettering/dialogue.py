@@ -30,6 +30,7 @@ _ONE_SENTENCE = MAX_LETTERS
 """Parts of a sentence of no more letters are joined."""
 _BREATH = 1.5
 """Maximum seconds between the parts of a sentence."""
+_DOTS = "…", "..."
 _ENDINGS = tuple('.!?…:"”»)]')
 
 
@@ -126,7 +127,8 @@ def _joined(lines: Sequence[Line]) -> list[Line]:
     for line in lines:
         last = joined[-1] if joined else None
         if last is not None and _is_one_sentence(last, line):
-            joined[-1] = replace(last, end=line.end, text=f"{last.text} {line.text}")
+            rest = line.text.lstrip("….") if last.text.endswith(_DOTS) else line.text
+            joined[-1] = replace(last, end=line.end, text=f"{last.text} {rest.lstrip()}")
         else:
             joined.append(line)
     return joined
@@ -135,10 +137,12 @@ def _joined(lines: Sequence[Line]) -> list[Line]:
 def _is_one_sentence(line: Line, after: Line) -> bool:
     """Whether one goes on in the other: what begins small, without a speaker of its own, may be anybody's."""
     same = (line.narrated, line.speaker) == (after.narrated, after.speaker)
+    begins = after.text.lstrip("*….")[:1]
+    hangs = line.text.endswith(_DOTS) and (after.text.startswith(_DOTS) or begins.islower())
     return (
-        (same or not (after.narrated or after.speaker or after.text.lstrip("*")[:1].isupper()))
+        (same or not (after.narrated or after.speaker or begins.isupper()))
         and "sound" not in (line.manner, after.manner)
         and after.start - line.end <= _BREATH
-        and not line.text.endswith(_ENDINGS)
+        and (hangs or not line.text.endswith(_ENDINGS))
         and len(line.text) + len(after.text) < _ONE_SENTENCE
     )
