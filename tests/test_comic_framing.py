@@ -10,7 +10,7 @@ from media import photograph
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.moment import Box
-from vidstyle.comic.select.framing import framed
+from vidstyle.comic.select.framing import framed, without_repeats
 
 
 def test_alike_ones_are_seen_from_afar_and_from_near_in_turn() -> None:
@@ -36,3 +36,12 @@ def test_a_large_face_and_things_all_over_are_near_enough() -> None:
         assert framed([each, each])[1].framing == framing
     window = crop(framed([one, one])[1], 1.5)
     assert window.contains(one.blobs[0]) and window.area < 0.6 * np.prod(picture.shape[:2])
+
+
+def test_what_was_just_shown_is_not_shown_again() -> None:
+    """But from near, or where it was asked for."""
+    astronaut, coffee = (photograph(name) for name in ("astronaut", "coffee"))
+    seen, other = (extract_features(each, 0, each.shape[:2]) for each in (astronaut, coffee))
+    near, forced = replace(seen, framing="near"), replace(seen, forced=True)
+    assert without_repeats([seen, seen, other, other, seen]) == [seen, other, seen]
+    assert without_repeats([seen, near, seen, forced]) == [seen, near, seen, forced]

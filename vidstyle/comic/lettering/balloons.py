@@ -11,10 +11,10 @@ import numpy as np
 from vidstyle.comic.analyze.saliency import mean_under
 from vidstyle.comic.lettering.bubble import (
     BALLOONS,
-    LONGEST_TAIL,
     Bubble,
     BubbleKind,
     TextBlock,
+    longest_tail,
     size_of,
     with_face_room,
     with_tail,
@@ -34,10 +34,11 @@ _SHARE = 0.36
 """Maximum share of a panel that its balloons cover together."""
 _FLAT_BALLOON, _FLAT_CAPTION = 2.0, 5.0
 """The best aspects."""
-_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG, _MUTE = 1.8, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6, 1.0
+_SEEN, _LOW, _LOOSE, _ASIDE, _FAR, _FLAT, _BELOW, _BIG = 1.8, 0.7, 0.08, 0.3, 0.7, 0.3, 0.5, 0.6
+_MUTE, _CLOSE = 2.0, 0.3
 """Costs: attention covered, distance from the top, touching neither the upper nor the lower edge, distance of
 a caption from the side where reading begins, distance to the speaker, deviation from the best aspect, being
-below the speaker's mouth, size, too far from the speaker for a tail."""
+below the speaker's mouth, size, too far from the speaker for a tail, too close for one to be seen."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,8 @@ def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
     beside = np.maximum(face.left - boxes[:, 2], boxes[:, 0] - face.right)
     above = np.maximum(face.top - boxes[:, 3], boxes[:, 1] - face.bottom)
     room_between = np.hypot(np.maximum(0, beside), np.maximum(0, above))
-    return price + _MUTE * (room_between > 0.8 * LONGEST_TAIL * wording.blocks[0].size)
+    size = wording.blocks[0].size
+    return price + _MUTE * (room_between > 0.8 * longest_tail(size, face)) + _CLOSE * (room_between < size)
 
 
 def _best(places: Sequence[_Places], taken: np.ndarray, left: float) -> tuple[float, list[int]] | None:

@@ -37,8 +37,8 @@ _TAIL = 0.55
 """Half the width of a tail's root, in font sizes."""
 _SHORTEST, _AIR = 0.4, 0.1
 """Minimum length of a tail outside the balloon, and its distance to the face, in font sizes."""
-LONGEST_TAIL = 12.0
-"""Maximum length of a tail in font sizes: a longer one might cross somebody else."""
+_LONGEST = 12.0, 0.4
+"""Maximum length of a tail in font sizes, or heights of the face: a longer one might cross somebody else."""
 _TRAIL = 0.62, 0.42, 0.26
 """Radii of the circles that lead from a thought to its head, in font sizes."""
 _EDGES: dict[BubbleKind, tuple[float, float, bool]] = {
@@ -209,6 +209,11 @@ def with_face_room(face: Box) -> Box:
     return face.padded(across, down, down)
 
 
+def longest_tail(size: int, face: Box) -> float:
+    """Maximum length in pixels of a tail to a face, for words of a font size."""
+    return max(_LONGEST[0] * size, _LONGEST[1] * face.height)
+
+
 def with_tail(bubble: Bubble, face: Box, mouth: Point, kept: Sequence[Box]) -> Bubble:
     """A balloon with a tail towards the mouth, up to the face, if its way is clear.
 
@@ -218,8 +223,8 @@ def with_tail(bubble: Bubble, face: Box, mouth: Point, kept: Sequence[Box]) -> B
     if bubble.kind not in BALLOONS:
         return bubble
     tips = _tips(bubble, mouth, with_face_room(face), kept)
-    size = bubble.block.size
-    if tips and math.dist(tips[-1], bubble.box.center) > LONGEST_TAIL * size + bubble.box.width / 2:
+    longest = longest_tail(bubble.block.size, face) + bubble.box.width / 2
+    if tips and math.dist(tips[-1], bubble.box.center) > longest:
         return bubble
     # A tail that ends before half its way points at nobody.
     tails = (replace(bubble, kind="balloon", tip=tip) for tip in reversed(tips[len(tips) // 2 :]))

@@ -13,8 +13,21 @@ _BODY = 1.1, 0.9, 2.0
 """What is shown around a face from near, in heights of the face: at each side, above and below."""
 _NEAR_FACE, _NEAR = 0.45, 0.62
 """Maximum height of a face, and side of the part shown where there is none, relative to the picture's."""
+_EQUAL = 0.95
+"""Similarity from which two pictures tell the same."""
 _WIDEST = 0.85
 """A part of larger sides is hardly nearer than the whole; relative to the picture's."""
+
+
+def without_repeats(moments: Sequence[Candidate]) -> list[Candidate]:
+    """The moments without those that show the same as the one before them, framed in the same way."""
+    like = similarity([each.thumbnail for each in moments])
+    kept = [0]
+    for number in range(1, len(moments)):
+        each, before = moments[number], kept[-1]
+        if each.forced or like[number, before] < _EQUAL or each.framing != moments[before].framing:
+            kept.append(number)
+    return [moments[number] for number in kept]
 
 
 def framed(moments: Sequence[Candidate]) -> list[Candidate]:

@@ -12,7 +12,7 @@ from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT, similarity
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.select.choose import LOOKBACK, choose, importance
-from vidstyle.comic.select.framing import framed
+from vidstyle.comic.select.framing import framed, without_repeats
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import OnStep, unwatched
 
@@ -82,7 +82,10 @@ def find_moments(
     better = _better(film, chosen, options, on_step)
     weights = importance(better, survey)
     weighted = [replace(each, importance=weight) for each, weight in zip(better, weights, strict=True)]
-    return list(weighted) if survey.is_folder else list(framed(weighted))
+    if survey.is_folder:
+        return list(weighted)
+    is_free = options.panels is None and not options.min_panels
+    return list(without_repeats(framed(weighted)) if is_free else framed(weighted))
 
 
 def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
