@@ -72,7 +72,7 @@ def find_faces(color: np.ndarray, networks: tuple[Weights, Weights, Weights], le
     boxes = _refined(color, _proposals(color, first, least), second)
     found = _judged(color, boxes, third)
     # Of less, not even a second look that is quite sure makes a face.
-    found = found[found[:, 4] > 2 * _SURE[2] - 1]
+    found = _without_doubles(found[found[:, 4] > 2 * _SURE[2] - 1], _OVERLAP[3])
     again = _judged(color, _square(found), third)
     again[:, 4] = (found[:, 4] + again[:, 4]) / 2
     return _without_doubles(again[again[:, 4] > _SURE[2]], _OVERLAP[3], by_smaller=True)
