@@ -48,12 +48,16 @@ def _teacher(name: str, *settings: dict[str, float], scale: float = 1.0) -> tupl
     return joined([reference_by_name(name, **each) for each in settings]), scale
 
 
-def _lines(name: str, size: int, *sigmas: float) -> Plan:
-    """A bank for lines of several widths, in pixels; those above 1 are of reduced pictures."""
+def _lines(name: str, *sigmas: float) -> Plan:
+    """A bank for lines of several widths, in pixels; those above 1 are of reduced pictures.
+
+    Lines bend where the coherence is low, which needs filters of its own; their strength hardly matters.
+    """
     whole = [{"sigma": sigma} for sigma in sigmas if sigma <= 1]
     teachers = [_teacher("flow_dog", *whole)] if whole else []
     teachers += [_teacher("flow_dog", {"sigma": sigma}, scale=1 / sigma) for sigma in sigmas if sigma > 1]
-    return Plan(name, TrainingConfig(Bins(16, 5, 3), 2.0, size), tuple(teachers), {"sigmas": sigmas})
+    bins = Bins(24, 1, 12, coherence_range=(0.0, 0.5))
+    return Plan(name, TrainingConfig(bins, 2.0, 9), tuple(teachers), {"sigmas": sigmas})
 
 
 LAYERS = [{"contrast": contrast} for contrast in CONTRASTS]
@@ -73,18 +77,17 @@ PLANS = (
     ),
     Plan(
         "tvf",
-        TrainingConfig(Bins(16, 4, 4), 1.0, 7),
+        TrainingConfig(Bins(16, 3, 4, (0.0, 20.0), (0.0, 1.0)), 0.7, 7),
         (_teacher("tv_flow", {"time": 2.0, "gradient_power": 1}),),
     ),
     Plan(
         "tvf_flat",
-        TrainingConfig(Bins(8, 20, 4, (0.0, 40.0)), 1.0, 5),
+        TrainingConfig(Bins(8, 20, 4, (0.0, 40.0)), 2.0, 9),
         (_teacher("tv_flow", *FLOWS),),
         {"times": TIMES},
     ),
-    _lines("flow_dog_fine", 9, 0.5, 0.7, 1.0),
-    _lines("flow_dog", 7, 1.0, 1.4),
-    _lines("flow_dog_coarse", 9, 1.4, 4.0),
+    _lines("flow_dog_fine", 0.5, 0.7, 1.0),
+    _lines("flow_dog", 1.0, 1.4, 2.0, 4.0),
     Plan(
         "detail",
         TrainingConfig(Bins(16, 8, 3, (10.0, 58.0)), 1.5, 9),
