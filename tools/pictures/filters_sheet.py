@@ -34,7 +34,11 @@ SETTINGS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 """What is shown of each photograph, in rows."""
 SIDE = 160
-PHOTOGRAPHS = ("astronaut", "chelsea", "coffee", "rocket", "hubble_deep_field", "retina")
+PHOTOGRAPHS = (
+    "astronaut", "chelsea", "coffee", "rocket", "hubble_deep_field",
+    "retina", "camera", "grass", "gravel", "brick",
+)  # fmt: skip
+"""Of those that scikit-image ships, photographs in the public domain with something to filter in the middle."""
 
 
 def main() -> None:
@@ -61,10 +65,11 @@ def styled(picture: np.ndarray, block: str, values: dict[str, Any]) -> np.ndarra
     return stylize(picture, Style("sheet", background=(Step(block, values),)))
 
 
-def cropped(color: np.ndarray) -> np.ndarray:
-    """The middle."""
-    top, left = ((side - SIDE) // 2 for side in color.shape[:2])
-    return np.ascontiguousarray(color[top : top + SIDE, left : left + SIDE])
+def cropped(picture: np.ndarray) -> np.ndarray:
+    """The middle, as RGB."""
+    top, left = ((side - SIDE) // 2 for side in picture.shape[:2])
+    middle = np.ascontiguousarray(picture[top : top + SIDE, left : left + SIDE])
+    return middle if middle.ndim == 3 else cv2.cvtColor(middle, cv2.COLOR_GRAY2RGB)
 
 
 if __name__ == "__main__":
