@@ -18,11 +18,19 @@ from pictures import noise
 from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
 from vidstyle.blade.draw import EMPTY, GAP, LEFT, RIGHT, TOP, draw_bank
 from vidstyle.blade.inference import BankRun, apply_filters, padded_filters
-from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
+from vidstyle.blade.regression import (
+    NormalEquations,
+    TrainingConfig,
+    accumulate,
+    before_enlarging,
+    residuals,
+    solve,
+)
 from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius, window_weights
 from vidstyle.blade.symmetry import SYMMETRIES, pixel_pairs
 from vidstyle.blade.training import mssim, psnr
 from vidstyle.core.picture import WIDE_RANGE
+from vidstyle.core.resample import resample, scaled_shape
 
 BINS = Bins(24, 3, 3)
 IMAGES = {
@@ -144,6 +152,15 @@ def test_learning_finds_a_filter_that_is_one() -> None:
     luma = face() + noise(301, 241, high=0.02)
     found = learned(config, [luma], lambda z: [cv2.sepFilter2D(z, -1, kernel, kernel)])
     np.testing.assert_allclose(found[0], np.broadcast_to(kernel @ kernel.T, found[0].shape), atol=2e-3)
+
+
+def test_a_reduced_target_has_the_means_of_the_target_when_it_is_enlarged() -> None:
+    target = cv2.GaussianBlur(face(), (0, 0), 1.4)
+    shape = scaled_shape(target.shape, 1 / 1.4)
+    enlarged = resample(before_enlarging(target, shape), target.shape, "bicubic")
+    assert np.abs(resample(enlarged - target, shape, "area")).max() < 1e-4
+    assert psnr(enlarged, target) > psnr(resample(resample(target, shape, "area"), target.shape, "bicubic"), target) + 6
+    assert before_enlarging(target, target.shape) is target
 
 
 def test_constants_stay_or_vanish_whatever_is_learned() -> None:

@@ -96,7 +96,7 @@ def accumulate(
     margin = max(config.size // 2, window_radius(config.rho)) + 1
     height, width = shape = scaled_shape(luma.shape, config.scale)
     luma = resample(luma, shape, "area")
-    targets = [_before_enlarging(target, shape) for target in targets]
+    targets = [before_enlarging(target, shape) for target in targets]
     total = NormalEquations.empty(config)
     if min(height, width) <= 2 * margin:
         return total
@@ -118,7 +118,7 @@ def accumulate(
     return total
 
 
-def _before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """The smaller picture which, enlarged as the bank's result will be, has the target's mean in each pixel."""
     small = resample(target, shape, "area")
     for _ in range(INVERSION_STEPS if small is not target else 0):
