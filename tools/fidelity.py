@@ -248,9 +248,8 @@ threshold, *clipped* as a picture shows it, *threshold* after `soft_threshold` w
 `reselect` false keeps the filters of the first pass; the difference is what that costs.
 
 The paper gives neither its settings nor the figures of untouched pictures, so how much it changes them is not
-known. Its PSNR and MSSIM stand beside each setting of ours with the gain that they would be if it changed them
-as much: where that is below 0, leaving them as they are comes closer than the paper does, so that its own
-strength must be greater; at all others equal strength is assumed.
+known. Its PSNR and MSSIM stand beside each setting of ours, with the gain that they would be at equal
+strength: if it changed pictures as much. Where that is below 0 it must have changed them more.
 
 | block | setting | PSNR | MSSIM | untouched PSNR | untouched MSSIM | gain | paper |
 |---|---|---|---|---|---|---|---|"""

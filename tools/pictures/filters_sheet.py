@@ -38,7 +38,7 @@ PHOTOGRAPHS = (
     "astronaut", "chelsea", "coffee", "rocket", "hubble_deep_field",
     "retina", "camera", "grass", "gravel", "brick",
 )  # fmt: skip
-"""Of those that scikit-image ships, photographs in the public domain with something to filter in the middle."""
+"""Photographs in the public domain that scikit-image ships, with something to filter in the middle."""
 
 
 def main() -> None:

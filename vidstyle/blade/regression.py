@@ -119,7 +119,7 @@ def accumulate(
 
 
 def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """The smaller picture which, enlarged as the bank's result will be, has the target's mean in each pixel."""
+    """The smaller picture that has the target's means once it is enlarged as the bank's result will be."""
     small = resample(target, shape, "area")
     for _ in range(INVERSION_STEPS if small is not target else 0):
         rest = target - resample(small, (target.shape[0], target.shape[1]), "bicubic")
