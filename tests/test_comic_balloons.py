@@ -132,6 +132,15 @@ def test_a_tail_that_is_in_the_way_of_another_balloon_is_left_out() -> None:
     assert with_tail(bubble, face, mouth, [with_face_room(face), near]).tip is None
 
 
+def test_a_balloon_stands_within_reach_of_its_speaker() -> None:
+    """Even where the picture is calm far away only."""
+    face = Box(60, 150, 140, 250)
+    room = replace(room_of(900, 300, (face,), face), attention=np.repeat([[1.3, 1.3, 0.5, 0.5]], 3, axis=0))
+    (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300), face)], room) or []
+    assert bubble.tip is not None
+    assert math.dist(bubble.tip, (100, 225)) < 1.25 * face.height
+
+
 def test_circles_lead_from_a_thought_to_its_head() -> None:
     face = Box(300, 150, 380, 250)
     block = shapes(LETTERS, "Is it he?", 16, 300)[0]

@@ -320,6 +320,17 @@ def test_faces_are_found_without_a_model() -> None:
         assert not finder.find(photograph(name))
 
 
+def test_a_speaker_is_sought_while_something_is_said() -> None:
+    """Of two frames of a shot that show the same face, that one is taken at whose time somebody speaks."""
+    astronaut, box = photograph("astronaut"), Box(180.0, 60.0, 270.0, 170.0)
+    faces = [replace(extract_features(astronaut, time, (512, 512)), faces=(box,)) for time in (1, 2, 3)]
+    survey = Survey(faces, [0.0], 4.0)
+    for time in (1, 3):
+        assert [each.time for each in choose(survey, [], 1, spoken=[(time - 0.2, time + 0.2)])] == [time]
+    mute = Survey([replace(each, faces=()) for each in faces], [0.0], 4.0)
+    assert choose(mute, [], 1, spoken=[(2.8, 3.2)])[0].time == choose(mute, [], 1)[0].time
+
+
 def test_a_large_face_is_none_where_the_frames_beside_show_no_face() -> None:
     """Two of them, as one may have been missed."""
     picture, finder = photograph("astronaut"), FaceFinder()
