@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 from itertools import pairwise
 
@@ -26,7 +27,7 @@ from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.device.programs import Program
 from vidstyle.gpu.renderer import GpuRenderer
-from vidstyle.renderer import Backend
+from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import LAYERS, Style, load_style, style_names
 from vidstyle.style.resolve import resolve
 
@@ -199,3 +200,16 @@ def test_no_slider_of_a_shipped_style_asks_for_another_shader(name: str, form: F
         if (block, parameter) != ("scale", "factor") and (name, block) not in TWINS:
             assert known == before, (block, parameter)
         assert texts(second, form) <= known, (block, parameter)
+
+
+def test_the_empty_style_changes_what_another_encoding_or_style_asks_for() -> None:
+    shown = next(still_film(1))
+    with closing(open_renderer(style())) as renderer:
+        assert renderer.run(shown) is shown
+        color = renderer.run(shown, rgb=True).color
+        assert color is not None and color.shape == (*shown.shape, 3)
+        renderer.change_style(style(step("brightness", factor=0.5)))
+        assert renderer.run(shown).luma.mean() < 0.8 * shown.luma.mean()  # type: ignore[union-attr]
+    with closing(open_renderer(style())) as renderer:
+        renderer.change_style(style(step("brightness", factor=0.5)))
+        assert renderer.run(shown).luma.mean() < 0.8 * shown.luma.mean()  # type: ignore[union-attr]

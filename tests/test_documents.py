@@ -91,12 +91,16 @@ def test_the_rules_name_the_layers_that_are_tested() -> None:
     assert rules.partition("## Layers")[2].split("```")[1].split() == ORDER
 
 
-def test_tables_of_the_bench_replace_those_in_the_document() -> None:
+@pytest.mark.parametrize("section", ["peers", "film", "bench"])
+def test_measurements_replace_those_in_the_document(section: str) -> None:
     page = performance.PAGE.read_text(encoding="utf-8")
-    begin, end = page.index("<!-- bench -->"), page.index("<!-- end -->")
-    assert "### 1920x1080, CPU" in page[begin:end]
-    changed = performance.with_tables(page, "machine: here\n\n## 8x8, CPU\n")
-    assert changed == f"{page[:begin]}<!-- bench -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
+    begin = page.index(f"<!-- {section} -->")
+    end = page.index("<!-- end -->", begin)
+    assert page[begin:end].count("|") > 20
+    changed = performance.with_tables(page, section, "machine: here\n\n## 8x8, CPU\n")
+    assert changed == f"{page[:begin]}<!-- {section} -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
+    with pytest.raises(ValueError, match="no section elsewhere"):
+        performance.with_tables(page, "elsewhere", "")
 
 
 PATTERNS = ("*.py", "drivers/*.py", "pictures/*.py", "tables/*.py", "*/__main__.py")

@@ -94,8 +94,8 @@ def test_what_moves_leaves_no_trail(chosen: Style) -> None:
     assert boiling is not None and steady is not None
     off = np.abs(boiling.astype(float) - steady)
     assert off.mean() < 2.5  # the noise
-    assert off[:, : 20 + 17 * 9 - 12 - 4].max() < 30  # where the disc has been: it was 130 brighter
-    assert np.percentile(off, 99.8) < 30
+    assert off[:, : 20 + 17 * 9 - 12 - 4].max() < 15  # where the disc has been: it was 130 brighter
+    assert np.percentile(off, 99.8) < 10
 
 
 def test_a_cut_begins_afresh() -> None:

@@ -96,7 +96,7 @@ def markdown(data: dict[str, Any]) -> str:
 
 
 def film_markdown(timed: Sequence[FilmTimes]) -> str:
-    """A table of a film in several styles: milliseconds a frame of each part, frames a second of the whole."""
+    """A table of a film in several styles: milliseconds a frame of parts, frames a second of all."""
     parts = ("decode", "style", "steady", "encode")
     rows = [
         {"style": each.name}
