@@ -1,4 +1,4 @@
-"""How long a film takes: decoding, style, stabilization and encoding alone, and all of them as `render` runs them."""
+"""How long a film takes: decoding, style, stabilization and encoding alone, and all as `render` runs them."""
 
 from __future__ import annotations
 
