@@ -215,10 +215,10 @@ def test_a_film_is_measured_part_by_part(tmp_path: Path) -> None:
     film = make_clip(tmp_path / "film.mp4", size=(64, 36), frames=6)
     clock = count()
     (found,) = FilmBench(film, 5, lambda: float(next(clock))).run([SKETCH], "cpu")
-    assert (found.decode, found.style, found.steady, found.encode) == (1 / 5, 1 / 3, 0, 1 / 5)
+    assert (found.decode, found.style, found.steady, found.encode) == (1 / 5, 1, 0, 1 / 5)
     assert found.whole > 0
     table = film_markdown([replace(found, whole=0.5)]).splitlines()
-    assert [cell.strip() for cell in table[2].split("|")[1:-1]] == ["sketch", "200", "333", "0", "200", "2"]
+    assert [cell.strip() for cell in table[2].split("|")[1:-1]] == ["sketch", "200", "1000", "0", "200", "2"]
 
 
 def test_a_film_is_chosen_by_an_option(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
+from statistics import median
 
 from vidstyle.bench.subjects import Subject
 from vidstyle.core.picture import Picture
@@ -79,14 +80,14 @@ class FilmBench:
             yield FilmTimes(subject.name, self._decode, loose, steady - loose, encode, whole)
 
     def _style(self, style: Style, device: str, writer: Writer) -> tuple[float, list[Picture]]:
-        """Seconds a frame, and the results."""
-        renderer, results, began = open_renderer(style, device, announce=False), [], 0.0
+        """The median of the seconds of a frame, and the results."""
+        renderer, results, times = open_renderer(style, device, announce=False), [], []
         try:
-            for number, frame in enumerate(self._frames):
-                began = self._clock() if number == WARMING else began
-                target = writer.encoding, writer.wants_rgb
+            for frame in self._frames:
+                began, target = self._clock(), (writer.encoding, writer.wants_rgb)
                 results.append(renderer.run(frame.picture, float(frame.time), *target))
-            return (self._clock() - began) / (len(self._frames) - WARMING), results
+                times.append(self._clock() - began)
+            return median(times[WARMING:]), results
         finally:
             renderer.close()
 
