@@ -179,6 +179,22 @@ def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):
     assert ran.stdout == "42\n", ran.stderr
 
 
+def test_what_is_compiled_is_what_was_imported(tmp_path):
+    """From the working folder, although another module of that name is further on in the path."""
+    for name, factor in (("here", 2), ("elsewhere", 3)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "times.py").write_text(
+            "from vidstyle.core.kernels import compiled\n"
+            f"@compiled\ndef multiply(numbers):\n    numbers[0] *= {factor}\n"
+        )
+    use = "import numpy, times; number = numpy.array([21]); times.multiply(number); print(number[0])"
+    path = os.pathsep.join([str(tmp_path / "elsewhere"), str(Path(__file__).parents[1])])
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": path}
+    command = [sys.executable, "-c", use]
+    ran = subprocess.run(command, env=environment, cwd=tmp_path / "here", capture_output=True, text=True)
+    assert ran.stdout == "42\n", ran.stderr
+
+
 def test_importing_kernels_imports_no_numba():
     check = "import sys, vidstyle.core.kernels; print('numba' in sys.modules)"
     ran = subprocess.run(

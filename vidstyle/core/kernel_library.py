@@ -278,7 +278,9 @@ class _Process:
 
     @staticmethod
     def _started() -> subprocess.Popen[bytes]:
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        # As an entry of sys.path "" is the working folder, where what is compiled may come from.
+        path = [each or os.curdir for each in sys.path]
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(path)}
         command = [sys.executable, "-P", "-m", "vidstyle.core.kernel_compiler"]
         pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
         # In a session of its own, so that Ctrl-C ends the program, and not its compilers first.
