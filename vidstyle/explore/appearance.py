@@ -15,7 +15,7 @@ from vidstyle.explore.measure import gradient_of, luma_of
 SIDE = 480
 """The shorter side in pixels at which looks are compared; marks keep their share of the picture."""
 MODEL = Path(__file__).with_name("appearance.json")
-"""By how much each number differs between pictures of one look; made by `tools/explore/appearance.py`."""
+"""What differs between looks and little within one; made by `tools/explore/appearance.py`."""
 
 QUANTILES = (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98)
 RADII = (1, 2, 4, 8)
@@ -41,8 +41,8 @@ def appearance_of(picture: np.ndarray) -> np.ndarray:
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:
     """How far two looks are apart: 1 is usual between pictures of one style that show different things."""
-    spread, weights, usual = _model()
-    return float(np.sqrt((weights * ((one - other) / spread) ** 2).sum()) / usual)
+    axes, usual = _model()
+    return float(np.linalg.norm(axes @ (one - other)) / usual)
 
 
 def _colors(picture: np.ndarray) -> np.ndarray:
@@ -105,22 +105,6 @@ def _directions(luma: np.ndarray) -> np.ndarray:
 
 
 @cache
-def _model() -> tuple[np.ndarray, np.ndarray, float]:
+def _model() -> tuple[np.ndarray, float]:
     model = json.loads(MODEL.read_text(encoding="utf-8"))
-    return np.array(model["spread"]), np.array(model["weights"]), float(model["usual"])
-
-
-def fitted_model(looks: np.ndarray) -> dict[str, object]:
-    """What `distance` needs, from the looks of styles, styles x photographs x numbers.
-
-    A number counts the more, the more it differs between styles by what it differs within them.
-    """
-    within = np.sqrt(looks.var(axis=1).mean(axis=0)) + 1e-6
-    between = looks.mean(axis=1).std(axis=0)
-    ratio = (between / within) ** 2
-    weights = ratio / (1 + ratio)
-    weights /= weights.sum()
-    scaled = np.sqrt(weights) * looks / within
-    pairs = [np.linalg.norm(scaled[:, one] - scaled[:, other], axis=1)
-             for one in range(looks.shape[1]) for other in range(one)]  # fmt: skip
-    return {"spread": within.tolist(), "weights": weights.tolist(), "usual": float(np.median(pairs))}
+    return np.array(model["axes"]), float(model["usual"])
