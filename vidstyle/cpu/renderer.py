@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
 
 from vidstyle.block import moment_of
 from vidstyle.core.bands import CORES, CallingThread
-from vidstyle.core.closing import Closing
 from vidstyle.core.kernel_library import rehearsing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.plain import stays
+from vidstyle.cpu.plain import SynchronousRenderer, stays
 from vidstyle.cpu.schedule import Schedule, schedule
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style
@@ -23,7 +22,7 @@ from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
 from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve, structure
 
 
-class CpuRenderer(Closing):
+class CpuRenderer(SynchronousRenderer):
     """Restyles one picture after another with one style.
 
     It keeps what measured blocks remember of earlier pictures, until a scene cut or another size.
@@ -85,14 +84,6 @@ class CpuRenderer(Closing):
             return self._styled(picture, time, target, rgb)
         stable = self._stabilizer.before(picture, time, is_cut)
         return self._stabilizer.after(self._styled(stable.picture, time, target, rgb), stable)
-
-    def start(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Future[Picture]:
-        """The same as `run`, as a future."""
-        future: Future[Picture] = Future()
-        future.set_result(self.run(picture, time, target, rgb))
-        return future
 
     def _prepare(self, picture: Picture) -> None:
         """Resolve the style anew for another style or size; memory goes on where only values differ."""
