@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 
 import cv2
 import numpy as np
@@ -61,26 +60,31 @@ def _found(lumas: np.ndarray) -> np.ndarray:
     Args:
         lumas: N x H x W, 0..1.
     """
-    count = len(lumas)
-    wider = np.pad(lumas, ((0, 0), (_REACH, _REACH), (_REACH, _REACH)), mode="edge")
-    found, weights = np.zeros((count, count), np.float32), np.full(count, 1e-3, np.float32)
-    shifts = range(0, 2 * _REACH + 1, _STEP)
-    for y, x in product(range(0, SIZE[1], _BLOCK), range(0, SIZE[0], _BLOCK)):
-        blocks, deviations = _normal(lumas, y, x)
-        best = np.full((count, count), -1, np.float32)
-        for down, across in product(shifts, shifts):
-            np.maximum(best, _normal(wider, y + down, x + across)[0] @ blocks.T, out=best)
-        weight = np.minimum(1, deviations / _FLAT)
-        found, weights = found + best * weight, weights + weight
-    return found / weights
+    around = ((0, 0), (_REACH, _REACH), (_REACH, _REACH))
+    windows, _ = _normal(_windows(np.pad(lumas, around, mode="edge"), _STEP))
+    blocks, deviations = _normal(_windows(lumas, _BLOCK))
+    weights = np.minimum(1, deviations / _FLAT)
+    found = np.zeros((len(lumas), len(lumas)), np.float32)
+    apart, shifts = _BLOCK // _STEP, 2 * _REACH // _STEP + 1
+    for row, column in np.ndindex(blocks.shape[1:3]):
+        top, left = row * apart, column * apart
+        near = windows[:, top : top + shifts, left : left + shifts]
+        correlations = near.reshape(len(lumas), shifts * shifts, -1) @ blocks[:, row, column].T
+        found += correlations.max(axis=1) * weights[:, row, column]
+    return found / (weights.sum(axis=(1, 2)) + np.float32(1e-3))
 
 
-def _normal(lumas: np.ndarray, y: int, x: int) -> tuple[np.ndarray, np.ndarray]:
-    """A block of each picture, normalized to mean 0 and length 1 (N x pixels), and its standard deviation."""
-    blocks = lumas[:, y : y + _BLOCK, x : x + _BLOCK].reshape(len(lumas), -1)
-    blocks = blocks - blocks.mean(axis=1, keepdims=True)
-    deviations = np.sqrt((blocks**2).mean(axis=1))
-    return blocks / (np.maximum(deviations, _NOISE) * _BLOCK)[:, np.newaxis], deviations
+def _windows(lumas: np.ndarray, step: int) -> np.ndarray:
+    """All blocks of each picture whose corners are on a grid: N x rows x columns x pixels."""
+    windows = np.lib.stride_tricks.sliding_window_view(lumas, (_BLOCK, _BLOCK), axis=(1, 2))[:, ::step, ::step]
+    return windows.reshape(*windows.shape[:3], -1)
+
+
+def _normal(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Blocks (last axis) normalized to mean 0 and length 1, and their standard deviations."""
+    blocks = blocks - blocks.mean(axis=-1, keepdims=True)
+    deviations = np.sqrt((blocks**2).mean(axis=-1))
+    return blocks / (np.maximum(deviations, _NOISE) * _BLOCK)[..., np.newaxis], deviations
 
 
 def _shared(lab: np.ndarray) -> np.ndarray:
@@ -91,11 +95,8 @@ def _shared(lab: np.ndarray) -> np.ndarray:
 
 def _histogram(lab: np.ndarray) -> np.ndarray:
     """A colour histogram of sum 1, blurred so that a little more light hardly changes it."""
-    counts, _ = np.histogramdd(
-        lab.reshape(-1, 3).clip(0, 255),
-        bins=(_LIGHTNESS, _CHROMA, _CHROMA),
-        range=((0, 256), (128 - _WIDE, 128 + _WIDE), (128 - _WIDE, 128 + _WIDE)),
-    )
+    chroma = (128 - _WIDE, 128 + _WIDE)
+    counts = cv2.calcHist([lab], [0, 1, 2], None, [_LIGHTNESS, _CHROMA, _CHROMA], [0, 256, *chroma, *chroma])
     for axis in range(3):
         middle = np.moveaxis(counts, axis, 0)
         low, high = np.concatenate([middle[:1], middle[:-1]]), np.concatenate([middle[1:], middle[-1:]])
