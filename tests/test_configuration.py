@@ -42,6 +42,10 @@ def test_the_quality_of_films_is_none_of_pictures(file: Path, capfd: pytest.Capt
     assert cli.main(["render", "in.png", "out.png"]) == 0
     assert cli.main(["render", "in.png", "other.png", "--crf", "30"]) == 2
     assert "--crf: the encoder png has no such setting" in capfd.readouterr().err
+    file.write_text('[live]\ncrf = 30\nstyle = "plain"\n')
+    live = ["live", "test", "--size", "32x24", "--frames", "1", "--no-keys", "--to"]
+    assert cli.main([*live, "out.gif"]) == 0
+    assert cli.main([*live, "other.gif", "--crf", "30"]) == 2
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import click
 
 from vidstyle.cli import browser
 from vidstyle.cli import options as common
+from vidstyle.cli.configuration import configured_options
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError
 
@@ -79,7 +80,7 @@ def live(
         _list_devices(as_json)
         return 0
     controls = Controls(common.style_from_options(options))
-    file = common.from_options(WriteOptions, options, audio="copy")
+    file = common.from_options(WriteOptions, options, audio="copy", habitual=configured_options())
     browse = browser.open_page if browser.is_wanted(options["no_open"]) else None
     of_targets = {"format": options["file_format"], "file": file, "browse": browse}
     target_options = common.from_options(TargetOptions, options, **of_targets)

@@ -76,7 +76,9 @@ def _found(lumas: np.ndarray) -> np.ndarray:
 
 def _windows(lumas: np.ndarray, step: int) -> np.ndarray:
     """All blocks of each picture whose corners are on a grid: N x rows x columns x pixels."""
-    windows = np.lib.stride_tricks.sliding_window_view(lumas, (_BLOCK, _BLOCK), axis=(1, 2))[:, ::step, ::step]
+    windows = np.lib.stride_tricks.sliding_window_view(lumas, (_BLOCK, _BLOCK), axis=(1, 2))[
+        :, ::step, ::step
+    ]
     return windows.reshape(*windows.shape[:3], -1)
 
 
