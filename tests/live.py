@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import socket
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -229,3 +231,42 @@ def before_opening(name: str, do: Callable[[], None], monkeypatch: pytest.Monkey
 def refuse() -> None:
     """What a device that has gone says."""
     raise DeviceError("gpu:7", "is gone")
+
+
+class Receiver:
+    """Takes what is sent to a port of this machine, and hangs up when told to."""
+
+    def __init__(self, port: int = 0) -> None:
+        self._server = socket.create_server(("127.0.0.1", port))
+        self.port = int(self._server.getsockname()[1])
+        self.content = bytearray()
+        self._connection: socket.socket | None = None
+        self._thread = threading.Thread(target=self._receive, daemon=True)
+        self._thread.start()
+
+    def _receive(self) -> None:
+        try:
+            self._connection, _ = self._server.accept()
+            while part := self._connection.recv(65536):
+                self.content += part
+        except OSError:
+            pass  # hung up
+
+    def finish(self) -> None:
+        """Wait until the other side has hung up."""
+        self._thread.join(LONG)
+        assert not self._thread.is_alive()
+
+    def hang_up(self) -> None:
+        for each in (self._connection, self._server):
+            if each is not None:
+                try:
+                    each.shutdown(socket.SHUT_RDWR)
+                except OSError:
+                    pass  # the other side was first
+                each.close()
+        self._thread.join(LONG)
+
+    def frames(self) -> int:
+        with av.open(io.BytesIO(bytes(self.content)), format="mpegts") as container:
+            return sum(1 for _ in container.decode(video=0))

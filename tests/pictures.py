@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Step, Style
@@ -89,3 +89,19 @@ SOURCES = {
     "gray": Picture(VIDEO, luma=codes(VIDEO, 37, 41).luma),
 }
 """One picture of every kind, 37 x 41."""
+
+TARGETS = [
+    VIDEO,
+    Encoding("bt601"),
+    Encoding("bt2020", depth=10),
+    Encoding(full_range=True),
+    Encoding(step=(2, 1)),
+    Encoding(step=(1, 1)),
+    Encoding(step=(4, 1)),
+    Encoding(step=(4, 4), siting=(0.0, 0.0)),
+    Encoding(siting=SITINGS["topleft"]),
+    Encoding(siting=SITINGS["bottom"]),
+    Encoding("bt601", True, 16, (1, 2)),
+    FLOAT,
+]
+"""Encodings of results: matrices, ranges, depths, chroma grids and sitings."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -96,3 +98,16 @@ class Chance:
         high = min(ends[1], self._max_factor) if block.kind == "resize" else ends[1]
         value = float(self._random.uniform(ends[0], high))
         return round(value) if parameter.is_integer else value
+
+
+def random_style(seed: int, folder: Path) -> Style:
+    """A style as it is read from a file in a folder."""
+    drawn = Chance(seed, wild=True, learned=True, structure=True, max_steps=4).style()
+    return replace(drawn, name=str(seed), note=("", "Made by chance.")[seed % 2], folder=folder)
+
+
+def add_comments(path: Path) -> None:
+    """Comments above the steps of a style and beside each line."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    commented = [f"{'# above' if line.startswith('[[') else ''}\n{line} # beside" for line in lines if line]
+    path.write_text("\n".join(commented), encoding="utf-8")

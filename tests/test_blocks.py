@@ -6,20 +6,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from block_settings import settings
 from covering import of_the_day
 from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 
 from vidstyle.block import (
     Asset,
     Block,
-    Choice,
     FrameTime,
     LumaWeights,
     Measured,
     PageRegion,
     SavedRef,
-    Slider,
-    Switch,
 )
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
@@ -30,28 +28,6 @@ SIZES = [(1, 1), (1, 7), (2, 2), (37, 41)]
 
 every_block = pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
 every_size = pytest.mark.parametrize("size", SIZES, ids=str)
-
-
-def ends_of(block: Block) -> dict[str, list[Any]]:
-    """By parameter both ends of its range, or its options."""
-    ends: dict[str, list[Any]] = {}
-    for name, parameter in block.parameters.items():
-        control = parameter.control
-        if isinstance(control, Slider):
-            ends[name] = [parameter.check(control.low), parameter.check(control.high)]
-        elif isinstance(control, Choice):
-            ends[name] = list(control.options)
-        elif isinstance(control, Switch):
-            ends[name] = [False, True]
-    return ends
-
-
-def settings(block: Block) -> list[dict[str, Any]]:
-    """No values; every parameter at each end or option; and all at their low, and all at their high ends."""
-    ends = ends_of(block)
-    single = [{name: value} for name, values in ends.items() for value in values]
-    corners = [{name: values[corner] for name, values in ends.items()} for corner in (0, -1)] if ends else []
-    return [{}, *single, *corners]
 
 
 def style_of(block: Block, values: dict[str, Any]) -> Style:

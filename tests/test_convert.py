@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pictures import FLOAT, RGB8, SOURCES, VIDEO, codes, noise, run, same_bits, step, style
-from test_cpu import TARGETS
+from pictures import FLOAT, RGB8, SOURCES, TARGETS, VIDEO, codes, noise, run, same_bits, step, style
 
 from vidstyle.core import convert as module
 from vidstyle.core.convert import convert, to_rgb

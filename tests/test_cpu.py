@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pictures import (
-    FLOAT,
     RGB8,
     SOURCES,
+    TARGETS,
     VIDEO,
     codes,
     noise,
@@ -21,23 +21,9 @@ from pictures import (
 )
 
 from vidstyle.blocks import all_blocks
-from vidstyle.core.picture import SITINGS, Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Step
 
-TARGETS = [
-    VIDEO,
-    Encoding("bt601"),
-    Encoding("bt2020", depth=10),
-    Encoding(full_range=True),
-    Encoding(step=(2, 1)),
-    Encoding(step=(1, 1)),
-    Encoding(step=(4, 1)),
-    Encoding(step=(4, 4), siting=(0.0, 0.0)),
-    Encoding(siting=SITINGS["topleft"]),
-    Encoding(siting=SITINGS["bottom"]),
-    Encoding("bt601", True, 16, (1, 2)),
-    FLOAT,
-]
 every_target = pytest.mark.parametrize("target", TARGETS, ids=str)
 every_source = pytest.mark.parametrize("source", SOURCES.values(), ids=SOURCES)
 

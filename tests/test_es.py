@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-import test_blocks
+from block_settings import block_style, ends_of
+from block_settings import folder as folder
 from browser import StyleBrowser
 from browser import style_browser as style_browser
 from covering import of_the_day
 from gpu import ODD, SMALL, scene
-from test_gpu_agreement import folder as folder
-from test_gpu_agreement import style_of
 
 import vidstyle
 from vidstyle.block import Block
@@ -61,7 +60,7 @@ def test_every_style_gives_in_a_browser_what_it_gives_on_the_cpu(
 
 def settings(block: Block) -> list[dict[str, Any]]:
     """The defaults, all values at their low ends, and all at their high ends."""
-    ends = test_blocks.ends_of(block)
+    ends = ends_of(block)
     return [{}, *({name: values[end] for name, values in ends.items()} for end in (0, -1) if ends)]
 
 
@@ -70,7 +69,7 @@ def test_every_block_gives_in_a_browser_what_it_gives_on_the_cpu(
     block: Block, style_browser: StyleBrowser, folder: Path
 ) -> None:
     for values in settings(block):
-        assert not fault(style_browser, style_of(block, values, folder), SMALL, False), values
+        assert not fault(style_browser, block_style(block, values, folder), SMALL, False), values
 
 
 def test_percentiles_and_smoothing_are_those_of_python(style_browser: StyleBrowser) -> None:

@@ -9,43 +9,23 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
+from block_settings import block_style, ends_of, settings
+from block_settings import folder as folder
 from covering import covering_rows, of_the_day
 from gpu import ODD, SHAPES, SMALL, Sessions, faults, film_picture, gray_picture
 from pictures import step, style
-from test_blocks import ends_of, settings
 
-from vidstyle.blade.bank import Bank, save_bank
-from vidstyle.blade.structure_tensor import Bins
 from vidstyle.block import Asset, Block, SavedRef, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.style import Step, Style, load_style, style_names
+from vidstyle.style import Step, load_style, style_names
 
 MakePicture = Callable[[int, int], Picture]
 
 
 sessions = Sessions.fixture()
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A style's folder with tiles of three sizes, one wider and one higher than the others, and a bank."""
-    folder = tmp_path_factory.mktemp("style")
-    (folder / "tiles").mkdir()
-    random = np.random.default_rng(1)
-    for number, size in enumerate([(5, 31), (40, 7), (12, 12)]):
-        tile = random.integers(60 * number, 60 * number + 130, size).astype(np.uint8)
-        assert cv2.imwrite(str(folder / "tiles" / f"{number}.png"), tile)
-    # Alike in all bins: eight passes of noise would make much of a choice upon the border of two.
-    filters = random.normal(0, 0.01, (3, 1, 5, 5)).astype(np.float32).repeat(48, axis=1)
-    filters += filters[:, :, ::-1, ::-1].copy()
-    filters[:, :, 2, 2] += np.array([1, 0, 0])[:, None] - filters.sum(axis=(2, 3))
-    about = {"sliders": [["soft", 0, 2], ["sharp", -1, 1]]}
-    save_bank(Bank(Bins(8, 2, 3), 1.5, filters, about), folder / "bank")
-    return folder
 
 
 def all_settings(block: Block, folder: Path) -> list[dict[str, Any]]:
@@ -86,12 +66,6 @@ def makers_for(block: Block) -> list[MakePicture]:
     return [film_picture, gray_picture] if block.on == "channels" else [film_picture]
 
 
-def style_of(block: Block, values: dict[str, Any], folder: Path) -> Style:
-    """The block upon the source, with a blurred picture and a gray one to be had."""
-    saved = (step("gaussian", save="soft"), step("to_gray", source="source", save="flat"))
-    return Style("test", base=saved, background=(step(block.name, source="source", **values),), folder=folder)
-
-
 BLOCKS = all_blocks().values()
 KINDS = {block.kind: block for block in BLOCKS}
 """One block of each kind."""
@@ -107,7 +81,7 @@ def block_faults(
     *shapes: tuple[int, int],
     makers: Sequence[MakePicture] = (film_picture,),
 ) -> list[str]:
-    chosen = style_of(block, values, folder)
+    chosen = block_style(block, values, folder)
     return [
         line
         for make in makers

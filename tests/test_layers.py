@@ -14,28 +14,9 @@ import pytest
 ROOT = Path(__file__).parent.parent
 FILES = sorted([*(ROOT / "vidstyle").rglob("*.py"), *(ROOT / "tools").rglob("*.py")])
 
-ORDER = """
-    errors assets core
-    media
-    block blade blocks
-    style
-    stabilize
-    cpu
-    gpu
-    renderer
-    pipeline
-    export
-    web
-    diagram gallery comic
-    live
-    demo
-    preview
-    explore
-    design
-    doctor bench
-    cli
-    tools
-""".split()
+ORDER = (
+    (ROOT / "docs" / "rules.md").read_text(encoding="utf-8").partition("## Layers")[2].split("```")[1].split()
+)
 """The subjects: a package or a file of the package."""
 
 STRANGERS = {"media", "cpu", "gpu"}

@@ -9,8 +9,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from live import session
-from test_live_targets import Receiver
+from live import Receiver, session
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.live.target import LiveFrame

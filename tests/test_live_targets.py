@@ -5,9 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
-import socket
 import subprocess
-import threading
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -15,7 +13,7 @@ from pathlib import Path
 import av
 import pytest
 from faults import times, video
-from live import BEGIN, POSTER, SMALL, FakeClock, Kept, generated, live_command, session
+from live import BEGIN, POSTER, SMALL, FakeClock, Kept, Receiver, generated, live_command, session
 from waiting import LONG, eventually
 
 from vidstyle import cli
@@ -106,45 +104,6 @@ def test_a_signal_closes_the_file(tmp_path: Path):
     _, err = program.communicate(timeout=2 * LONG)
     assert program.returncode == 143, err
     assert len(video(film)) > 3 and not list(tmp_path.glob("*.partial.*"))
-
-
-class Receiver:
-    """Takes what is sent to a port of this machine, and hangs up when told to."""
-
-    def __init__(self, port: int = 0) -> None:
-        self._server = socket.create_server(("127.0.0.1", port))
-        self.port = int(self._server.getsockname()[1])
-        self.content = bytearray()
-        self._connection: socket.socket | None = None
-        self._thread = threading.Thread(target=self._receive, daemon=True)
-        self._thread.start()
-
-    def _receive(self) -> None:
-        try:
-            self._connection, _ = self._server.accept()
-            while part := self._connection.recv(65536):
-                self.content += part
-        except OSError:
-            pass  # hung up
-
-    def finish(self) -> None:
-        """Wait until the other side has hung up."""
-        self._thread.join(LONG)
-        assert not self._thread.is_alive()
-
-    def hang_up(self) -> None:
-        for each in (self._connection, self._server):
-            if each is not None:
-                try:
-                    each.shutdown(socket.SHUT_RDWR)
-                except OSError:
-                    pass  # the other side was first
-                each.close()
-        self._thread.join(LONG)
-
-    def frames(self) -> int:
-        with av.open(io.BytesIO(bytes(self.content)), format="mpegts") as container:
-            return sum(1 for _ in container.decode(video=0))
 
 
 def test_a_stream_is_sent_again_when_its_reader_is_back(caplog: pytest.LogCaptureFixture):

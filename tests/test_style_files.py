@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import logging
-import random
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from random_styles import add_comments, random_style
 
-from vidstyle.block import Choice, Color, Slider, Switch
-from vidstyle.blocks import all_blocks
 from vidstyle.errors import OutputError, StyleError
-from vidstyle.style import LAYERS, Step, Style, load_style, save_style
+from vidstyle.style import Step, Style, load_style, save_style
 
 COMMENTED = """\
 # A style with words around it.
@@ -157,46 +155,12 @@ def test_a_folder_that_is_not_there_is_an_output_error(tmp_path: Path) -> None:
         save_style(Style("new"), tmp_path / "none" / "x.toml")
 
 
-def random_value(control: object, chance: random.Random) -> object:
-    if isinstance(control, Slider):
-        return round(chance.uniform(control.low, control.high))
-    if isinstance(control, Choice):
-        return chance.choice(control.options)
-    return {Color: f"#{chance.randrange(2**24):06x}", Switch: chance.random() < 0.5}[type(control)]
-
-
-def random_step(chance: random.Random) -> Step:
-    block = chance.choice(list(all_blocks().values()))
-    values = {}
-    for name, parameter in block.parameters.items():
-        if isinstance(parameter.control, Slider | Choice | Color | Switch) and chance.random() < 0.5:
-            try:
-                values[name] = parameter.check(random_value(parameter.control, chance))
-            except ValueError:  # rounded out of a narrow range
-                continue
-    return Step(block.name, values, source=chance.choice(("", "source")))
-
-
-def random_style(chance: random.Random, folder: Path) -> Style:
-    layers = {layer: tuple(random_step(chance) for _ in range(chance.randint(0, 4))) for layer in LAYERS}
-    layers["base"] = (Step("to_gray"), *layers["base"])
-    ink = f"#{chance.randrange(2**24):06x}"
-    return Style(f"s{chance.random()}", note=chance.choice(("", "x")), ink=ink, folder=folder, **layers)
-
-
-def with_comments(path: Path) -> None:
-    lines = path.read_text(encoding="utf-8").splitlines()
-    commented = [f"{'# above' if line.startswith('[[') else ''}\n{line} # beside" for line in lines if line]
-    path.write_text("\n".join(commented), encoding="utf-8")
-
-
 def test_any_style_saved_over_any_other_reads_back(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    chance = random.Random(3)
     for number in range(60):
         path = tmp_path / f"{number}.toml"
-        save_style(random_style(chance, tmp_path), path)
-        with_comments(path)
-        style = random_style(chance, tmp_path)
+        save_style(random_style(2 * number, tmp_path), path)
+        add_comments(path)
+        style = random_style(2 * number + 1, tmp_path)
         save_style(style, path)
         assert load_style(path) == style
         assert "format = 1 # beside" in path.read_text(encoding="utf-8")

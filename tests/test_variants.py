@@ -12,7 +12,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from test_style_files import random_style, with_comments
+from random_styles import add_comments, random_style
 
 from vidstyle.cli import main
 from vidstyle.errors import StyleError
@@ -241,10 +241,10 @@ def test_any_style_with_variants_saved_over_any_other_reads_back(tmp_path: Path)
         for _ in range(2):
             names = chance.sample(["a", "b", "2-c", "-d"], chance.randint(0, 4))
             variants = {name: {"ink": f"#{chance.randrange(2**24):06x}", "steady": 0.5} for name in names}
-            style = replace(random_style(chance, tmp_path), variants=variants)
+            style = replace(random_style(chance.randrange(2**32), tmp_path), variants=variants)
             save_style(style, path)
             assert load_style(path) == style
-            with_comments(path)
+            add_comments(path)
 
 
 def test_schema_and_descriptions_hold_variants(path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,62 @@
+"""Settings of blocks, and styles of one block with what it may ask for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from pictures import step
+
+from vidstyle.blade.bank import Bank, save_bank
+from vidstyle.blade.structure_tensor import Bins
+from vidstyle.block import Block, Choice, Slider, Switch
+from vidstyle.style import Style
+
+
+def ends_of(block: Block) -> dict[str, list[Any]]:
+    """By parameter both ends of its range, or its options."""
+    ends: dict[str, list[Any]] = {}
+    for name, parameter in block.parameters.items():
+        control = parameter.control
+        if isinstance(control, Slider):
+            ends[name] = [parameter.check(control.low), parameter.check(control.high)]
+        elif isinstance(control, Choice):
+            ends[name] = list(control.options)
+        elif isinstance(control, Switch):
+            ends[name] = [False, True]
+    return ends
+
+
+def settings(block: Block) -> list[dict[str, Any]]:
+    """No values; every parameter at each end or option; and all at their low, and all at their high ends."""
+    ends = ends_of(block)
+    single = [{name: value} for name, values in ends.items() for value in values]
+    corners = [{name: values[corner] for name, values in ends.items()} for corner in (0, -1)] if ends else []
+    return [{}, *single, *corners]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A style's folder with tiles of three sizes, one wider and one higher than the others, and a bank."""
+    folder = tmp_path_factory.mktemp("style")
+    (folder / "tiles").mkdir()
+    random = np.random.default_rng(1)
+    for number, size in enumerate([(5, 31), (40, 7), (12, 12)]):
+        tile = random.integers(60 * number, 60 * number + 130, size).astype(np.uint8)
+        assert cv2.imwrite(str(folder / "tiles" / f"{number}.png"), tile)
+    # Alike in all bins: eight passes of noise would make much of a choice upon the border of two.
+    filters = random.normal(0, 0.01, (3, 1, 5, 5)).astype(np.float32).repeat(48, axis=1)
+    filters += filters[:, :, ::-1, ::-1].copy()
+    filters[:, :, 2, 2] += np.array([1, 0, 0])[:, None] - filters.sum(axis=(2, 3))
+    about = {"sliders": [["soft", 0, 2], ["sharp", -1, 1]]}
+    save_bank(Bank(Bins(8, 2, 3), 1.5, filters, about), folder / "bank")
+    return folder
+
+
+def block_style(block: Block, values: dict[str, Any], folder: Path) -> Style:
+    """The block upon the source, with a blurred picture and a gray one to be had."""
+    saved = (step("gaussian", save="soft"), step("to_gray", source="source", save="flat"))
+    return Style("test", base=saved, background=(step(block.name, source="source", **values),), folder=folder)
