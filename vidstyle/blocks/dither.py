@@ -10,6 +10,7 @@ import numpy as np
 from vidstyle.block import Asset, PageRegion, Slider, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import whole_side
+from vidstyle.core.kernels import compiled, interleaved
 
 
 def shipped_thresholds() -> dict[str, Path]:
@@ -55,6 +56,25 @@ def dither(
     side, (tile,) = whole_side(cell), thresholds
     rows, columns = (np.arange(count) for count in picture.shape[:2])
     rows, columns = (rows + place.top) // side % tile.shape[0], columns // side % tile.shape[1]
+    out = np.empty(picture.shape, np.float32)
     raised = np.float32(strength) * (tile - np.float32(0.5))
-    page = raised[np.ix_(rows, columns)].reshape(*picture.shape[:2], *[1] * (picture.ndim - 2))
-    return np.clip(picture + page, 0, 1)
+    _add(interleaved(picture), raised, rows, columns, np.empty(columns.size, np.float32), interleaved(out))
+    return out
+
+
+@compiled
+def _add(picture, tile, rows, columns, line, out):  # type: ignore[no-untyped-def]
+    """Add the numbers of a tile at these rows and columns to all channels, and clip to 0..1."""
+    zero, one, channels = np.float32(0), np.float32(1), out.shape[1] // line.size
+    for row in range(out.shape[0]):
+        if row == 0 or rows[row] != rows[row - 1]:
+            for x in range(line.size):
+                line[x] = tile[rows[row], columns[x]]
+        if channels == 1:
+            for x in range(line.size):
+                out[row, x] = min(max(picture[row, x] + line[x], zero), one)
+        else:
+            for x in range(line.size):
+                for channel in range(3):
+                    value = picture[row, 3 * x + channel] + line[x]
+                    out[row, 3 * x + channel] = min(max(value, zero), one)

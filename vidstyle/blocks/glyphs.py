@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.block import Asset, LumaWeights, PageRegion, Slider, Switch, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import cell_means, cells_of, whole_side
-from vidstyle.core.kernels import TIE_LIFT, cached
+from vidstyle.core.kernels import TIE_LIFT, cached, compiled, interleaved
 
 DARKEST = np.float32(0.1)
 """A darker colour is not raised to full brightness."""
@@ -81,11 +81,24 @@ def glyphs(
     numbers = np.searchsorted(table[-1, 1:count], luma + TIE_LIFT, side="right")
     lines, across = np.arange(place.top, place.top + len(rows)) % height, np.arange(len(columns)) % width
     drawn = _fitted(table.tobytes(), table.shape, height, width)
-    shown = drawn[numbers[rows[:, None], columns], lines[:, None], across]
     channels = means.reshape(*luma.shape, -1)
     colors = channels / np.maximum(channels.max(axis=2, keepdims=True), DARKEST)
-    shown = (colors[rows[:, None], columns] * shown[..., None]).reshape(picture.shape)
-    return np.float32(1) - shown if invert else shown
+    out = np.empty(picture.shape, np.float32)
+    _draw(drawn, numbers, colors, (rows, columns), (lines, across), invert, interleaved(out))
+    return out
+
+
+@compiled
+def _draw(glyphs_, numbers, colors, cells, places, invert, out):  # type: ignore[no-untyped-def]
+    """Each pixel's share of its cell's glyph, times the cell's colour."""
+    (rows, columns), (lines, across), channels = cells, places, colors.shape[2]
+    for y in range(out.shape[0]):
+        for x in range(columns.size):
+            row, column = rows[y], columns[x]
+            shown = glyphs_[numbers[row, column], lines[y], across[x]]
+            for channel in range(channels):
+                value = colors[row, column, channel] * shown
+                out[y, channels * x + channel] = np.float32(1) - value if invert else value
 
 
 @cached(maxsize=4)

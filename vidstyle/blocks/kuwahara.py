@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import SavedRef, Slider, block
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, index_at, interleaved
 from vidstyle.core.weighted_sums import weighted_sums
 
 ORIENTATIONS, ANISOTROPIES, SECTORS = 32, 8, 8
@@ -44,24 +44,47 @@ def kuwahara(
     """
     starts, places, weights = _kernels(radius, stretch)
     margin, (height, width) = _radius(radius, stretch), picture.shape[:2]
-    squares = np.einsum("yxc,yxc->yx", picture, picture)
-    around = cv2.copyMakeBorder(np.dstack([picture, squares]), *(margin,) * 4, cv2.BORDER_REPLICATE)
-    offsets = ((places[:, 0] + margin) * around.shape[1] + places[:, 1] + margin) * 4
+    with_squares = np.empty((height, width, 4), np.float32)
+    _add_squares(interleaved(picture), interleaved(with_squares))
+    around = cv2.copyMakeBorder(with_squares, *(margin,) * 4, cv2.BORDER_REPLICATE)
+    offsets = (places[:, 0] * around.shape[1] + places[:, 1]) * 4
     out, sums = np.empty((height, width, 3), np.float32), np.empty((4, SECTORS), np.float32)
     kernels = starts, offsets, weights
-    _filter(around.reshape(-1), around.shape[1], _chosen_kernels(flow), kernels, sharpness, sums, out)
+    squarings = (0,) * (1 + sharpness)
+    way = around.shape[1], margin
+    _filter(around.reshape(-1), way, _chosen_kernels(flow), kernels, squarings, sums, out)
     return out
 
 
 def _chosen_kernels(flow: np.ndarray) -> np.ndarray:
     """The number of each pixel's kernel, H x W int32."""
-    x, y = (2 * flow[..., 0] - 1, 2 * flow[..., 1] - 1)
-    turns = cv2.phase(x, y) * np.float32(ORIENTATIONS / (2 * math.pi))
-    clearness = np.sqrt(x * x + y * y) / np.maximum(flow[..., 2], np.float32(1e-6))
-    # fmin and fmax leave no NaN, which would be an index anywhere.
-    orientation = np.fmax(np.fmin(np.floor(turns + np.float32(0.5)), ORIENTATIONS), 0).astype(np.int32)
-    shape = np.fmax(np.fmin(clearness * ANISOTROPIES, ANISOTROPIES - 1), 0).astype(np.int32)
-    return orientation % ORIENTATIONS * ANISOTROPIES + shape
+    x, y, clearness = np.empty((3, *flow.shape[:2]), np.float32)
+    _split_flow(interleaved(flow), x, y, clearness)
+    chosen = np.empty(flow.shape[:2], np.int32)
+    _choose(cv2.phase(x, y), clearness, chosen)
+    return chosen
+
+
+@compiled
+def _split_flow(flow, x, y, clearness):  # type: ignore[no-untyped-def]
+    """The vector of doubled angle, and its length by the strength of the edge."""
+    one, two, least = np.float32(1), np.float32(2), np.float32(1e-6)
+    for row in range(x.shape[0]):
+        for i in range(x.shape[1]):
+            across, down = two * flow[row, 3 * i] - one, two * flow[row, 3 * i + 1] - one
+            x[row, i], y[row, i] = across, down
+            clearness[row, i] = np.sqrt(across * across + down * down) / max(flow[row, 3 * i + 2], least)
+
+
+@compiled
+def _choose(phase, clearness, chosen):  # type: ignore[no-untyped-def]
+    per_turn, shapes = np.float32(ORIENTATIONS / (2 * math.pi)), np.float32(ANISOTROPIES)
+    for row in range(chosen.shape[0]):
+        for x in range(chosen.shape[1]):
+            orientation = index_at(phase[row, x] * per_turn + np.float32(0.5), ORIENTATIONS)
+            orientation = np.int32(0) if orientation == ORIENTATIONS else orientation
+            shape = index_at(min(clearness[row, x], np.float32(1)) * shapes, ANISOTROPIES - 1)
+            chosen[row, x] = orientation * ANISOTROPIES + shape
 
 
 @lru_cache(maxsize=8)
@@ -77,7 +100,10 @@ def _kernels(radius: float, stretch: float) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns of the samples in an ellipse, n x 2, and their weights in each sector, n x 8."""
+    """Rows and columns of the samples in half an ellipse, n x 2, and their weights in each sector, n x 8.
+
+    The other half lies opposite, with the same weights in the opposite sectors.
+    """
     longer, reach = 1 + stretch * (shape + 0.5) / ANISOTROPIES, _radius(radius, stretch)
     angle = math.pi * (orientation / ORIENTATIONS + 0.5)  # of the edge; the gradient's is a right angle less
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
@@ -92,23 +118,45 @@ def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tupl
     aside = np.outer(across, np.cos(turns)) - np.outer(along, np.sin(turns))
     weights = np.maximum(ahead + lift - narrowness * aside**2, 0) ** 2
     weights *= (np.exp(FALL * (along**2 + across**2)) / weights.sum(axis=1))[:, None]
-    return np.argwhere(inside) - reach, weights / weights.sum(axis=0)
+    places, weights = np.argwhere(inside) - reach, weights / weights.sum(axis=0)
+    middle = len(places) // 2
+    weights[middle] /= 2  # its own opposite
+    return places[middle:], weights[middle:]
+
+
+@compiled
+def _add_squares(picture, out):  # type: ignore[no-untyped-def]
+    """To red, green and blue of each pixel the sum of their squares."""
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1] // 4):
+            red, green, blue = picture[row, 3 * x], picture[row, 3 * x + 1], picture[row, 3 * x + 2]
+            out[row, 4 * x], out[row, 4 * x + 1], out[row, 4 * x + 2] = red, green, blue
+            out[row, 4 * x + 3] = red * red + green * green + blue * blue
 
 
 @compiled(fastmath=True)
-def _filter(around, columns, chosen, kernels, sharpness, sums, out):  # type: ignore[no-untyped-def]
-    """Each channel's mean over the sectors of the chosen kernel; `around` holds four numbers a pixel."""
+def _filter(around, way, chosen, kernels, squarings, sums, out):  # type: ignore[no-untyped-def]
+    """Each channel's mean over the sectors of the chosen kernel; `around` holds four numbers a pixel.
+
+    Args:
+        squarings: a tuple with one number more than the variance is squared: the compiler knows its length,
+            and so makes vectors of the sectors.
+    """
     zero, one, levels = np.float32(0), np.float32(1), np.float32(255)
-    starts, offsets, weights = kernels
+    (columns, margin), (starts, offsets, weights) = way, kernels
     for row in range(out.shape[0]):
         for x in range(out.shape[1]):
-            kernel, pixel = chosen[row, x], 4 * (row * columns + x)
+            kernel, pixel = chosen[row, x], 4 * ((row + margin) * columns + x + margin)
             weighted_sums(around, pixel, offsets, weights, starts[kernel], starts[kernel + 1], sums)
             total, red, green, blue = zero, zero, zero, zero
             for sector in range(SECTORS):
                 r, g, b = sums[0, sector], sums[1, sector], sums[2, sector]
                 variance = levels * abs(sums[3, sector] - r * r - g * g - b * b)
-                for _ in range(sharpness):
+                if len(squarings) > 1:
+                    variance *= variance
+                if len(squarings) > 2:
+                    variance *= variance
+                if len(squarings) > 3:
                     variance *= variance
                 share = one / (one + variance)
                 total += share

@@ -58,7 +58,8 @@ def _page(
         rows, down = between_points(place.top, shape[0], sides[0] * part)
         columns, right = between_points(0, shape[1], sides[1] * part)
         points = lattice_points(lattice + octave, rows[0], rows[-1] + 2, columns[-1] + 2)
-        _add_between(points, rows - rows[0], down, columns, right, np.float32(part / whole), total)
+        share, lines = np.float32(part / whole), np.empty((2, shape[1]), np.float32)
+        _add_between(points, rows - rows[0], down, columns, right, share, lines, total)
     return total
 
 
@@ -76,12 +77,25 @@ def between_points(first: int, count: int, size: np.float32) -> tuple[np.ndarray
 
 
 @compiled
-def _add_between(points, rows, down, columns, right, share, total):  # type: ignore[no-untyped-def]
-    """Noise between the points, about 0."""
+def _add_between(points, rows, down, columns, right, share, lines, total):  # type: ignore[no-untyped-def]
+    """Noise between the points, about 0: across for each row of points, then down for each row of pixels.
+
+    Args:
+        lines: scratch, two rows: those of the points above and below a pixel.
+    """
+    upper, lower = lines[0], lines[1]
     for row in range(total.shape[0]):
-        upper, lower, below = points[rows[row]], points[rows[row] + 1], down[row]
+        below = down[row]
+        if row == 0 or rows[row] != rows[row - 1]:
+            _between_columns(points[rows[row]], columns, right, upper)
+            _between_columns(points[rows[row] + 1], columns, right, lower)
         for column in range(total.shape[1]):
-            left, beside = columns[column], right[column]
-            high = upper[left] + beside * (upper[left + 1] - upper[left])
-            low = lower[left] + beside * (lower[left + 1] - lower[left])
+            high, low = upper[column], lower[column]
             total[row, column] += share * (high + below * (low - high) - np.float32(0.5))
+
+
+@compiled
+def _between_columns(points, columns, right, out):  # type: ignore[no-untyped-def]
+    for column in range(out.size):
+        left, beside = columns[column], right[column]
+        out[column] = points[left] + beside * (points[left + 1] - points[left])

@@ -137,7 +137,12 @@ def _nearest(red, green, blue, table, cones, lab):  # type: ignore[no-untyped-de
 def _choose(colors, sure, table, cones, lab, lift, out):  # type: ignore[no-untyped-def]
     """The nearest colour of the palette: looked up, or where colours meet within a cube, computed."""
     zero, one, side = np.float32(0), np.float32(1), np.float32(64)
+    number = np.int64(0)
     for i in range(colors.shape[0]):
+        same = colors[i, 0] == colors[i - 1, 0] and colors[i, 1] == colors[i - 1, 1]
+        if i > 0 and same and colors[i, 2] == colors[i - 1, 2]:  # as in large square pixels
+            out[i, 0], out[i, 1], out[i, 2] = table[3, number], table[4, number], table[5, number]
+            continue
         red = min(max(colors[i, 0] + lift, zero), one)
         green = min(max(colors[i, 1] + lift, zero), one)
         blue = min(max(colors[i, 2] + lift, zero), one)

@@ -14,9 +14,10 @@ LANES, CHANNELS = 8, 4
 class WeightedSums(Intrinsic):
     """`weighted_sums(pixels, at, offsets, weights, first, last, sums)` for compiled functions.
 
-    Adds up pixels of four channels with eight weights each: for all numbers first..last - 1 the pixel that
-    begins at number `at + offsets[number]`, times `weights[number]`. LLVM keeps the 32 sums of this loop in
-    scalars.
+    Adds up pixels of four channels with the weights that they have in eight sectors: for all numbers
+    first..last - 1 the pixel that begins at number `at + offsets[number]`, times `weights[number]`, and the one
+    at `at - offsets[number]` with the same weights for the opposite sectors. LLVM keeps the sums of this loop
+    in scalars.
 
     Args of the compiled call:
         pixels: float32, one row; four channels of each pixel lie side by side.
@@ -54,21 +55,27 @@ def _emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         first_lane = builder.insert_element(zeros, value, ir.Constant(ir.IntType(32), 0))
         return builder.shuffle_vector(first_lane, zeros, ir.Constant(lanes, [0] * LANES))
 
-    totals = [numba.alloca_once(builder, vector) for _ in range(CHANNELS)]
-    for total in totals:
-        builder.store(zeros, total)
-    step = ir.Constant(number_type, 1)
-    with numba.for_range_slice(builder, first, last, step, inc=True) as (number, _):
-        weight = builder.load(vector_at(weights, number))
-        weight.align = 4
-        pixel = builder.gep(pixels, [builder.add(at, builder.load(builder.gep(offsets, [number])))])
+    def add_pixel(start: Any, weight: Any, totals: list[Any]) -> None:
+        pixel = builder.gep(pixels, [start])
         for channel, total in enumerate(totals):
             value = builder.load(builder.gep(pixel, [ir.Constant(number_type, channel)]))
             product = builder.fmul(weight, in_all_lanes(value), flags=["contract"])
             builder.store(builder.fadd(builder.load(total), product, flags=["contract"]), total)
-    for channel, total in enumerate(totals):
+
+    ahead, behind = ([numba.alloca_once(builder, vector) for _ in range(CHANNELS)] for _ in range(2))
+    for total in (*ahead, *behind):
+        builder.store(zeros, total)
+    step = ir.Constant(number_type, 1)
+    with numba.for_range_slice(builder, first, last, step, inc=True) as (number, _):
+        weight, offset = builder.load(vector_at(weights, number)), builder.load(builder.gep(offsets, [number]))
+        weight.align = 4
+        add_pixel(builder.add(at, offset), weight, ahead)
+        add_pixel(builder.sub(at, offset), weight, behind)
+    opposite = ir.Constant(lanes, [(lane + LANES // 2) % LANES for lane in range(LANES)])
+    for channel, (one, other) in enumerate(zip(ahead, behind, strict=True)):
+        turned = builder.shuffle_vector(builder.load(other), zeros, opposite)
         target = vector_at(sums, ir.Constant(number_type, channel))
-        builder.store(builder.load(total), target).align = 4
+        builder.store(builder.fadd(builder.load(one), turned), target).align = 4
     return context.get_dummy_value()
 
 
