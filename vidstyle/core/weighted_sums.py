@@ -15,9 +15,9 @@ class WeightedSums(Intrinsic):
     """`weighted_sums(pixels, at, offsets, weights, first, last, sums)` for compiled functions.
 
     Adds up pixels of four channels with the weights that they have in eight sectors: for all numbers
-    first..last - 1 the pixel that begins at number `at + offsets[number]`, times `weights[number]`, and the one
-    at `at - offsets[number]` with the same weights for the opposite sectors. LLVM keeps the sums of this loop
-    in scalars.
+    first..last - 1 the pixel that begins at number `at + offsets[number]`, times `weights[number]`, and the
+    one at `at - offsets[number]` with the same weights for the opposite sectors. LLVM keeps the sums of this
+    loop in scalars.
 
     Args of the compiled call:
         pixels: float32, one row; four channels of each pixel lie side by side.
@@ -67,7 +67,10 @@ def _emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         builder.store(zeros, total)
     step = ir.Constant(number_type, 1)
     with numba.for_range_slice(builder, first, last, step, inc=True) as (number, _):
-        weight, offset = builder.load(vector_at(weights, number)), builder.load(builder.gep(offsets, [number]))
+        weight, offset = (
+            builder.load(vector_at(weights, number)),
+            builder.load(builder.gep(offsets, [number])),
+        )
         weight.align = 4
         add_pixel(builder.add(at, offset), weight, ahead)
         add_pixel(builder.sub(at, offset), weight, behind)
