@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import subprocess
 import sys
+from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
@@ -14,7 +16,7 @@ import pytest
 from vidstyle import cli
 from vidstyle.blocks import all_blocks
 from vidstyle.gpu.device.devices import list_devices
-from vidstyle.style import style_names
+from vidstyle.style import expand, load_style, style_names
 
 HEAVY = ("av", "cv2", "numpy", "numba", "moderngl", "rich", "tomlkit")
 
@@ -25,16 +27,33 @@ def run(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str
     return exit_code, *capfd.readouterr()
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["render", "--help"]])
-def test_help_loads_nothing_heavy(arguments):
+def run_and_list(names: Iterable[str], *arguments: object) -> tuple[str, list[str]]:
+    """Standard output of the program in a process of its own, and which of these modules it has loaded."""
     program = (
         "import sys; from vidstyle.cli import main; code = main(sys.argv[1:]);"
-        f"print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr); sys.exit(code)"
+        f"print([name for name in {[*names]!r} if name in sys.modules], file=sys.stderr); sys.exit(code)"
     )
-    command = [sys.executable, "-c", program, *arguments]
-    ended = subprocess.run(command, capture_output=True, text=True)
-    assert (ended.returncode, ended.stderr) == (0, "[]\n")
-    assert "Usage: vidstyle" in ended.stdout
+    ended = subprocess.run([sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True)
+    assert ended.returncode == 0
+    return ended.stdout, ast.literal_eval(ended.stderr.splitlines()[-1])
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["render", "--help"]])
+def test_help_loads_nothing_heavy(arguments):
+    shown, loaded = run_and_list(HEAVY, *arguments)
+    assert "Usage: vidstyle" in shown and loaded == []
+
+
+def test_a_film_loads_only_what_its_style_takes(tmp_path, capfd):
+    film = media.make_clip(tmp_path / "film.mp4", size=(64, 48), frames=2)
+    sketch = load_style("sketch")
+    steps = {f"vidstyle.blocks.{step.block}" for step in (*sketch.steps, *expand(sketch).steps)}
+    names = (*HEAVY, "importlib.metadata", "numpy.ma", *(f"vidstyle.blocks.{name}" for name in all_blocks()))
+    for style, wanted in {"plain": {"av", "numpy"}, "sketch": {"av", "cv2", "numpy"} | steps}.items():
+        target = tmp_path / f"{style}.mp4"
+        run(capfd, "render", film, target, "--style", style)  # compiles its kernels
+        _, loaded = run_and_list(names, "render", film, target, "--style", style, "-y", "--progress", "none")
+        assert set(loaded) == wanted
 
 
 def test_help_has_one_line_for_each_command(capfd):

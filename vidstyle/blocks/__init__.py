@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import pkgutil
+from collections import UserDict
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
+from typing import Any
 
 from vidstyle.block import Block
 
 
+class _Blocks(UserDict[str, Any]):
+    """Imports a block when it is first asked for, so that a style costs only its own."""
+
+    def __getitem__(self, name: str) -> Block:
+        block: Block = self.data[name] or getattr(import_module(f"{__name__}.{name}"), name)
+        self.data[name] = block
+        return block
+
+
 @cache
-def all_blocks() -> dict[str, Block]:
+def all_blocks() -> Mapping[str, Block]:
     """Every block by name, in the order of the names."""
-    names = sorted(module.name for module in pkgutil.iter_modules(__path__))
-    return {name: getattr(import_module(f"{__name__}.{name}"), name) for name in names}
+    return _Blocks(dict.fromkeys(sorted(module.name for module in pkgutil.iter_modules(__path__))))

@@ -14,7 +14,6 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, contextmanager, suppress
-from importlib import metadata
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -23,6 +22,7 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from vidstyle.core.bands import CORES
+from vidstyle.core.installed import version_of
 from vidstyle.core.kernels import SCALARS, ArgumentType, Compiled, dry_run, user_cache
 from vidstyle.errors import log
 
@@ -74,7 +74,7 @@ def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
 @functools.cache
 def _platform() -> str:
     here = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    compilers = metadata.version("numba"), llvm.llvm_version_info
+    compilers = version_of("numba"), llvm.llvm_version_info
     return repr((*here, *compilers, _file_digest(str(Path(__file__).with_name("kernel_compiler.py")))))
 
 

@@ -12,7 +12,7 @@ from vidstyle.block import FrameTime, LumaWeights, Measured, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import mix_channels
-from vidstyle.core.measured import sampled, sampled_picture
+from vidstyle.core.measured import percentiles, sampled, sampled_picture
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     Chroma,
@@ -56,7 +56,7 @@ class FrameExecutor:
         self._numbers: dict[Measure[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
             if isinstance(task, Measure):
-                measured = np.percentile(self._sampled(task.of), task.percentages)
+                measured = percentiles(self._sampled(task.of), task.percentages)
                 self._numbers[task] = follow(task, measured)
             elif isinstance(task, Sweep):
                 self._run_sweep(task)

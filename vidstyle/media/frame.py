@@ -91,8 +91,6 @@ def picture_from_frame(
         InputError: an unsupported pixel format or colour matrix.
         UsageError: no frame.
     """
-    import cv2
-
     if not isinstance(frame, av.VideoFrame):
         raise not_a_picture(frame, "an av.VideoFrame or an array")
     frame = to_supported_format(frame, subject)
@@ -104,9 +102,13 @@ def picture_from_frame(
         alpha = planes[0][..., 3] if layout.alpha else None
         return Picture(encoding, color=planes[0][..., :3], alpha=alpha)
     if layout.kind == "planar":
+        import cv2
+
         green, blue, red = planes[:3]
         return Picture(encoding, color=cv2.merge([red, green, blue]), alpha=_fourth(planes, layout))
     if layout.planes == 1 and layout.alpha:
+        import cv2
+
         luma, alpha = cv2.split(planes[0])
         return Picture(encoding, luma=luma, alpha=alpha)
     chroma = (planes[1], planes[2]) if layout.planes == 3 else None

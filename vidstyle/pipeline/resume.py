@@ -6,7 +6,6 @@ import hashlib
 import os
 from collections.abc import Iterable
 from dataclasses import fields
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 import vidstyle
 from vidstyle.block import Asset
 from vidstyle.blocks import all_blocks
+from vidstyle.core.installed import version_of
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import ffmpeg_version
 from vidstyle.media.options import ReadOptions, WriteOptions
@@ -85,7 +85,8 @@ def warm_up_frames(style: Style, rate: float) -> int:
 
 def build() -> str:
     """The versions of what makes the pictures."""
-    opencv = metadata.version("opencv-contrib-python-headless")  # importing it would take longest of all
+    # Importing it would take longest of all.
+    opencv = version_of("opencv-contrib-python-headless")
     libraries = f"FFmpeg {ffmpeg_version()}, OpenCV {opencv}, NumPy {np.__version__}"
     return f"vidstyle {vidstyle.__version__}, {libraries}"
 
