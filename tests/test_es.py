@@ -119,8 +119,13 @@ def test_noise_is_drawn_anew_as_on_the_cpu(style_browser: StyleBrowser) -> None:
     assert all((np.abs(one - other) <= 1).mean() > 0.999 for one, other in zip(made, right, strict=True))
 
 
-def test_numbers_follow_a_film_over_time_as_on_the_cpu(style_browser: StyleBrowser) -> None:
-    chosen = Style("test", background=(Step("equalize", {"settle": 0.3}),))
+@pytest.mark.parametrize(
+    "taken",
+    [Step("equalize", {"settle": 0.3}), Step("palette", {"colors": "film-8"})],
+    ids=lambda step: step.block,
+)
+def test_what_is_taken_of_a_film_follows_it_as_on_the_cpu(taken: Step, style_browser: StyleBrowser) -> None:
+    chosen = Style("test", background=(taken,))
     films = [picture(*SMALL), (picture(*SMALL) * 0.8 + 20).astype(np.uint8), picture(*SMALL)]
     times = [0.0, 0.1, 0.3]
     with vidstyle.Renderer(chosen, "cpu") as renderer:

@@ -70,6 +70,16 @@ FILMS: dict[str, list[Frame]] = {
 
 
 @pytest.mark.parametrize("name", FILMS)
+def test_the_films_own_colours_follow_it_as_on_the_cpu(name: str, sessions: Sessions) -> None:
+    film, chosen = FILMS[name], style(step("palette", colors="film-16"))
+    right = on_the_cpu(chosen, film)
+    for form in FORMS:
+        sessions.run(form, style(), film[0][0])
+        for number, made in enumerate(on_the_gpu(sessions, form, chosen, film)):
+            assert disagreements(right[number], made) == [], (form, number)
+
+
+@pytest.mark.parametrize("name", FILMS)
 def test_measured_blocks_follow_a_film_as_on_the_cpu(name: str, sessions: Sessions) -> None:
     film = FILMS[name]
     right = on_the_cpu(MEASURED, film)

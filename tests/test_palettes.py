@@ -7,12 +7,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from media import photograph
 from pictures import noise, run_color, run_luma, step, style
 
+from vidstyle import Renderer, stylize
 from vidstyle.blocks.dither import read_thresholds, shipped_thresholds
 from vidstyle.blocks.palette import read_palette, shipped_palettes
 
-PALETTES = sorted(shipped_palettes())
+FILM_PALETTES = [name for name in shipped_palettes() if name.startswith("film")]
+PALETTES = sorted(shipped_palettes().keys() - FILM_PALETTES)
 
 
 def oklab(color: np.ndarray) -> np.ndarray:
@@ -52,12 +55,50 @@ def test_palette_takes_the_nearest_colour(name: str) -> None:
 @pytest.mark.parametrize(
     ("text", "fault"),
     [("", "has 0"), ("#000000", "has 1"), ("#000000\n" * 65, "has 65"), ("#000000 " * 600, "larger than 4"),
+     ("film 1", "has 1"), ("film 65", "has 65"), ("film many", "'film' is not"),
      ("#000000\nred\n", "'red' is not #rrggbb"), ("#000000\n\xff\n", "is not #rrggbb")],
 )  # fmt: skip
 def test_a_wrong_palette_is_refused(text: str, fault: str, tmp_path: Path) -> None:
     (tmp_path / "colors.txt").write_bytes(text.encode("latin-1"))
     with pytest.raises(ValueError, match=fault):
         read_palette(tmp_path / "colors.txt")
+
+
+def patches(colors: list[str], shape: tuple[int, int] = (48, 80)) -> np.ndarray:
+    """Upright stripes of these colours, with a little noise."""
+    stripes = np.array([list(bytes.fromhex(color)) for color in colors], float)
+    wide = stripes[np.arange(shape[1]) * len(colors) // shape[1]]
+    return (wide + np.random.default_rng(1).normal(0, 2, (*shape, 3))).clip(0, 255).astype(np.uint8)
+
+
+def colors_of(picture: np.ndarray) -> np.ndarray:
+    return np.unique(picture.reshape(-1, 3), axis=0).astype(int)
+
+
+DAY = ["20304a", "4a90c2", "d8e6f0", "c24f2a", "e8c060", "3f6b35", "8a8a86", "f4f4f0"]
+
+
+def test_a_palette_of_the_film_has_its_main_colours() -> None:
+    made = stylize(patches(DAY), style(step("palette", colors="film-8")), "cpu")
+    wanted = np.array([list(bytes.fromhex(color)) for color in DAY])
+    found = colors_of(made)
+    assert len(found) == 8
+    assert np.abs(found[:, None] - wanted).max(axis=2).min(axis=0).max() <= 3
+
+
+def test_colours_of_a_film_stay_until_it_changes_and_begin_anew_at_a_cut() -> None:
+    """Noise of other frames moves none; a slow change is followed; after a cut no colour is left."""
+    chosen = style(step("palette", colors="film-8"))
+    day, other = patches(DAY), photograph("coffee")[::8, ::8]
+    with Renderer(chosen, "cpu") as renderer:
+        first = renderer(day, 0.0)
+        still = renderer(np.roll(day, 1, axis=0), 0.04)
+        for frame in range(2, 90):
+            dim = renderer((day * 0.9).astype(np.uint8), frame / 25)
+        after = renderer(other, 3.6)
+    np.testing.assert_array_equal(colors_of(first), colors_of(still))
+    assert len(colors_of(dim)) == 8 and 0.88 < dim.mean() / first.mean() < 0.92
+    np.testing.assert_array_equal(after, stylize(other, chosen, "cpu"))
 
 
 @pytest.mark.parametrize("name", sorted(shipped_thresholds()))

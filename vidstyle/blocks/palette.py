@@ -9,7 +9,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import Asset, block, rgb_from_text
+from vidstyle.core.film_colors import FilmTable
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled, index_at
+from vidstyle.core.oklab import TO_CONES, TO_LAB, lab_from_rgb
 from vidstyle.core.regular_file import read_regular_file
 
 MAX_COLORS = 64
@@ -20,21 +22,8 @@ SIDE = 64
 UNSURE = 255
 """In this table: more than one colour is the nearest within the cube."""
 
-TO_CONES = np.array(
-    [
-        [0.4122214708, 0.5363325363, 0.0514459929],
-        [0.2119034982, 0.6806995451, 0.1073969566],
-        [0.0883024619, 0.2817188376, 0.6299787005],
-    ]
-)
-TO_LAB = np.array(
-    [
-        [0.2104542553, 0.7936177850, -0.0040720468],
-        [1.9779984951, -2.4285922050, 0.4505937099],
-        [0.0259040371, 0.7827717662, -0.8086757660],
-    ]
-)
-"""OKLab: Ottosson 2020, "A perceptual color space for image processing"."""
+FILM = "film"
+"""In a file of colours, before a number: so many of the film's own."""
 
 
 def shipped_palettes() -> dict[str, Path]:
@@ -43,23 +32,30 @@ def shipped_palettes() -> dict[str, Path]:
 
 
 def read_palette(path: Path) -> tuple[np.ndarray]:
-    """The colours of a text file, one `#rrggbb` a line.
+    """The colours of a text file, one `#rrggbb` a line; or "film 16" for so many of the film's own.
 
     Returns:
-        One table, 6 x colours float32: their OKLab, and red, green and blue 0..1.
+        One table, 6 x colours float32: their OKLab, and red, green and blue 0..1. A `FilmTable` for the
+        film's own.
 
     Raises:
         ValueError: a line is not a colour, or there are not 2 to 64.
         OSError: it cannot be read.
     """
     lines = read_regular_file(path, MAX_FILE_BYTES).decode("ascii", "replace").split()
+    if lines[:1] == [FILM] and len(lines) == 2 and lines[1].isdecimal():
+        lines = ["#000000"] * min(int(lines[1]), MAX_COLORS + 1)
+        return FilmTable(_table(lines))
     if wrong := next((line for line in lines if not re.fullmatch("#[0-9a-fA-F]{6}", line)), None):
         raise ValueError(f"{wrong[:16]!r} is not #rrggbb")
+    return _table(lines)
+
+
+def _table(lines: list[str]) -> tuple[np.ndarray]:
     if not 2 <= len(lines) <= MAX_COLORS:
         raise ValueError(f"needs 2 to {MAX_COLORS} colours, has {len(lines)}")
-    colors = np.array([rgb_from_text(line) for line in lines])
-    lab = TO_LAB @ np.cbrt(TO_CONES @ _light(colors.T))
-    return (np.vstack([lab, colors.T]).astype(np.float32),)
+    colors = np.array([rgb_from_text(line) for line in lines]).T
+    return (np.vstack([lab_from_rgb(colors), colors]).astype(np.float32),)
 
 
 @block("pixel", on="color")
@@ -71,7 +67,8 @@ def palette(
 ) -> np.ndarray:
     """Replace each colour by the nearest of a palette of 2 to 64, in OKLab.
 
-    `dither` before it mixes them. Ottosson 2020, "A perceptual color space for image processing".
+    `dither` before it mixes them. The palettes "film-8", "film-16" and "film-32" are the main colours of the
+    film itself, as it is before the style. Ottosson 2020, "A perceptual color space for image processing".
     """
     (table,) = colors
     out = np.empty(picture.shape, np.float32)
@@ -81,28 +78,44 @@ def palette(
     return out
 
 
-def _light(values: np.ndarray) -> np.ndarray:
-    """Light of sRGB values, 0..1."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-
-
 @cached(maxsize=4)
 def _sure_answers(table: bytes) -> np.ndarray:
     """For each cube of colours the nearest of the palette if all its corners share it: SIDE ** 3 uint8."""
-    points = np.frombuffer(table, np.float32).reshape(6, -1)[:3].astype(np.float64)
-    light = _light(np.arange(SIDE + 1) / SIDE)
-    flat = light[:, None, None] * TO_CONES[:, 1] + light[:, None] * TO_CONES[:, 2]
-    corners = np.empty((SIDE + 1,) * 3, np.uint8)
-    for red, plane in zip(light, corners, strict=True):  # plane by plane, for the sake of memory
-        lab = np.cbrt(flat + red * TO_CONES[:, 0]) @ TO_LAB.T
-        # The square of the corner's own length is the same for all.
-        plane[:] = ((points * points).sum(axis=0) - 2 * (lab @ points)).argmin(axis=2)
-    first, last = corners, corners
-    for axis in range(3):
-        low, high = slice(None, -1), slice(1, None)
-        before, after = ((slice(None),) * axis + (side,) for side in (low, high))
-        first, last = np.minimum(first[before], first[after]), np.maximum(last[before], last[after])
-    return np.where(first == last, first, np.uint8(UNSURE)).reshape(-1)
+    points = np.frombuffer(table, np.float32).reshape(6, -1)[:3]
+    planes, sure = np.empty((2, (SIDE + 1) ** 2), np.uint8), np.empty(SIDE**3, np.uint8)
+    _compare_corners(_corners(), np.ascontiguousarray(points), planes, sure)
+    return sure
+
+
+@cached(maxsize=1)
+def _corners() -> np.ndarray:
+    """OKLab of the corners of all cubes, (SIDE + 1) ** 3 x 3 float32."""
+    levels = np.arange(SIDE + 1) / SIDE
+    planes = [np.stack(np.meshgrid([red], levels, levels, indexing="ij")).reshape(3, -1) for red in levels]
+    return np.concatenate([lab_from_rgb(plane).T.astype(np.float32) for plane in planes])
+
+
+@compiled
+def _compare_corners(corners, points, planes, sure):  # type: ignore[no-untyped-def]
+    """The nearest of the points at each corner, a plane of corners after another; then the cubes between."""
+    side, plane = 64, 65 * 65
+    for red in range(side + 1):
+        for i in range(plane):
+            lab, nearest, least = corners[red * plane + i], 0, np.float32(1e9)
+            for number in range(points.shape[1]):
+                x, y, z = lab[0] - points[0, number], lab[1] - points[1, number], lab[2] - points[2, number]
+                distance = x * x + y * y + z * z
+                if distance < least:
+                    nearest, least = number, distance
+            planes[red % 2, i] = nearest
+        for green in range(side if red else 0):
+            for blue in range(side):
+                corner, answer = green * (side + 1) + blue, planes[0, green * (side + 1) + blue]
+                for k in range(2):
+                    for step in (0, 1, side + 1, side + 2):
+                        if planes[k, corner + step] != answer:
+                            answer = 255
+                sure[((red - 1) * side + green) * side + blue] = answer
 
 
 @compiled

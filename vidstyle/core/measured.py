@@ -32,20 +32,20 @@ class Sampling:
     shape: tuple[int, int]
 
     @classmethod
-    def of(cls, height: int, width: int) -> Sampling:
-        """The sampling of a picture of this size.
+    def of(cls, height: int, width: int, most: int = SAMPLES) -> Sampling:
+        """The sampling of a picture of this size, of at most so many across and down.
 
         >>> Sampling.of(1080, 1920)
         Sampling(stride=6, first=(2, 2), shape=(180, 320))
         """
-        stride = -(-max(height, width) // SAMPLES)
+        stride = -(-max(height, width) // most)
         top, left = (min((stride - 1) // 2, (side - 1) // 2) for side in (height, width))
         return cls(stride, (top, left), (-(-(height - top) // stride), -(-(width - left) // stride)))
 
 
-def sampled(plane: np.ndarray) -> np.ndarray:
+def sampled(plane: np.ndarray, most: int = SAMPLES) -> np.ndarray:
     """The small copy of a plane, a view."""
-    sampling = Sampling.of(*plane.shape[:2])
+    sampling = Sampling.of(*plane.shape[:2], most)
     top, left = sampling.first
     return plane[top :: sampling.stride, left :: sampling.stride]
 
@@ -77,6 +77,32 @@ def percentiles(values: np.ndarray, percentages: Sequence[float]) -> np.ndarray:
     above = np.minimum(below + 1, values.size - 1)
     ordered = np.sort(values, axis=None).astype(np.float64)
     return ordered[below] + (places - below) * (ordered[above] - ordered[below])
+
+
+def small_colors(picture: Picture, most: int) -> np.ndarray:
+    """RGB of a small copy, H x W x 3 float64 within 0..1, with the chroma of the nearest sample.
+
+    Without kernels, so that a dry run of them has it too.
+    """
+    encoding = picture.encoding
+    black, white = encoding.luma_levels
+    plane = picture.luma if picture.color is None else picture.color
+    assert plane is not None
+    values = (sampled(plane, most).astype(np.float64) - black) / (white - black)
+    if picture.color is None:
+        yuv = np.zeros((*values.shape, 3))
+        yuv[..., 0] = values
+        sampling, (across, down) = Sampling.of(*picture.shape, most), encoding.step
+        (top, left), (height, width) = sampling.first, sampling.shape
+        rows, columns = (
+            (top + sampling.stride * np.arange(height)) // down,
+            (left + sampling.stride * np.arange(width)) // across,
+        )
+        for number, chroma in enumerate(picture.chroma or (), 1):
+            neutral, span = encoding.chroma_levels
+            yuv[..., number] = (chroma[np.ix_(rows, columns)] - neutral) / span
+        values = sum(yuv[..., each, None] * encoding.to_rgb[:, each] for each in range(3))
+    return np.clip(values, 0, 1)
 
 
 class ExponentialSmoother:

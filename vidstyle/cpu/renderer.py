@@ -8,6 +8,7 @@ import numpy as np
 
 from vidstyle.block import moment_of
 from vidstyle.core.bands import CORES, CallingThread
+from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.kernel_library import rehearsing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
@@ -19,7 +20,7 @@ from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
-from vidstyle.style.resolve import ResolvedStep, has_fixed_marks, resolve, structure
+from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, resolve, structure
 
 
 class CpuRenderer(SynchronousRenderer):
@@ -44,6 +45,7 @@ class CpuRenderer(SynchronousRenderer):
         self._lowered: dict[object, tuple[LoweredStyle, Schedule]] = {}
         self._smoothers: dict[StepKey, ExponentialSmoother] = {}
         self._stabilizer: Stabilizer | None = None
+        self._film_palettes = FilmPalettes()
 
     def close(self) -> None:
         """End the threads."""
@@ -76,7 +78,9 @@ class CpuRenderer(SynchronousRenderer):
 
     def _stabilized(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> Picture:
         self._prepare(picture)
-        is_cut = bool(self._smoothers or self._stabilizer) and self._cuts.is_cut(small_luma(picture))
+        remembers = bool(self._smoothers or self._stabilizer or self._film_palettes)
+        is_cut = remembers and self._cuts.is_cut(small_luma(picture))
+        self._film_palettes.follow(picture, time, is_cut)
         if is_cut:
             for smoother in self._smoothers.values():
                 smoother.restart()
@@ -92,6 +96,7 @@ class CpuRenderer(SynchronousRenderer):
         steps = resolve(self.style, *picture.shape)
         if picture.shape != self._shape or structure(steps) != structure(self._steps):
             self._stabilizer = None
+            self._film_palettes = FilmPalettes()
             self._smoothers = {
                 (layer, number): ExponentialSmoother()
                 for layer, each in steps.items()
@@ -104,6 +109,7 @@ class CpuRenderer(SynchronousRenderer):
             self._stabilizer = Stabilizer(self.style.steady, has_fixed_marks(steps), self._pool)
         else:
             self._stabilizer.change_strength(self.style.steady, has_fixed_marks(steps))
+        self._film_palettes.use(film_tables(steps))
         self._steps, self._shape, self._prepared = steps, picture.shape, self.style
         self._lowered = {}
 

@@ -67,7 +67,7 @@ def _text(
 
 
 def _hook(style: Style, film: Path | None, size: tuple[int, int] | None) -> str:
-    from vidstyle.export.frozen import frames_of, frozen_percentiles, usual_picture
+    from vidstyle.export.frozen import frames_of, freeze_colors, frozen_percentiles, usual_picture
     from vidstyle.export.hook import growing, hook_of
     from vidstyle.gpu.compile.es import es_plan
 
@@ -81,7 +81,7 @@ def _hook(style: Style, film: Path | None, size: tuple[int, int] | None) -> str:
         width, height = size or (round(height * ASPECT), height)
     plan = es_plan(style, width, height, depth=0)
     powers = growing(plan, lambda other: es_plan(other, width, height, depth=0), style)
-    frozen = {}
-    if plan["measures"]:
-        frozen = frozen_percentiles(style, frames or [usual_picture(width // 4, height // 4)])
+    shown = frames or [usual_picture(width // 4, height // 4)]
+    freeze_colors(plan, shown)
+    frozen = frozen_percentiles(style, shown) if plan["measures"] else {}
     return hook_of(style, plan, powers, frozen, film.name if film else "a picture of all tones")

@@ -1,16 +1,20 @@
-"""What measured steps take of a film, frozen to the mean of a few of its frames."""
+"""What a style takes of a film, percentiles and colours, frozen to that of a few of its frames."""
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterable, Iterator
 from contextlib import closing
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
+from vidstyle.core.film_colors import SIDE, FilmColors
+from vidstyle.core.measured import sampled
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import Frame
@@ -31,6 +35,16 @@ def frozen_percentiles(style: Style, pictures: Iterable[np.ndarray]) -> dict[str
         taken = [renderer.measured(Picture.from_array(each)) for each in pictures]
     means = {step: np.mean([each[step] for each in taken], axis=0) for step in taken[0]}
     return {f"{layer} {number}": tuple(map(float, mean)) for (layer, number), mean in means.items()}
+
+
+def freeze_colors(plan: dict[str, Any], pictures: Iterable[np.ndarray]) -> None:
+    """Put the main colours of these pictures, H x W x 3 uint8, into the textures of a plan that await them."""
+    all_of_them = Picture.from_array(np.concatenate([sampled(each, SIDE) for each in pictures]))
+    for texture in plan["textures"].values():
+        if "film" in texture:
+            table = np.empty(texture["size"][1::-1], np.float32)
+            FilmColors().follow(all_of_them, None, table)
+            texture["data"] = b64encode(table.tobytes()).decode("ascii")
 
 
 def frames_of(film: Path) -> Iterator[np.ndarray]:

@@ -84,8 +84,8 @@ def hook_of(style: Style, plan: dict[str, Any], powers: list[int], frozen: Froze
 
 def _head(style: Style, plan: dict[str, Any], measured_from: str) -> str:
     left = []
-    if plan["measures"]:
-        count = len(plan["measures"])
+    count = len(plan["measures"]) + sum("film" in each for each in plan["textures"].values())
+    if count:
         left.append(f"// Frozen: {count} measurement{'s' * (count > 1)}, as of {measured_from}.")
     if "steady" in plan["server"]:
         left.append("// Left out: steadying over time.")

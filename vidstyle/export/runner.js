@@ -47,8 +47,17 @@ export const FORMAT = 1;
  * @property {PlanPass[]} passes
  * @property {{step: string, count: number}[]} measures
  * @property {number[]} values
- * @property {Object<string, {size: [number, number, number], components: number, type: string, data: string}>} textures
+ * @property {Object<string, {size: [number, number, number], components: number, type: string, data: string, film?: Film}>} textures
  * @property {string[]} server what of the style is left out here
+ */
+
+/**
+ * @typedef {object} Film the constants of `vidstyle.core.film_colors`
+ * @property {number} side
+ * @property {number} bins
+ * @property {[number, number]} rounds
+ * @property {number} settle
+ * @property {number} held
  */
 
 /** @typedef {[number, number]} Size width and height */
@@ -124,6 +133,116 @@ export class Smoother {
   }
 }
 
+const TO_CONES = [[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566], [0.0883024619, 0.2817188376, 0.6299787005]];
+const TO_LAB = [[0.210454255, 0.793617785, -0.004072047], [1.977998495, -2.428592205, 0.45059371], [0.025904037, 0.782771766, -0.808675766]];
+const FROM_LAB = [[1, 0.3963377774, 0.2158037573], [1, -0.1055613458, -0.0638541728], [1, -0.0894841775, -1.291485548]];
+const FROM_CONES = [[4.0767416621, -3.3077115913, 0.2309699292], [-1.2684380046, 2.6097574011, -0.3413193965], [-0.0041960863, -0.7034186147, 1.707614701]];
+
+/** @param {number[][]} matrix @param {number[]} column */
+const times = (matrix, column) => matrix.map((row) => row[0] * column[0] + row[1] * column[1] + row[2] * column[2]);
+
+/** OKLab of an sRGB colour within 0..1. @param {number[]} rgb */
+function labFromRgb(rgb) {
+  const light = rgb.map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4));
+  return times(TO_LAB, times(TO_CONES, light).map(Math.cbrt));
+}
+
+/** The inverse, clipped to 0..1. @param {number[]} lab */
+function rgbFromLab(lab) {
+  const light = times(FROM_CONES, times(FROM_LAB, lab).map((value) => value ** 3));
+  return light.map((value) => Math.min(Math.max(value, 0), 1))
+    .map((value) => (value <= 0.0031308 ? value * 12.92 : 1.055 * value ** (1 / 2.4) - 0.055));
+}
+
+/** @param {number[]} one @param {number[]} other */
+const awayOf = (one, other) => (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2;
+
+/** The main colours of a film, as by `vidstyle.core.film_colors.FilmColors`. */
+export class FilmColors {
+  /** @param {number} count of colours @param {Film} film */
+  constructor(count, film) {
+    this.count = count;
+    this.film = film;
+    this.smoother = new Smoother();
+    /** @type {number[][] | null} */
+    this.groups = null;
+    /** @type {number[][] | null} */
+    this.shown = null;
+  }
+
+  restart() {
+    this.groups = this.shown = this.smoother.time = null;
+  }
+
+  /**
+   * The table of the colours after this picture: rows of OKLab, then of red, green and blue.
+   * @param {Uint8Array} texels of a small copy, four a pixel
+   * @param {number | null} time in seconds; null for a picture that stands alone
+   */
+  follow(texels, time) {
+    if (time === null) this.restart();
+    const bins = this.binned(texels);
+    const rounds = this.film.rounds[this.groups ? 1 : 0];
+    let groups = this.groups ?? this.seeds(bins);
+    for (let round = 0; round < rounds; round++) groups = regrouped(bins, groups);
+    this.groups = groups;
+    const flat = this.smoother.follow(groups.flat(), time, this.film.settle);
+    const wanted = groups.map((_, each) => flat.slice(3 * each, 3 * each + 3));
+    this.shown = wanted.map((lab, each) => (this.shown && awayOf(lab, this.shown[each]) <= this.film.held ** 2 ? this.shown[each] : lab));
+    const rgb = this.shown.map(rgbFromLab);
+    const columns = rgb.map((color) => [...labFromRgb(color), ...color]);
+    return Float32Array.from({ length: 6 * this.count }, (_, at) => columns[at % this.count][Math.floor(at / this.count)]);
+  }
+
+  /** @private @param {Uint8Array} texels @returns {{lab: number[], weight: number}[]} */
+  binned(texels) {
+    const { bins } = this.film;
+    /** @type {Map<number, number[]>} */
+    const found = new Map();
+    for (let at = 0; at < texels.length; at += 4) {
+      const lab = labFromRgb([texels[at] / 255, texels[at + 1] / 255, texels[at + 2] / 255]);
+      const [lightness, a, b] = lab.map((value) => Math.floor(value * bins) + bins);
+      const cube = (lightness * 3 * bins + a) * 3 * bins + b;
+      const sums = found.get(cube) ?? [0, 0, 0, 0];
+      found.set(cube, [sums[0] + lab[0], sums[1] + lab[1], sums[2] + lab[2], sums[3] + 1]);
+    }
+    const cubes = [...found.keys()].sort((one, other) => one - other);
+    return cubes.map((cube) => {
+      const [lightness, a, b, count] = /** @type {number[]} */ (found.get(cube));
+      return { lab: [lightness / count, a / count, b / count], weight: Math.sqrt(count) };
+    });
+  }
+
+  /** @private @param {{lab: number[], weight: number}[]} bins @returns {number[][]} */
+  seeds(bins) {
+    const away = bins.map(() => Infinity);
+    const most = (/** @type {number[]} */ numbers) => bins[numbers.indexOf(Math.max(...numbers))].lab;
+    const taken = [most(bins.map((bin) => bin.weight))];
+    while (taken.length < this.count) {
+      bins.forEach((bin, each) => { away[each] = Math.min(away[each], awayOf(bin.lab, taken[taken.length - 1])); });
+      taken.push(most(bins.map((bin, each) => bin.weight * away[each])));
+    }
+    return taken;
+  }
+}
+
+/** One round of k-means. @param {{lab: number[], weight: number}[]} bins @param {number[][]} groups */
+function regrouped(bins, groups) {
+  const sums = groups.map(() => [0, 0, 0, 0]);
+  const wrong = bins.map(({ lab, weight }) => {
+    let nearest = 0;
+    for (let each = 1; each < groups.length; each++) if (awayOf(lab, groups[each]) < awayOf(lab, groups[nearest])) nearest = each;
+    [...lab, 1].forEach((part, at) => { sums[nearest][at] += weight * part; });
+    return weight * awayOf(lab, groups[nearest]);
+  });
+  return sums.map(([lightness, a, b, total]) => {
+    if (total > 0) return [lightness / total, a / total, b / total];
+    const worst = wrong.indexOf(Math.max(...wrong));
+    wrong[worst] = 0;
+    return bins[worst].lab;
+  });
+}
+
 /**
  * The size of a picture that is scaled, as by `vidstyle.core.resample.scaled_shape`.
  * @param {Size} size
@@ -156,6 +275,9 @@ export class LoadedStyle {
     this.values = plan.values;
     /** @type {Smoother[]} */
     this.smoothers = plan.measures.map(() => new Smoother());
+    /** The film's own colours, by the names of the textures that they fill. @type {Map<string, FilmColors>} */
+    this.films = new Map();
+    for (const [name, { size, film }] of Object.entries(plan.textures)) if (film) this.films.set(name, new FilmColors(size[0], film));
     /** @type {Frame | null} */
     this.frame = null;
   }
@@ -163,6 +285,7 @@ export class LoadedStyle {
   /** Takes the next measurements as they are: a new scene or another film begins. */
   restart() {
     for (const smoother of this.smoothers) smoother.time = null;
+    for (const colors of this.films.values()) colors.restart();
   }
 
   /** Frees the textures; the style may be drawn again. */
@@ -429,6 +552,25 @@ class Context {
     return texture;
   }
 
+  /** The texels of a small copy of a picture. @param {WebGLTexture} picture @param {Size} size @param {Size} small */
+  shrunk(picture, size, small) {
+    const gl = this.gl;
+    const copy = this.newTexture(gl.TEXTURE_2D);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, ...small);
+    const [from, into] = [gl.createFramebuffer(), gl.createFramebuffer()];
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, from);
+    gl.framebufferTexture2D(gl.READ_FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, picture, 0);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, into);
+    gl.framebufferTexture2D(gl.DRAW_FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, copy, 0);
+    gl.blitFramebuffer(0, 0, ...size, 0, 0, ...small, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, into);
+    const texels = new Uint8Array(4 * small[0] * small[1]);
+    gl.readPixels(0, 0, ...small, gl.RGBA, gl.UNSIGNED_BYTE, texels);
+    for (const each of [from, into]) gl.deleteFramebuffer(each);
+    gl.deleteTexture(copy);
+    return texels;
+  }
+
   /** A texture whose texels are read as they are, bound. @param {number} target */
   newTexture(target) {
     const gl = this.gl;
@@ -509,12 +651,24 @@ class Frame {
     const gl = this.context.gl;
     gl.bindTexture(gl.TEXTURE_2D, this.source);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, /** @type {TexImageSource} */ (source));
+    this.takeColors(style, time);
     let at = this.pages.length - 1;
     const ends = style.plan.passes.map((pass) => (at += countOf(pass)));
     style.plan.passes.forEach((pass, number) => {
       this.pass(style, pass, this.targets[number], ends[number] - countOf(pass), Math.floor((time ?? 0) * 1000 + 0.5));
       if (pass.measures !== undefined) this.measure(style, pass, time, at);
     });
+  }
+
+  /** Fills the tables with the film's own colours. @param {LoadedStyle} style @param {number | null} time */
+  takeColors(style, time) {
+    const gl = this.context.gl;
+    for (const [name, colors] of style.films) {
+      const [width, height] = sampling(this.size, colors.film.side).size;
+      const texels = this.context.shrunk(this.source, this.size, [width, height]);
+      gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.context.texture(name, style.plan));
+      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, 0, colors.count, 6, 1, gl.RED, gl.FLOAT, colors.follow(texels, time));
+    }
   }
 
   /**

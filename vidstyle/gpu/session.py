@@ -14,6 +14,7 @@ import numpy as np
 
 from vidstyle.block import moment_of
 from vidstyle.core.bands import shared_pool
+from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
@@ -30,7 +31,7 @@ from vidstyle.gpu.device.stabilizer import GpuStabilizer, stabilized_layout
 from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, with_planes
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
-from vidstyle.style.resolve import has_fixed_marks, resolve, structure
+from vidstyle.style.resolve import film_tables, has_fixed_marks, resolve, structure
 
 END_SECONDS = 2.0
 """Seconds to wait for a context to be closed."""
@@ -89,6 +90,7 @@ class GpuSession:
         self._runner: Runner | None = None
         self._smoothers: dict[tuple[str, int], ExponentialSmoother] = {}
         self._cuts = SceneCutDetector()
+        self._film_palettes = FilmPalettes()
         self._stabilizer: GpuStabilizer | Stabilizer | None = None
         try:
             self._thread.submit(self._open, device.index).result()
@@ -117,7 +119,9 @@ class GpuSession:
         with driver_errors():
             runner, picture, finish = self._prepare(request), request.picture, None
             stabilizer, measures = self._stabilizer, runner.plan.measures
-            scene_cut = bool(stabilizer or measures) and self._cuts.is_cut(small_luma(picture))
+            remembers = bool(stabilizer or measures or self._film_palettes)
+            scene_cut = remembers and self._cuts.is_cut(small_luma(picture))
+            self._film_palettes.follow(picture, request.time, scene_cut)
             weights = self._blend_weights(measures, request.time, scene_cut)
             moment = moment_of(request.time)
             if isinstance(stabilizer, Stabilizer):
@@ -151,7 +155,7 @@ class GpuSession:
             self._runner.release()
             self._runner = None
         if not (same_size and same_structure):
-            self._smoothers = {}
+            self._smoothers, self._film_palettes = {}, FilmPalettes()
         if not same_structure:
             self._resources.forget_percentiles()
         if not (same_layout and same_structure and is_steady):
@@ -161,6 +165,7 @@ class GpuSession:
         self._runner = Runner(self._resources, plan, self._max_side)
         if is_steady:
             self._stabilize(request, has_fixed_marks(steps), self._runner.is_tiled)
+        self._film_palettes.use(film_tables(steps))
         self._style, self._steps = style, steps
         return self._runner
 

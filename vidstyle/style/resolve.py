@@ -10,6 +10,7 @@ from typing import Any
 
 from vidstyle.block import Asset, Block, On, PageRegion, Slider
 from vidstyle.blocks import all_blocks
+from vidstyle.core.film_colors import FilmTable
 from vidstyle.errors import StyleError
 from vidstyle.style import Step, Style, expand
 from vidstyle.style.values import asset_path
@@ -41,6 +42,12 @@ def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
     """Whether any step of a style makes marks that lie still on the page: dots, strokes."""
     blocks = (step.block for steps in layers.values() for step in steps if step.block)
     return any(PageRegion in block.injected.values() for block in blocks)
+
+
+def film_tables(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> list[FilmTable]:
+    """The tables of a style that hold the film's own colours."""
+    values = (value for steps in layers.values() for step in steps for value in step.values.values())
+    return [value for value in values if isinstance(value, FilmTable)]
 
 
 def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:

@@ -11,7 +11,8 @@
 - `measures`: for each measurement its step and the number of its percentiles.
 - `values`: all numbers: factors of the pages but the first; uniforms, pass by pass; for each measurement its
   time constant in seconds and its percentages.
-- `textures`: the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64.
+- `textures`: the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64;
+  and `film` where the film's own colours take its place, with the constants of `core.film_colors`.
 - `server`: what of the style this form cannot run, such as "steady".
 
 Moving a slider changes `values` alone, except where it changes which passes run.
@@ -28,6 +29,7 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.core import film_colors
 from vidstyle.core.measured import SAMPLES
 from vidstyle.gpu.compile.asset_layers import layers_of
 from vidstyle.gpu.compile.glsl import TRIANGLE, Form, read_source
@@ -161,8 +163,9 @@ class _Description:
         layers = layers_of(arrays)
         count, height, width, components = layers.shape
         content = layers.tobytes()
-        name = hashlib.sha256(content + repr(layers.shape).encode()).hexdigest()[:16]
-        self._textures[name] = {
+        name = hashlib.sha256(content + repr((type(arrays), layers.shape)).encode()).hexdigest()[:16]
+        film = {"film": film_colors.CONSTANTS} if isinstance(arrays, film_colors.FilmTable) else {}
+        self._textures[name] = film | {
             "size": [width, height, count],
             "components": components,
             "type": "half" if layers.dtype == np.float16 else "float",

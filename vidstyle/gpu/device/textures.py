@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vidstyle.core.film_colors import FilmTable
 from vidstyle.gpu.compile.asset_layers import layers_of
 from vidstyle.gpu.compile.shader_nodes import Format
 from vidstyle.style.nodes import Shape
@@ -31,12 +32,15 @@ class AssetTextures:
         self._textures: dict[int, tuple[tuple[np.ndarray, ...], moderngl.TextureArray]] = {}
 
     def get(self, arrays: tuple[np.ndarray, ...]) -> moderngl.TextureArray:
-        """The layers of the arrays, see `layers_of`."""
+        """The layers of the arrays, see `layers_of`; as they are now where the film decides."""
         key = id(arrays)
         if key not in self._textures:
             # The arrays are kept with the texture, so that nothing else can get their identity.
             self._textures[key] = arrays, self._make(layers_of(arrays))
-        return self._textures[key][1]
+        texture = self._textures[key][1]
+        if isinstance(arrays, FilmTable):
+            texture.write(layers_of(arrays).tobytes())
+        return texture
 
     def trim(self, used: Iterable[tuple[np.ndarray, ...]]) -> None:
         """Release all textures but those of these arrays."""
