@@ -3,8 +3,9 @@
 #include "lib/white_noise.glsl"
 
 // Noise smeared along the edges, by steps as long as the noise is coarse. Cabral and Leedom 1993.
-vec3 lic(ivec2 at, uint moment, float length_, float size, float angle, float contrast, int rate) {
-    vec2 fixed_direction = fixed_stroke_direction(angle);
+vec3 lic(ivec2 at, uint moment, float length_, float size, float angle, float angle_strength, float contrast,
+    int rate) {
+    vec2 fixed_direction = fixed_stroke_direction(angle, angle_strength);
     int steps = int(ceil(length_ / 2.0 / size)), drawing = drawing_at(moment, rate) * APART;
     float total = float(steps + 1), per_pixel = 1.0 / size, reach = ceil(float(steps) * size) + 2.0;
     vec2 start = vec2(at) + 0.5;

@@ -1,9 +1,9 @@
 #include "lib/unit_direction.glsl"
 
-// What decides where there are no edges: a weak fixed direction, as a doubled angle.
-vec2 fixed_stroke_direction(float angle) {
+// What decides where there are no edges: a fixed direction, as a doubled angle.
+vec2 fixed_stroke_direction(float angle, float strength) {
     vec2 own = unit_direction(angle);
-    return 0.06 * vec2(own.x * own.x - own.y * own.y, -2.0 * own.x * own.y);
+    return strength * vec2(own.x * own.x - own.y * own.y, -2.0 * own.x * own.y);
 }
 
 // The unit vector along the edge, from a smoothed structure tensor; where there is none, along the fixed direction.

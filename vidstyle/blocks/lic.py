@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
 from vidstyle.core.kernels import compiled
-from vidstyle.core.stroke_directions import stroke_directions
+from vidstyle.core.stroke_directions import STILL, stroke_directions
 from vidstyle.core.white_noise import APART, white_noise
 
 
@@ -30,6 +30,7 @@ def lic(
     length: Annotated[float, Slider(2, 64, "length of the strokes", "px", explore=(8, 40))] = 20,
     size: Annotated[float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4))] = 1.5,
     angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 30,
+    angle_strength: Annotated[float, Slider(0.01, 1, "strength of that direction beside weak edges")] = STILL,
     contrast: Annotated[float, Slider(0, 2, "0 for even gray")] = 1,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
@@ -42,7 +43,7 @@ def lic(
     size = float(np.float32(size))
     reach, (height, width) = _radius(length, size), picture.shape[:2]
     # Beyond the picture, so that no step has to look for its border.
-    directions = np.stack(stroke_directions(picture, angle), axis=-1)
+    directions = np.stack(stroke_directions(picture, angle, angle_strength), axis=-1)
     around = cv2.copyMakeBorder(directions, *(reach,) * 4, cv2.BORDER_REPLICATE)
     lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)

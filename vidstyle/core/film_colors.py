@@ -20,7 +20,16 @@ SETTLE = 1.0
 """Time constant in seconds by which colours follow the film."""
 HELD = 0.008
 """A colour stays as it is until it would have to move as far, in OKLab; 0.02 is about what an eye can see."""
-CONSTANTS = {"side": SIDE, "bins": BINS, "rounds": [FIRST_ROUNDS, ROUNDS], "settle": SETTLE, "held": HELD}
+CHROMA = 2.0
+"""How many times as much as a difference in lightness one in hue or saturation counts for groups."""
+CONSTANTS = {
+    "chroma": CHROMA,
+    "side": SIDE,
+    "bins": BINS,
+    "rounds": [FIRST_ROUNDS, ROUNDS],
+    "settle": SETTLE,
+    "held": HELD,
+}
 
 
 class FilmTable(tuple[np.ndarray]):
@@ -53,13 +62,15 @@ class FilmColors:
         """
         if time is None or (self._groups is not None and len(self._groups) != table.shape[1]):
             self.restart()
+        stretch = np.array([1, CHROMA, CHROMA])
         colors, weights = _binned(lab_from_rgb(small_colors(picture, SIDE).reshape(-1, 3).T))
+        colors *= stretch
         rounds = ROUNDS
         if self._groups is None:
             self._groups, rounds = _seeds(colors, weights, table.shape[1]), FIRST_ROUNDS
         for _ in range(rounds):
             self._groups = _regrouped(colors, weights, self._groups)
-        wanted = self._smoother.follow(self._groups, time, SETTLE)
+        wanted = self._smoother.follow(self._groups, time, SETTLE) / stretch
         if self._shown is None:
             self._shown = wanted.copy()
         moved = np.square(wanted - self._shown).sum(axis=1) > HELD**2

@@ -9,19 +9,22 @@ import numpy as np
 from vidstyle.core.kernels import compiled
 
 STILL = 0.06
-"""Strength of the fixed direction beside that of edges: it decides where there are none."""
+"""The usual strength of the fixed direction beside that of edges: it decides where there are none."""
 
 
-def stroke_directions(flow: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+def stroke_directions(
+    flow: np.ndarray, angle: float, strength: float = STILL
+) -> tuple[np.ndarray, np.ndarray]:
     """The unit vector along the edge at each pixel: to the right and down, H x W float32 each.
 
     Args:
         flow: the smoothed result of the block `structure_tensor`.
         angle: the direction where there are no edges, in degrees.
+        strength: of that direction beside edges.
     """
     turn = math.radians(-2 * angle)  # in the picture, y points down
     fixed = np.array(
-        [STILL * math.cos(turn), STILL * math.sin(turn), math.cos(turn), math.sin(turn)], np.float32
+        [strength * math.cos(turn), strength * math.sin(turn), math.cos(turn), math.sin(turn)], np.float32
     )
     out = np.empty((2, *flow.shape[:2]), np.float32)
     _halve_angles(flow.reshape(-1, 3), fixed, out.reshape(2, -1))

@@ -53,6 +53,7 @@ export const FORMAT = 1;
 
 /**
  * @typedef {object} Film the constants of `vidstyle.core.film_colors`
+ * @property {number} chroma
  * @property {number} side
  * @property {number} bins
  * @property {[number, number]} rounds
@@ -181,14 +182,16 @@ export class FilmColors {
    */
   follow(texels, time) {
     if (time === null) this.restart();
+    const { chroma, held } = this.film;
     const bins = this.binned(texels);
+    for (const bin of bins) bin.lab = [bin.lab[0], chroma * bin.lab[1], chroma * bin.lab[2]];
     const rounds = this.film.rounds[this.groups ? 1 : 0];
     let groups = this.groups ?? this.seeds(bins);
     for (let round = 0; round < rounds; round++) groups = regrouped(bins, groups);
     this.groups = groups;
     const flat = this.smoother.follow(groups.flat(), time, this.film.settle);
-    const wanted = groups.map((_, each) => flat.slice(3 * each, 3 * each + 3));
-    this.shown = wanted.map((lab, each) => (this.shown && awayOf(lab, this.shown[each]) <= this.film.held ** 2 ? this.shown[each] : lab));
+    const wanted = groups.map((_, each) => [flat[3 * each], flat[3 * each + 1] / chroma, flat[3 * each + 2] / chroma]);
+    this.shown = wanted.map((lab, each) => (this.shown && awayOf(lab, this.shown[each]) <= held ** 2 ? this.shown[each] : lab));
     const rgb = this.shown.map(rgbFromLab);
     const columns = rgb.map((color) => [...labFromRgb(color), ...color]);
     return Float32Array.from({ length: 6 * this.count }, (_, at) => columns[at % this.count][Math.floor(at / this.count)]);
