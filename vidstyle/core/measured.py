@@ -45,7 +45,8 @@ class Sampling:
 
 def sampled(plane: np.ndarray, most: int = SAMPLES) -> np.ndarray:
     """The small copy of a plane, a view."""
-    sampling = Sampling.of(*plane.shape[:2], most=most)
+    height, width = plane.shape[:2]
+    sampling = Sampling.of(height, width, most)
     top, left = sampling.first
     return plane[top :: sampling.stride, left :: sampling.stride]
 
@@ -92,7 +93,7 @@ def small_colors(picture: Picture, most: int) -> np.ndarray:
     if picture.color is None:
         yuv = np.zeros((*values.shape, 3))
         yuv[..., 0] = values
-        sampling, (across, down) = Sampling.of(*picture.shape, most=most), encoding.step
+        sampling, (across, down) = Sampling.of(*picture.shape, most), encoding.step
         (top, left), (height, width) = sampling.first, sampling.shape
         rows, columns = (
             (top + sampling.stride * np.arange(height)) // down,
