@@ -38,7 +38,7 @@ def frozen_percentiles(style: Style, pictures: Iterable[np.ndarray]) -> dict[str
 
 
 def freeze_colors(plan: dict[str, Any], pictures: Iterable[np.ndarray]) -> None:
-    """Put the main colours of these pictures, H x W x 3 uint8, into the textures of a plan that await them."""
+    """Put the main colours of pictures, H x W x 3 uint8, into the textures of a plan that await them."""
     all_of_them = Picture.from_array(np.concatenate([sampled(each, SIDE) for each in pictures]))
     for texture in plan["textures"].values():
         if "film" in texture:
