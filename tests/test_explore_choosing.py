@@ -16,7 +16,7 @@ from tools.explore.simulated_user import radius_of, screens_needed, seen
 from vidstyle.explore import chooser as chooser_module
 from vidstyle.explore.chooser import ALIKE, FIRST, PLACES, Chooser, Tile
 from vidstyle.explore.generate import random_style
-from vidstyle.explore.look import Look, distance, look_of
+from vidstyle.explore.look import Look, look_distance, look_of
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.plane import plane_of
 from vidstyle.explore.taste import Taste
@@ -85,7 +85,7 @@ def test_no_two_tiles_look_alike_and_none_fails() -> None:
     for screen in (made.screen, made.more_like(2)):
         for place, one in enumerate(screen.tiles):
             assert not one.look.fault or place == MIDDLE
-            assert all(distance(one.look, other.look) >= ALIKE for other in screen.tiles[:place])
+            assert all(look_distance(one.look, other.look) >= ALIKE for other in screen.tiles[:place])
 
 
 def test_the_same_seed_and_the_same_clicks_give_the_same_screens_and_others_do_not() -> None:
@@ -137,7 +137,7 @@ def test_far_is_farther_than_near() -> None:
     def spread(near: float) -> float:
         made = chooser(near=near)
         tiles = made.more_like(2).tiles
-        apart = [distance(tiles[MIDDLE].look, tile.look) for tile in tiles if tile.kind == "values"]
+        apart = [look_distance(tiles[MIDDLE].look, tile.look) for tile in tiles if tile.kind == "values"]
         return float(np.mean(apart))
 
     assert spread(0.1) < spread(0.8)
@@ -189,8 +189,8 @@ def test_a_plane_has_the_style_on_it_and_changes_what_is_seen() -> None:
     }  # fmt: skip
     (same,) = looks([plane.style_at(*plane.start)])
     (own, *corners) = looks([style, *(plane.style_at(x, y) for x in (0, 1) for y in (0, 1))])
-    assert own is not None and same is not None and distance(own, same) < 0.02
-    assert all(each is not None and distance(own, each) > ALIKE for each in corners)
+    assert own is not None and same is not None and look_distance(own, same) < 0.02
+    assert all(each is not None and look_distance(own, each) > ALIKE for each in corners)
 
 
 @pytest.mark.parametrize("name", of_the_day(["charcoal", "ink", "noir", "poster"], 1))

@@ -12,7 +12,7 @@ from skimage import data
 
 from vidstyle.cli import main
 from vidstyle.explore import like
-from vidstyle.explore.appearance import appearance_of, distance
+from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.like import FAR, NEAR, known_styles, ranked, searched
 from vidstyle.explore.measure import reduced
 from vidstyle.explore.phrases import shipped_styles
@@ -32,7 +32,7 @@ def named_among_three(given: str, tried: str, wanted: list[str], known: list[str
     hits = 0
     for name in wanted:
         target = appearance_of(restyled(photograph(given), load_style(name)))
-        hits += name in sorted(looks, key=lambda each: distance(looks[each], target))[:3]
+        hits += name in sorted(looks, key=lambda each: appearance_distance(looks[each], target))[:3]
     return hits
 
 
@@ -53,7 +53,7 @@ def test_the_look_does_not_depend_on_the_size() -> None:
     double = cv2.resize(picture, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
     other = restyled(photograph("coffee"), load_style("engraving"))
     here, larger, different = map(appearance_of, (picture, double, other))
-    assert distance(here, larger) < NEAR < FAR < distance(here, different)
+    assert appearance_distance(here, larger) < NEAR < FAR < appearance_distance(here, different)
 
 
 def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,7 +22,7 @@ from websockets.exceptions import ConnectionClosed
 from vidstyle.gallery.thumbnail import HEIGHT, WIDTH
 from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.page import PageTarget, actions, page_target
-from vidstyle.live.page.page_target import MAX_SIZE, STATIC, jpeg
+from vidstyle.live.page.page_target import MAX_SIZE, STATIC, encode_jpeg
 from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.live.target import LiveFrame
@@ -74,9 +74,9 @@ def test_offering_never_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     def hold(frame: LiveFrame, quality: int) -> bytes:
         held.set()
         assert go.wait(LONG)
-        return jpeg(frame, quality)
+        return encode_jpeg(frame, quality)
 
-    monkeypatch.setattr(page_target, "jpeg", hold)
+    monkeypatch.setattr(page_target, "encode_jpeg", hold)
     with showing() as (page, _, visitor), visitor.look():
         assert held.wait(LONG)
         frame = live_frame(1, (1920, 1080))
@@ -259,7 +259,7 @@ def test_each_style_has_its_thumbnail(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_pictures_are_no_larger_than_windows() -> None:
     for size, sent in (((3840, 2160), MAX_SIZE), ((1080, 3840), (304, 1080)), ((63, 31), (63, 31))):
-        data = np.frombuffer(jpeg(live_frame(size=size), 80), np.uint8)
+        data = np.frombuffer(encode_jpeg(live_frame(size=size), 80), np.uint8)
         height, width = cv2.imdecode(data, cv2.IMREAD_COLOR).shape[:2]
         assert (width, height) == sent
 

@@ -23,7 +23,7 @@ from tools.pictures.progression import progression
 from vidstyle.assets import asset_folder
 from vidstyle.cli import browser, main
 from vidstyle.errors import InputError
-from vidstyle.gallery.preview import page_of, read_still, write_preview
+from vidstyle.gallery.preview import preview_page, read_still, write_preview
 from vidstyle.gallery.style_samples import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
 from vidstyle.gallery.thumbnail import FOLDER, HEIGHT, WIDTH, restyled_thumbnail, thumbnail
 from vidstyle.media.read.reader import ReadOptions
@@ -75,7 +75,7 @@ def test_the_page_shows_every_style_the_source_first(
 
 
 def test_the_page_needs_nothing_from_elsewhere() -> None:
-    page = page_of("in.png", [StyleSample(Style("plain"), picture()), StyleSample(FLAT, picture())])
+    page = preview_page("in.png", [StyleSample(Style("plain"), picture()), StyleSample(FLAT, picture())])
     for _, attributes in Elements(page).found:
         for name in ("src", "href", "srcset", "action"):
             assert str(attributes.get(name, "data:")).startswith("data:")
@@ -85,8 +85,8 @@ def test_the_page_needs_nothing_from_elsewhere() -> None:
 
 def test_nothing_of_a_stranger_becomes_part_of_the_page() -> None:
     evil = '<script>alert("1")</script>&amp;"\' onerror=x $source'
-    plain = Elements(page_of("in.png", [StyleSample(Style("plain", note="x"), picture())]))
-    page = Elements(page_of(evil + "\n\x1b", [StyleSample(Style(evil, note=f"`{evil}`"), picture())]))
+    plain = Elements(preview_page("in.png", [StyleSample(Style("plain", note="x"), picture())]))
+    page = Elements(preview_page(evil + "\n\x1b", [StyleSample(Style(evil, note=f"`{evil}`"), picture())]))
     assert [tag for tag, _ in page.found if tag != "code"] == [tag for tag, _ in plain.found if tag != "code"]
     assert [*map(len, page.all("img"))] == [*map(len, plain.all("img"))]
     assert page.all("img")[0]["alt"] == evil

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.explore.appearance import MODEL, appearance_of, distance
+from vidstyle.explore.appearance import MODEL, appearance_distance, appearance_of
 from vidstyle.explore.like import known_styles
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def fitted(looks: np.ndarray, others: np.ndarray) -> dict[str, object]:
-    """What `distance` needs, from the looks of styles, styles x photographs x numbers.
+    """What `appearance_distance` needs, from the looks of styles, styles x photographs x numbers.
 
     Linear discriminants (Fisher 1936): the axes along which styles differ most by what photographs of one
     style do. An axis counts the more, the larger that ratio.
@@ -83,7 +83,7 @@ def found(looks: np.ndarray) -> float:
     hits = []
     for given, drawn in np.ndindex(looks.shape[1], looks.shape[1]):
         for style in shipped if given != drawn else []:
-            far = [distance(looks[style, given], each) for each in looks[:, drawn]]
+            far = [appearance_distance(looks[style, given], each) for each in looks[:, drawn]]
             hits.append(sum(each < far[style] for each in far) < 3)
     return float(np.mean(hits))
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from vidstyle.explore.colors import oklab
-from vidstyle.explore.measure import gradient_of, luma_of
+from vidstyle.explore.measure import gradient_of, luma_of_codes
 
 SIDE = 480
 """The shorter side in pixels at which looks are compared; marks keep their share of the picture."""
@@ -35,11 +35,11 @@ def appearance_of(picture: np.ndarray) -> np.ndarray:
     method = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
     size = max(1, round(picture.shape[1] * factor)), max(1, round(picture.shape[0] * factor))
     picture = cv2.resize(picture, size, interpolation=method)
-    luma = luma_of(picture)
+    luma = luma_of_codes(picture)
     return np.concatenate([_colors(picture), _tones(luma), _lines(luma), _texture(luma), _directions(luma)])
 
 
-def distance(one: np.ndarray, other: np.ndarray) -> float:
+def appearance_distance(one: np.ndarray, other: np.ndarray) -> float:
     """How far two looks are apart: 1 is usual between pictures of one style that show different things."""
     axes, usual = _model()
     return float(np.linalg.norm(axes @ (one - other)) / usual)

@@ -16,11 +16,11 @@ from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import calm_saturation, is_pale, palette, readable, shifted
 from vidstyle.explore.phrases import EDGE, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
-    drawn,
     is_explored,
     is_valid,
-    joined,
+    join_layers,
     near,
+    random_value,
     step_drawn,
     step_near,
     with_fitting_sizes,
@@ -133,7 +133,7 @@ def _paper_style(random: Random, style: Style) -> Style:
     for rule in rules:
         parameters = all_blocks()[rule.block].parameters
         names = (*rule.parameters, *rule.ends)
-        values = {name: drawn(random, parameters[name], rule.ends.get(name)) for name in names}
+        values = {name: random_value(random, parameters[name], rule.ends.get(name)) for name in names}
         steps.append(Step(rule.block, values))
     return replace(style, background=tuple(steps))
 
@@ -151,7 +151,7 @@ def _open_style(random: Random, style: Style) -> Style:
         if random.random() < FREE_SHARE and "background" in layers:
             free = step_drawn(random, random.choice(FREE_BLOCKS))
             layers["background"].insert(random.randint(0, len(layers["background"])), free)
-        made = without_idle_steps(joined(replace(style, ink=colors.ink, paper=colors.paper), layers))
+        made = without_idle_steps(join_layers(replace(style, ink=colors.ink, paper=colors.paper), layers))
         if is_valid(made):
             return made
 
@@ -181,7 +181,7 @@ def _varied(random: Random, phrase: Phrase) -> list[Step]:
         return varied
     step, parameters = phrase.steps[0], all_blocks()[phrase.steps[0].block].parameters
     values = varied[0].values | {
-        name: drawn(random, parameters[name])
+        name: random_value(random, parameters[name])
         for name, value in step.values.items()
         if is_explored(parameters[name], value)
     }
@@ -257,10 +257,10 @@ def _with_layer(random: Random, style: Style, other: Style, layer: str, locks: f
     if layer == "background" and "base" in _open_layers(locks) and random.random() < 0.5:
         names = ["base", layer]
     layers = {name: closed_layer(other, name) for name in names}
-    changed = joined(style, layers)
+    changed = join_layers(style, layers)
     if "lines" not in (*names, *locks) and not is_valid(changed):
         # The lines have used pictures of the layers that are gone.
-        changed = joined(style, layers | {"lines": closed_layer(style, "lines")})
+        changed = join_layers(style, layers | {"lines": closed_layer(style, "lines")})
     return changed
 
 

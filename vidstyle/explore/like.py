@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidstyle.core.bands import CORES
-from vidstyle.explore.appearance import appearance_of, distance
+from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.generate import alter, cross, mutate
 from vidstyle.explore.measure import reduced
 from vidstyle.explore.phrases import shipped_styles
@@ -70,7 +70,7 @@ def ranked(
     with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
         drawn = pool.map(lambda each: appearance_of(restyled(photograph, each)), styles)
         for style, numbers in zip(styles, drawn, strict=True):
-            found.append(Likeness(style, distance(numbers, target)))
+            found.append(Likeness(style, appearance_distance(numbers, target)))
             on_step("comparing looks", len(found), len(styles))
     return sorted(found, key=lambda each: each.distance)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.errors import VidstyleError
 from vidstyle.explore.gates import fault
-from vidstyle.explore.measure import SPREADS, Original, reduced, thumbnail
+from vidstyle.explore.measure import SPREADS, Original, oklab_thumbnail, reduced
 from vidstyle.explore.score import score
 from vidstyle.style import Style
 
@@ -50,7 +50,7 @@ def look_of(picture: np.ndarray, style: Style) -> Look | None:
     except VidstyleError:
         return None
     measures = original.measures(drawn)
-    colors = thumbnail(drawn).reshape(-1, 3)
+    colors = oklab_thumbnail(drawn).reshape(-1, 3)
     chance = min(max(score(measures), 0.01), 0.99)
     features = [np.log(chance / (1 - chance)) / LIKELY, *np.array(measures) / SPREADS]
     features += [*colors.mean(axis=0) / COLOR, *colors.std(axis=0) / COLOR]
@@ -70,6 +70,6 @@ def nearest(looks: Sequence[Look], taken: Sequence[Look]) -> np.ndarray:
     return np.linalg.norm(points[:, None] - others[None], axis=-1).min(axis=1)
 
 
-def distance(one: Look, other: Look) -> float:
+def look_distance(one: Look, other: Look) -> float:
     """How far two results are apart: 1 is plainly different."""
     return float(np.linalg.norm(one.signature - other.signature))

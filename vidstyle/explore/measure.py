@@ -85,11 +85,11 @@ class Original:
         self.picture, self.large = reduced(picture, DRAWN_SIDE), picture
         small = reduced(picture, MEASURED_SIDE)
         self._lab = oklab(small / 255.0)
-        self._luma = luma_of(small)
+        self._luma = luma_of_codes(small)
         self._band = _band(self._luma)
         gradient = gradient_of(cv2.GaussianBlur(self._luma, (0, 0), 1))
         self._edges = gradient >= max(float(np.percentile(gradient, STRONG)), 0.01)
-        self._fine = _fine(luma_of(self.picture))
+        self._fine = _fine(luma_of_codes(self.picture))
         self._flat = ~cv2.dilate(self._edges.astype(np.uint8), np.ones((5, 5))).astype(bool)
         height, width = self._luma.shape
         y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
@@ -102,9 +102,9 @@ class Original:
     def measures(self, picture: np.ndarray) -> Measures:
         """The measures of the picture restyled: H x W x 3 uint8, at any size."""
         small = cv2.resize(picture, self._luma.shape[::-1], interpolation=cv2.INTER_AREA)
-        luma, lab = luma_of(small), oklab(small / 255.0)
+        luma, lab = luma_of_codes(small), oklab(small / 255.0)
         fine = np.abs(luma - cv2.GaussianBlur(luma, (0, 0), 1.5))
-        large = luma_of(cv2.resize(picture, self._fine.shape[::-1], interpolation=cv2.INTER_AREA))
+        large = luma_of_codes(cv2.resize(picture, self._fine.shape[::-1], interpolation=cv2.INTER_AREA))
         gradient = gradient_of(luma)
         low, high = np.percentile(luma, (5, 95))
         blurred = cv2.GaussianBlur(luma, (0, 0), 4)
@@ -136,7 +136,7 @@ class Original:
         It has the measures and a thumbnail in colour; distances are Euclidean.
         """
         numbers = np.array(measures or self.measures(picture)) / SPREADS
-        colors = thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL)
+        colors = oklab_thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL)
         return np.concatenate([0.5 * numbers / np.sqrt(len(numbers)), colors])
 
     def steadiness(self, style: Style, picture: np.ndarray) -> float:
@@ -162,12 +162,12 @@ def reduced(picture: np.ndarray, side: int) -> np.ndarray:
     return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 
 
-def thumbnail(picture: np.ndarray) -> np.ndarray:
+def oklab_thumbnail(picture: np.ndarray) -> np.ndarray:
     """`THUMBNAIL` x `THUMBNAIL` x 3 of a picture, in Oklab."""
     return oklab(cv2.resize(picture, (THUMBNAIL, THUMBNAIL), interpolation=cv2.INTER_AREA) / 255.0)
 
 
-def luma_of(picture: np.ndarray) -> np.ndarray:
+def luma_of_codes(picture: np.ndarray) -> np.ndarray:
     """Luma of RGB in 0..255, as float32 in 0..1."""
     return (picture @ _WEIGHTS / 255).astype(np.float32)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.explore.look import NewLooks, distance
+from vidstyle.explore.look import NewLooks, look_distance
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
@@ -19,7 +19,7 @@ LEAST_STEPS = 4
 DECADES = 100
 """A range of such a ratio is taken by factors instead of differences."""
 REACH = 1.6
-"""How far the picture changes from the middle of the plane to an end of an axis, about; see `distance`."""
+"""How far the picture changes from the middle of the plane to an end of an axis, about (`look_distance`)."""
 LEAST = 0.02
 """Change below which a value does nothing here."""
 
@@ -88,7 +88,7 @@ def plane_of(style: Style, looks: NewLooks) -> Plane | None:
         return None
     axes = []
     for slider, look in zip(sliders, others, strict=True):
-        change = distance(middle, look) if look is not None else 0.0
+        change = look_distance(middle, look) if look is not None else 0.0
         if change > LEAST:
             axes.append((change, slider["step"], _axis(slider, change)))
     axes = [each for each in axes if not each[2].is_whole or each[2].high - each[2].low >= LEAST_STEPS]

@@ -26,7 +26,7 @@ BLUR_SCALE = 0.125
 """The working size of wide blurs."""
 
 
-def drawn(random: Random, parameter: Parameter, ends: tuple[float, float] | None = None) -> Any:
+def random_value(random: Random, parameter: Parameter, ends: tuple[float, float] | None = None) -> Any:
     """A value from where random styles look well, evenly; the default where nothing is declared.
 
     Args:
@@ -38,7 +38,7 @@ def drawn(random: Random, parameter: Parameter, ends: tuple[float, float] | None
         if ends is None:
             return parameter.default
         whole = parameter.is_integer
-        return random.randint(*map(int, ends)) if whole else fitted(parameter, random.uniform(*ends))
+        return random.randint(*map(int, ends)) if whole else rounded(parameter, random.uniform(*ends))
     options = getattr(control, "explore", ())
     return random.choice(options) if options else parameter.default
 
@@ -61,14 +61,14 @@ def near(random: Random, parameter: Parameter, value: Any, spread: float) -> Any
         options = getattr(parameter.control, "explore", ())
         return random.choice(options) if options and random.random() < spread / 2 else value
     if parameter.control.unit == "degrees":
-        return fitted(parameter, _turned(parameter.control, value + random.gauss(0, 90 * spread)))
-    changed = fitted(parameter, value * math.exp(random.gauss(0, spread)))
+        return rounded(parameter, _turned(parameter.control, value + random.gauss(0, 90 * spread)))
+    changed = rounded(parameter, value * math.exp(random.gauss(0, spread)))
     if changed == value and parameter.is_integer and random.random() < spread:
-        changed = fitted(parameter, value + random.choice((-1, 1)))
+        changed = rounded(parameter, value + random.choice((-1, 1)))
     return changed
 
 
-def fitted(parameter: Parameter, value: float) -> float:
+def rounded(parameter: Parameter, value: float) -> float:
     """The value rounded, and moved into the range of the slider."""
     control = parameter.control
     assert isinstance(control, Slider)
@@ -93,8 +93,12 @@ def step_near(random: Random, step: Step, spread: float) -> Step:
 def step_drawn(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
     """A block with every value drawn."""
     parameters = all_blocks()[block].parameters
-    return _with(Step(block), lambda parameter, _: drawn(random, parameter, (ends or {}).get(parameter.name)),
-                 parameters)  # fmt: skip
+    given = ends or {}
+    return _with(
+        Step(block),
+        lambda parameter, _: random_value(random, parameter, given.get(parameter.name)),
+        parameters,
+    )
 
 
 def _with(step: Step, change: Any, names: Iterable[str]) -> Step:
@@ -114,7 +118,7 @@ def _with(step: Step, change: Any, names: Iterable[str]) -> Step:
     return replace(step, values=kept)
 
 
-def joined(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
+def join_layers(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
     """A style with some layers replaced.
 
     Args:
@@ -233,7 +237,7 @@ def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
             wanted = now * step.values.get("factor", parameter.default)
             # For wide blurs, which a later step lays over a larger picture.
             least = LEAST_SCALE if wanted > BLUR_SCALE else BLUR_SCALE
-            factor = fitted(parameter, min(max(wanted, least), 1.0) / now)
+            factor = rounded(parameter, min(max(wanted, least), 1.0) / now)
             now *= factor
             step = replace(step, values=step.values | {"factor": factor})
         sizes[step.save] = now
@@ -251,7 +255,7 @@ def _sharpened(steps: list[Step], base: Sequence[Step]) -> list[Step]:
     size = _final_size([*base, Step("", save=BASE), *steps[:last]])
     if not last or steps[last].source or size > 0.95:
         return steps
-    factor = fitted(all_blocks()["scale"].parameters["factor"], 1 / size)
+    factor = rounded(all_blocks()["scale"].parameters["factor"], 1 / size)
     return [*steps[:last], Step("scale", {"factor": factor}), *steps[last:]]
 
 

@@ -15,7 +15,7 @@ from vidstyle.explore.candidates import Found, RandomStyle, search
 from vidstyle.explore.generate import Rules
 from vidstyle.explore.measure import Original, reduced
 from vidstyle.explore.score import Judge
-from vidstyle.gallery.preview import page_of, read_still
+from vidstyle.gallery.preview import preview_page, read_still
 from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.media.write.atomic import atomic_file, check_folder
@@ -109,7 +109,7 @@ def _write_sheets(
     for sample in samples_of(shown, [candidate.style for candidate in candidates]):
         samples.append(sample)
         on_step("drawing the sheet", len(samples), len(candidates))
-    _write(folder / PAGE, page_of(heading, samples).encode("utf-8"))
+    _write(folder / PAGE, preview_page(heading, samples).encode("utf-8"))
     sheet = sheet_of_samples([(each.style.name, reduced(each.picture, SHOWN_SIDE // 2)) for each in samples])
     _write(folder / SHEET, encoded(sheet, ".png"))
 

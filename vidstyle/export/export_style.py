@@ -60,9 +60,9 @@ def _text(
         style_from_table(table_from_style(style), style.name, folder=target.absolute().parent)
         return style_text(style, like)
     if target.suffix.lower() == ".html":
-        from vidstyle.export.page import page_of
+        from vidstyle.export.page import page_of_style
 
-        return page_of(style)
+        return page_of_style(style)
     return _hook(style, film, size)
 
 

@@ -22,7 +22,7 @@ SIDES = (720, 360, 1080)
 """Lengths of the shorter side at which a page works; first the usual one."""
 
 
-def page_of(style: Style) -> str:
+def page_of_style(style: Style) -> str:
     """The page of a style.
 
     Raises:

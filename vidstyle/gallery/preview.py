@@ -79,14 +79,14 @@ def write_preview(
             samples.append(sample)
             on_step("drawing styles", len(samples), len(styles))
         if suffix == ".html":
-            write(page_of(heading, samples).encode("utf-8"))
+            write(preview_page(heading, samples).encode("utf-8"))
         else:
             sheet = sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])
             write(encoded(sheet, suffix))
     return heading
 
 
-def page_of(heading: str, samples: Sequence[StyleSample]) -> str:
+def preview_page(heading: str, samples: Sequence[StyleSample]) -> str:
     """A self-contained HTML page with a picture for each sample, at least one."""
     template = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
     figures = "".join(map(_figure, samples))

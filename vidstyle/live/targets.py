@@ -23,7 +23,7 @@ from vidstyle.media.read.open import is_url, public_name
 from vidstyle.media.write import stream
 from vidstyle.media.write.atomic import check_folder, is_regular_file
 from vidstyle.media.write.containers import kind_of
-from vidstyle.media.write.images import is_pattern
+from vidstyle.media.write.images import is_numbered
 from vidstyle.media.write.writer import WriteOptions, open_writer
 
 TIME_BASE = Fraction(1, 90000)
@@ -76,7 +76,7 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
         name = public_name(text) if is_url(text) else text
         return _stream_maker(name, options, partial(stream.open_stream, text), reconnects=is_url(text))
     check_folder(Path(text))
-    kind_of(text, options.file.format, is_pattern(text))
+    kind_of(text, options.file.format, is_numbered(text))
     if os.path.lexists(text) and is_regular_file(Path(text)) and not options.file.overwrite:
         raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
     return lambda context: file_target(text, context, options.file)

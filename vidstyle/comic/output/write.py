@@ -20,7 +20,7 @@ from vidstyle.comic.output.svg import html, svg
 from vidstyle.core.closing import Closing
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
-from vidstyle.media.write.images import is_pattern, numbered_path
+from vidstyle.media.write.images import is_numbered, numbered_path
 
 _Encoder = Callable[[Iterable[Sheet], str], bytes]
 """Encodes pages as the content of a file with a title."""
@@ -61,7 +61,7 @@ class Output:
             raise UsageError(target, "cannot be a comic page", remedy)
         self.is_strip = target.suffix.lower() == _STRIP
         self.target, self._source, self._overwrite = target, source, overwrite
-        if not is_pattern(target.name):
+        if not is_numbered(target.name):
             with atomic_file(target, source, overwrite):
                 pass
 
@@ -101,7 +101,7 @@ def page_names(target: Path, pages: int) -> list[Path]:
     >>> [path.name for path in page_names(Path("a.png"), 2)], page_names(Path("p%02d.jpg"), 1)[0].name
     (['a-1.png', 'a-2.png'], 'p01.jpg')
     """
-    if not is_pattern(target.name):
+    if not is_numbered(target.name):
         if pages == 1:
             return [target]
         target = target.with_name(f"{target.stem}-%0{len(str(pages))}d{target.suffix}")

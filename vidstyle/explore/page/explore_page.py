@@ -286,7 +286,7 @@ class ExplorePage:
             case "export":
                 tile, name, kind = fields
                 style = exploration.tile(tile).style
-                return {"file": str(await asyncio.to_thread(outputs.export, style, name, kind))}
+                return {"file": str(await asyncio.to_thread(outputs.write_export, style, name, kind))}
             case "render":
                 return {"file": await asyncio.to_thread(self._render, *fields)}
             case "cancel":

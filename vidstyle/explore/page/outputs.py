@@ -38,7 +38,7 @@ def save(style: Style, name: str, overwrite: bool = False) -> Path:
     return target
 
 
-def export(style: Style, name: str, kind: str) -> Path:
+def write_export(style: Style, name: str, kind: str) -> Path:
     """Write a style for another program to the working folder.
 
     Args:

@@ -145,9 +145,9 @@ class PageTarget:
     async def jpeg(self, frame: LiveFrame, quality: int) -> bytes:
         """The frame as JPEG, encoded once for each quality."""
         if frame is not self._latest:
-            return await self._encode(jpeg, frame, quality)
+            return await self._encode(encode_jpeg, frame, quality)
         if quality not in self._jpegs:
-            self._jpegs[quality] = asyncio.ensure_future(self._encode(jpeg, frame, quality))
+            self._jpegs[quality] = asyncio.ensure_future(self._encode(encode_jpeg, frame, quality))
         return await asyncio.shield(self._jpegs[quality])
 
     async def panel(self, style: Style) -> dict[str, Any]:
@@ -161,7 +161,7 @@ class PageTarget:
         if frame is None:
             raise web.HTTPNotFound
         name = f"vidstyle-{self.controls.style.name.replace(':', '-')}-{frame.number}.png"
-        data = await self._encode(png, frame)
+        data = await self._encode(encode_png, frame)
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return web.Response(body=data, content_type="image/png", headers=headers)
 
@@ -203,7 +203,7 @@ MAX_SIZE = (1920, 1080)
 """Width and height that JPEG pictures are reduced to fit."""
 
 
-def jpeg(frame: LiveFrame, quality: int) -> bytes:
+def encode_jpeg(frame: LiveFrame, quality: int) -> bytes:
     """Encode the frame as JPEG, reduced to fit MAX_SIZE; `quality`: 0 to 100."""
     picture = frame.video
     scale = min(1.0, MAX_SIZE[0] / picture.width, MAX_SIZE[1] / picture.height)
@@ -212,7 +212,7 @@ def jpeg(frame: LiveFrame, quality: int) -> bytes:
     return _encoded(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
 
 
-def png(frame: LiveFrame) -> bytes:
+def encode_png(frame: LiveFrame) -> bytes:
     """Encode the frame as PNG, at its full size."""
     return _encoded(".png", frame.video.to_ndarray(format="bgr24"), [])
 

@@ -10,8 +10,7 @@ import av
 
 from vidstyle.errors import UsageError, log
 from vidstyle.media.frame import Frame
-from vidstyle.media.read.sequence import is_pattern as is_sequence
-from vidstyle.media.read.sequence import is_wild, numbered_files
+from vidstyle.media.read.sequence import is_pattern, is_wild, numbered_files
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.encoder import encoder_frame
@@ -33,7 +32,7 @@ class PictureWriter(Writer):
     """How many pictures an earlier run has left."""
 
     def _open(self) -> None:
-        self._pattern = is_pattern(str(self.target))
+        self._pattern = is_numbered(str(self.target))
         if self._expected_frames > 1 and not self._pattern:
             raise self._too_many()
         path = self._source_path
@@ -64,7 +63,7 @@ class PictureWriter(Writer):
         """Whether pictures would be written over those of the source."""
         if not is_wild(source.name):
             return source.absolute() == self.target.absolute()
-        files = numbered_files(str(source.absolute())) if is_sequence(source) else []
+        files = numbered_files(str(source.absolute())) if is_pattern(source) else []
         targets = (numbered_path(str(self.target.absolute()), number + 1) for number in range(len(files)))
         return not set(files).isdisjoint(targets)
 
@@ -160,10 +159,10 @@ class PictureWriter(Writer):
         return b"".join(bytes(packet) for packet in packets)
 
 
-def is_pattern(target: str) -> bool:
+def is_numbered(target: str) -> bool:
     """Whether the target has a place for a number.
 
-    >>> is_pattern("out/%05d.png"), is_pattern("100%.png")
+    >>> is_numbered("out/%05d.png"), is_numbered("100%.png")
     (True, False)
     """
     return NUMBER.search(Path(target).name) is not None

@@ -14,7 +14,7 @@ from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.media.write.fingerprint import Fingerprint, record_path
 from vidstyle.media.write.gif import GifWriter
-from vidstyle.media.write.images import PictureWriter, is_pattern, numbered_path
+from vidstyle.media.write.images import PictureWriter, is_numbered, numbered_path
 
 __all__ = ["WriteOptions", "Writer", "open_writer"]
 
@@ -44,7 +44,7 @@ def open_writer(
         UsageError: the target exists, is the input, or cannot hold what is asked for.
         OutputError: its folder is missing or cannot be written to.
     """
-    kind = kind_of(str(target), options.format, info.still or is_pattern(str(target)))
+    kind = kind_of(str(target), options.format, info.still or is_numbered(str(target)))
     writers: dict[str, type[Writer]] = {"picture": PictureWriter, "gif": GifWriter, "film": FilmWriter}
     return writers[kind.way](target, kind, info, options, source, fingerprint)
 
@@ -73,14 +73,14 @@ def is_resumable(target: str | Path, options: WriteOptions) -> bool:
         return False
     kind = kind_of(str(target), options.format, False)
     return kind.muxer in RESUMABLE and (
-        kind.way == "film" or kind.way == "picture" and is_pattern(str(target))
+        kind.way == "film" or kind.way == "picture" and is_numbered(str(target))
     )
 
 
 def is_finished(target: str | Path) -> bool:
     """Whether a target that `is_resumable` is there, and no run has left it unfinished."""
     path = real_path(Path(target))
-    if is_pattern(str(target)):
+    if is_numbered(str(target)):
         return numbered_path(str(path), 1).exists() and not record_path(path).exists()
     partial = partial_path(path)
     # A run that is killed while it renames its film leaves it under both names.
