@@ -102,7 +102,9 @@ def _blend(below, above, mask, channels, mode, opacity, out):  # type: ignore[no
                 part = below[row, x] + opacity * (mixed - below[row, x])
                 out[row, x] = mixed if opacity == np.float32(1) else part
         else:
-            for x in range(out.shape[1]):
-                weight = opacity * mask[row, x // channels]
-                mixed = _mixed(len(mode) - 1, below[row, x], above[row, x])
-                out[row, x] = below[row, x] + weight * (mixed - below[row, x])
+            for channel in range(channels):
+                for i in range(mask.shape[1]):
+                    x = channels * i + channel
+                    weight = opacity * mask[row, i]
+                    mixed = _mixed(len(mode) - 1, below[row, x], above[row, x])
+                    out[row, x] = below[row, x] + weight * (mixed - below[row, x])

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import Choice, PageRegion, Slider, block
-from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.core.kernels import compiled, index_at, interleaved, look_up_at
 
 ANGLES = (15.0, 75.0, 0.0, 45.0)
 """Degrees by which the screens of cyan, magenta, yellow and black are turned."""
@@ -55,12 +55,12 @@ def halftone(
         first, last, low, high = _lattice_bounds(cosine, sine, place.top, *picture.shape[:2])
         screens[ink] = cosine, sine, first, low, high - low + 1
         levels.append(np.empty((last - first + 1, high - low + 1), np.float32))
-        _ink_levels(averaged, ink, screens[ink], place.top, spread, levels[ink])
+        _ink_levels(
+            averaged.reshape(-1), picture.shape[:2], ink, screens[ink], place.top, spread, levels[ink]
+        )
     colors = np.array(INKS[inks], np.float32)
-    width = picture.shape[1]
-    rows = np.empty(width, np.int32), np.empty(width, np.float32), np.empty((4, width), np.float32)
-    flat = tuple(each.reshape(-1) for each in levels)
-    _print(flat, screens, place.top, colors, place.margin, rows, interleaved(out))
+    cover, flat = np.empty((4, picture.shape[1]), np.float32), tuple(each.reshape(-1) for each in levels)
+    _print(flat, screens, place.top, colors, place.margin, cover, interleaved(out))
     return out
 
 
@@ -74,12 +74,12 @@ def _lattice_bounds(
     return min(along) - 1, max(along) + 1, min(across) - 1, max(across) + 1
 
 
-@compiled
-def _ink_levels(averaged, ink, screen, top, spread, levels):  # type: ignore[no-untyped-def]
+@compiled(noalias=True)
+def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ignore[no-untyped-def]
     """For each cell, the height at which the screen is cut so that the dot covers what it has to."""
     cosine, sine, first, second = screen[0], screen[1], screen[2], screen[3]
     dot, gain, black = spread
-    height, width = averaged.shape[0], averaged.shape[1]
+    height, width = np.int32(shape[0]), np.int32(shape[1])
     squared = cosine * cosine + sine * sine
     per_pixel = np.float32(np.sqrt(squared))
     one = np.float32(1)
@@ -91,9 +91,10 @@ def _ink_levels(averaged, ink, screen, top, spread, levels):  # type: ignore[no-
         end = ((top + height + near - along * sine) / cosine) * squared - second - 0.5
         for j in range(max(int(begin), 0), min(int(end) + 2, levels.shape[1])):
             across = (second + j + 0.5) / squared
-            x = min(max(int(np.floor(along * cosine - across * sine + 5e-5)), 0), width - 1)
-            y = min(max(int(np.floor(along * sine + across * cosine + 5e-5)) - top, 0), height - 1)
-            red, green, blue = averaged[y, x, 0], averaged[y, x, 1], averaged[y, x, 2]
+            x = index_at(np.floor(along * cosine - across * sine + 5e-5), width - 1)
+            y = index_at(np.floor(along * sine + across * cosine + 5e-5) - top, height - 1)
+            at = look_up_at(np.int32(3) * np.int32(np.int32(y * width) + x))
+            red, green, blue = averaged[at], averaged[1:][at], averaged[2:][at]
             key = black * (one - max(red, max(green, blue)))
             if ink == 3:
                 share = key
@@ -122,14 +123,9 @@ def _cut(share, per_pixel):  # type: ignore[no-untyped-def]
     return np.float32(0.5) + x * (odd + lift * x2 * x4 * x4 * x4)
 
 
-@compiled(fastmath=True)
-def _cover_row(levels, screen, y, cell, slope, cover):  # type: ignore[no-untyped-def]
-    """How much of each pixel of a row an ink covers. Three loops, as a look-up cannot become vectors.
-
-    Args:
-        cell, slope: scratch, a number for each pixel.
-        cover: written; the height of the screen at first.
-    """
+@compiled(fastmath=True, noalias=True)
+def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
+    """How much of each pixel of a row an ink covers."""
     one, half, two, three = np.float32(1), np.float32(0.5), np.float32(2), np.float32(3)
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
@@ -140,32 +136,28 @@ def _cover_row(levels, screen, y, cell, slope, cover):  # type: ignore[no-untype
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
     lift = np.float32(1e-4) * per_pixel
     columns = np.int32(screen[4])
-    origin = np.int32(first - screen[2]) * columns + np.int32(second - screen[3])
+    origin = np.int32(np.int32(first - screen[2]) * columns + np.int32(second - screen[3]))
     last = np.int32(levels.size - 1)
     for x in range(width):
-        along, across = start + np.float32(x) * step, side - np.float32(x) * turn
+        along, across = start + np.float32(np.int32(x)) * step, side - np.float32(np.int32(x)) * turn
         i, j = np.int32(along + lift), np.int32(across + lift)
         s, t = abs(two * (along - np.float32(i)) - one), abs(two * (across - np.float32(j)) - one)
         down, right = s * (one - s), t * (one - t)
-        cell[x] = origin + i * columns + j
-        cover[x] = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
-        slope[x] = max(steepness * np.sqrt(down * down + right * right), least_slope)
-    for x in range(width):
-        cover[x] -= levels[np.uint32(min(max(cell[x], np.int32(0)), last))]
-    for x in range(width):
-        cover[x] = min(max(cover[x] / slope[x] + half, np.float32(0)), one)
+        height = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
+        slope = max(steepness * np.sqrt(down * down + right * right), least_slope)
+        cell = look_up_at(min(np.int32(np.int32(i * columns) + np.int32(origin + j)), last))
+        cover[x] = min(max((height - levels[cell]) / slope + half, np.float32(0)), one)
 
 
 @compiled(fastmath=True)
-def _print(levels, screens, top, inks, margin, rows, out):  # type: ignore[no-untyped-def]
+def _print(levels, screens, top, inks, margin, cover, out):  # type: ignore[no-untyped-def]
     """White paper multiplied by what the dots of each ink leave of it."""
-    cell, slope, cover = rows
     for row in range(margin[0], out.shape[0] - margin[1]):
         y = top + row + 0.5
-        _cover_row(levels[0], screens[0], y, cell, slope, cover[0])
-        _cover_row(levels[1], screens[1], y, cell, slope, cover[1])
-        _cover_row(levels[2], screens[2], y, cell, slope, cover[2])
-        _cover_row(levels[3], screens[3], y, cell, slope, cover[3])
+        _cover_row(levels[0], screens[0], y, cover[0])
+        _cover_row(levels[1], screens[1], y, cover[1])
+        _cover_row(levels[2], screens[2], y, cover[2])
+        _cover_row(levels[3], screens[3], y, cover[3])
         _mix_inks(cover[0], cover[1], cover[2], cover[3], inks, out[row])
 
 

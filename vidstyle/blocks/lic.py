@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, look_up_at
 from vidstyle.core.stroke_directions import STILL, stroke_directions
 from vidstyle.core.white_noise import APART, white_noise
 
@@ -43,18 +43,18 @@ def lic(
     size = float(np.float32(size))
     reach, (height, width) = _radius(length, size), picture.shape[:2]
     # Beyond the picture, so that no step has to look for its border.
-    directions = np.stack(stroke_directions(picture, angle, angle_strength), axis=-1)
+    directions = cv2.merge(stroke_directions(picture, angle, angle_strength))
     around = cv2.copyMakeBorder(directions, *(reach,) * 4, cv2.BORDER_REPLICATE)
     lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
     points = [np.arange(each[0][0], each[0][-1] + 2 * lead + 2) for each in (rows, columns)]
-    noise = _interpolation(white_noise(points[0] + drawing_at(moment, rate) * APART, points[1]))
+    noise = white_noise(points[0] + drawing_at(moment, rate) * APART, points[1])
     # Means of noise are paler the longer and finer the strokes.
     gain = np.float32(contrast * math.sqrt(1 + length / (2 * size)))
     out = np.empty((height, width), np.float32)
     way = _steps(length, size), np.float32(size), reach
-    flat = around.reshape(-1), noise.reshape(-1)
-    _smear(flat, (around.shape[1], noise.shape[1]), rows, columns, way, gain, place.margin, out)
+    flat, lines = (around.reshape(-1), noise.reshape(-1)), np.empty((5, width), np.float32)
+    _smear(flat, (around.shape[1], noise.shape[1]), rows, columns, way, gain, place.margin, lines, out)
     return cv2.merge([out] * 3)
 
 
@@ -64,62 +64,80 @@ def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray,
     The same for a pixel of the page wherever its band begins.
     """
     places = (np.arange(first, first + count) + 0.5) / size
-    points = np.floor(places).astype(np.int64)
-    return points - lead, (places - points + lead).astype(np.float32)
-
-
-def _interpolation(noise: np.ndarray) -> np.ndarray:
-    """What bilinear interpolation multiplies by 1, x, y and xy, behind each point of the lattice.
-
-    Four numbers that lie side by side are read as one, and take fewer steps than four points of the lattice.
-    """
-    across, down = np.diff(noise[:-1], axis=1), np.diff(noise[:, :-1], axis=0)
-    return np.stack([noise[:-1, :-1], across, down, np.diff(noise[1:], axis=1) - across], axis=-1)
+    points = np.floor(places).astype(np.int32)
+    return points - np.int32(lead), (places - points + lead).astype(np.float32)
 
 
 @compiled(fastmath=True)
 def _noise_at(noise, columns, first, y, x):  # type: ignore[no-untyped-def]
-    """Noise between the points of its lattice."""
-    row, column = np.uint32(y), np.uint32(x)
+    """Noise between the points of its lattice, which begins at its number `first`."""
+    row, column = np.int32(y), np.int32(x)
     below, beside = y - np.float32(row), x - np.float32(column)
-    at = np.uint32(4) * (first + row * columns + column)
-    upper = noise[at] + beside * noise[at + np.uint32(1)]
-    return upper + below * (noise[at + np.uint32(2)] + beside * noise[at + np.uint32(3)])
+    at = look_up_at(first + row * columns + column)
+    left, right = noise[at], noise[1:][at]
+    upper = left + beside * (right - left)
+    left, right = noise[columns:][at], noise[columns + 1 :][at]
+    return upper + below * (left + beside * (right - left) - upper)
 
 
 @compiled(fastmath=True)
-def _smear(flat, widths, rows, columns, way, gain, margin, out):  # type: ignore[no-untyped-def]
-    """The weighted mean of the noise along the directions; the two sides do not wait for each other."""
+def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type: ignore[no-untyped-def]
+    """The weighted mean of the noise along the directions, row by row and step by step.
+
+    All pixels of a row take a step together, in vectors.
+
+    Args:
+        lines: scratch, five rows: the direction of each pixel's next step, how far it has come, and the sum
+            of the noise on the way.
+    """
     (directions, noise), (steps, size, reach) = flat, way
-    zero, half, one, two = np.float32(0), np.float32(0.5), np.float32(1), np.uint32(2)
-    per_pixel, fall, total = one / size, one / np.float32(steps + 1), np.float32(steps + 1)
-    width, noise_width, middle = np.uint32(widths[0]), np.uint32(widths[1]), np.float32(reach) + half
+    half, one, total = np.float32(0.5), np.float32(1), np.float32(steps + 1)
+    right, down, across, along, mean = lines[0], lines[1], lines[2], lines[3], lines[4]
+    starts, x = columns
     for row in range(margin[0], out.shape[0] - margin[1]):
-        for column in range(out.shape[1]):
-            first = np.uint32((rows[0][row] - rows[0][0]) * widths[1] + columns[0][column] - columns[0][0])
-            y, x, corner = rows[1][row], columns[1][column], np.uint32(row) * width + np.uint32(column)
-            at = two * (corner + np.uint32(reach) * width + np.uint32(reach))
-            mean, weight = _noise_at(noise, noise_width, first, y, x), one
-            right, down, across, along = directions[at], directions[at + np.uint32(1)], zero, zero
-            left, up, back, behind = -right, -down, zero, zero
-            for _ in range(steps):
-                weight -= fall
-                across, along, back, behind = (
-                    across + size * right,
-                    along + size * down,
-                    back + size * left,
-                    behind + size * up,
-                )
-                there = two * (corner + np.uint32(middle + along) * width + np.uint32(middle + across))
-                other = two * (corner + np.uint32(middle + behind) * width + np.uint32(middle + back))
-                ahead = _noise_at(noise, noise_width, first, y + along * per_pixel, x + across * per_pixel)
-                mean += weight * ahead
-                ahead = _noise_at(noise, noise_width, first, y + behind * per_pixel, x + back * per_pixel)
-                mean += weight * ahead
-                next_right, next_down = directions[there], directions[there + np.uint32(1)]
-                turn = one if next_right * right + next_down * down >= zero else -one
-                right, down = turn * next_right, turn * next_down
-                next_left, next_up = directions[other], directions[other + np.uint32(1)]
-                turn = one if next_left * left + next_up * up >= zero else -one
-                left, up = turn * next_left, turn * next_up
-            out[row, column] = min(max(half + gain * (mean / total - half), zero), one)
+        first, y = (rows[0][row] - rows[0][0]) * widths[1] - starts[0], rows[1][row]
+        middle = 2 * ((row + reach) * widths[0] + reach)
+        lattice, place = (widths[1], first, y), (widths[0], row, reach)
+        for i in range(out.shape[1]):
+            mean[i] = 0
+            across[i], along[i] = 0, 0
+        _add_noise(noise, lattice, starts, x, (one / size, one), lines)
+        for side in range(2):
+            turn, weight = one if side == 0 else -one, one
+            for i in range(out.shape[1]):
+                right[i], down[i] = turn * directions[middle + 2 * i], turn * directions[middle + 2 * i + 1]
+                across[i], along[i] = size * right[i], size * down[i]
+            for number in range(steps):
+                if number > 0:
+                    _turn(directions, place, size, lines)
+                weight -= one / total
+                _add_noise(noise, lattice, starts, x, (one / size, weight), lines)
+        for i in range(out.shape[1]):
+            out[row, i] = min(max(half + gain * (mean[i] / total - half), np.float32(0)), one)
+
+
+@compiled(fastmath=True, noalias=True)
+def _add_noise(noise, lattice, starts, x, scale, lines):  # type: ignore[no-untyped-def]
+    """Add the noise at the places that the pixels have come to."""
+    (columns, first, y), (per_pixel, weight) = lattice, scale
+    across, along, mean, width, begin = lines[2], lines[3], lines[4], np.int32(columns), np.int32(first)
+    for i in range(mean.size):
+        place = y + along[i] * per_pixel, x[i] + across[i] * per_pixel
+        mean[i] += weight * _noise_at(noise, width, np.int32(begin + starts[i]), place[0], place[1])
+
+
+@compiled(fastmath=True, noalias=True)
+def _turn(directions, place, size, lines):  # type: ignore[no-untyped-def]
+    """Go on by one step where the edge leads, but not back."""
+    right, down, across, along, (columns, row, reach) = lines[0], lines[1], lines[2], lines[3], place
+    width, above, middle = np.int32(columns), np.int32(row), np.float32(reach) + np.float32(0.5)
+    for i in range(right.size):
+        # From the pixel: far from the corner, places would be rounded off.
+        line = np.int32(above + np.int32(middle + along[i]))
+        column = np.int32(np.int32(i) + np.int32(middle + across[i]))
+        at = look_up_at(np.int32(2) * np.int32(np.int32(line * width) + column))
+        next_right, next_down = directions[at], directions[1:][at]
+        same = next_right * right[i] + next_down * down[i] >= np.float32(0)
+        right[i], down[i] = next_right if same else -next_right, next_down if same else -next_down
+        across[i] += size * right[i]
+        along[i] += size * down[i]

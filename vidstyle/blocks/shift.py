@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.block import REDRAW_RATE, Choice, FrameTime, LumaWeights, PageRegion, Slider, block, drawing_at
 from vidstyle.blocks.noise import LATTICES, between_points, lattice_points
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, interleaved
 
 PLATES = ("all", "red", "green", "blue", "chroma")
 
@@ -44,33 +44,48 @@ def shift(
     from_x = -(np.float32(x) + np.float32(2 * jitter) * (waves - np.float32(0.5)))
     down = math.floor(from_y), np.float32(from_y - math.floor(from_y))
     moved = np.array([plate in ("all", "chroma", each) for each in PLATES[1:4]], np.uint8)
-    _move(picture, down, from_x, moved, weights * np.float32(plate == "chroma"), place.margin, out)
+    line, own = np.empty(picture.shape[1] * 3, np.float32), weights * np.float32(plate == "chroma")
+    _move(interleaved(picture), down, from_x, moved, own, place.margin, line, interleaved(out))
     return out
 
 
 @compiled
-def _move(picture, down, from_x, moved, weights, margin, out):  # type: ignore[no-untyped-def]
-    """The picture between pixels for channels that are moved; the luma of its own where it has weights."""
-    height, width, zero, one = out.shape[0], out.shape[1], np.float32(0), np.float32(1)
+def _move(picture, down, from_x, moved, weights, margin, line, out):  # type: ignore[no-untyped-def]
+    """The picture between pixels for channels that are moved; the luma of its own where it has weights.
+
+    Args:
+        line: scratch, a row.
+    """
+    height, width, zero, one = out.shape[0], out.shape[1] // 3, np.float32(0), np.float32(1)
+    first, second, third = moved[0] != 0, moved[1] != 0, moved[2] != 0
     for row in range(margin[0], height - margin[1]):
         upper, lower = min(max(row + down[0], 0), height - 1), min(max(row + down[0] + 1, 0), height - 1)
-        first = np.floor(from_x[row])
-        whole = int(first)
-        part = from_x[row] - first
-        for column in range(width):
-            left = min(max(column + whole, 0), width - 1)
-            right = min(max(column + whole + 1, 0), width - 1)
-            added = zero
-            for channel in range(3):
-                value = picture[row, column, channel]
-                added += weights[channel] * value
-                if moved[channel]:
-                    above = picture[upper, left, channel]
-                    above += part * (picture[upper, right, channel] - above)
-                    below = picture[lower, left, channel]
-                    below += part * (picture[lower, right, channel] - below)
-                    value = above + down[1] * (below - above)
-                added -= weights[channel] * value
-                out[row, column, channel] = value
-            for channel in range(3):
-                out[row, column, channel] = min(max(out[row, column, channel] + added, zero), one)
+        whole = int(np.floor(from_x[row]))
+        part = from_x[row] - np.float32(whole)
+        _between_pixels(picture[upper], picture[lower], whole, part, down[1], line)
+        for x in range(width):
+            red, green, blue = picture[row, 3 * x], picture[row, 3 * x + 1], picture[row, 3 * x + 2]
+            r = line[3 * x] if first else red
+            g = line[3 * x + 1] if second else green
+            b = line[3 * x + 2] if third else blue
+            added = weights[0] * (red - r) + weights[1] * (green - g) + weights[2] * (blue - b)
+            out[row, 3 * x] = min(max(r + added, zero), one)
+            out[row, 3 * x + 1] = min(max(g + added, zero), one)
+            out[row, 3 * x + 2] = min(max(b + added, zero), one)
+
+
+@compiled
+def _between_pixels(upper, lower, whole, part, below, line):  # type: ignore[no-untyped-def]
+    """A row between two rows, `whole` pixels and a part of one further to the right in them."""
+    last = line.size // 3 - 1
+    begin, end = min(max(-whole, 0), last + 1), max(min(last - whole, last + 1), 0)
+    for x in range(3 * begin, 3 * end):
+        left, right = x + 3 * whole, x + 3 * whole + 3
+        above = upper[left] + part * (upper[right] - upper[left])
+        line[x] = above + below * (lower[left] + part * (lower[right] - lower[left]) - above)
+    for channel in range(3):  # beyond the picture its edge is repeated
+        for column in range(min(begin, last + 1)):
+            line[3 * column + channel] = upper[channel] + below * (lower[channel] - upper[channel])
+        edge = 3 * last + channel
+        for column in range(max(end, begin), last + 1):
+            line[3 * column + channel] = upper[edge] + below * (lower[edge] - upper[edge])

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Annotated, Any
 
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, SavedRef, Slider, block, drawing_at
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, look_up_at
 from vidstyle.core.stroke_directions import stroke_directions
-from vidstyle.core.white_noise import APART, noise_between, white_noise
+from vidstyle.core.white_noise import APART, white_noise
 
 NUMBERS = 4
 """Random numbers of a stroke: its place across and down, which one it lies above, its tone."""
 BRISTLE = (16.0, 1.6)
 """Length and width of the marks of bristles, in pixels."""
+FIRST_MARK, MARKS, MARKS_BEFORE, MARKS_BEHIND = 64, 512, 8, 32
+"""Bristles of a stroke are those around one of the points (n, n) of white noise: from which number on, how many
+there are, and how much less or more than n the row of a point may be."""
 
 
 LEAST_SHARE = 1 / 512
@@ -80,9 +84,21 @@ def strokes(
     _sort_into_blocks(strokes_, size[0] + size[1] + np.float32(0.5), rows[0], lists, counts)
     looks = np.float32(variation), np.float32(colors), np.float32(bristles)
     scratch, out = (np.empty(11 * PIXELS, np.float32), lists, counts), np.empty(picture.shape, np.float32)
+    marks = _bristle_marks()
     directions = stroke_directions(flow, angle)
-    _paint(strokes_, size, looks, directions, (picture, under), scratch, rows, out)
+    _paint(strokes_, size, looks, marks, directions, (picture, under), scratch, rows, out)
     return out
+
+
+@cache
+def _bristle_marks() -> np.ndarray:
+    """White noise along the diagonal: for each column its rows, as two numbers of 16 bits, of it and of the next."""
+    columns = np.arange(FIRST_MARK, FIRST_MARK + MARKS + MARKS_BEHIND + 1)
+    noise = white_noise(np.arange(columns[-1] + MARKS_BEHIND), columns)
+    numbers = np.rint(noise * 65535).astype(np.uint32)
+    pairs = numbers[:, :-1] | numbers[:, 1:] << np.uint32(16)
+    rows = columns[:-1, None] + np.arange(-MARKS_BEFORE, MARKS_BEHIND)
+    return np.ascontiguousarray(pairs[rows, np.arange(len(rows))[:, None]]).reshape(-1).view(np.int32)
 
 
 @compiled
@@ -105,7 +121,7 @@ def _sort_into_blocks(strokes_, edge, top, lists, counts):  # type: ignore[no-un
 
 
 @compiled(fastmath=True)
-def _paint(strokes_, size, looks, directions, pictures, scratch, rows, out):  # type: ignore[no-untyped-def]
+def _paint(strokes_, size, looks, marks, directions, pictures, scratch, rows, out):  # type: ignore[no-untyped-def]
     """Block by block, from the uppermost stroke down."""
     (picture, under), (pixels, lists, counts), height, width = pictures, scratch, out.shape[0], out.shape[1]
     (variation, colors, bristles), half, edge = looks, np.float32(0.5), size[0] + size[1] + np.float32(0.5)
@@ -127,7 +143,7 @@ def _paint(strokes_, size, looks, directions, pictures, scratch, rows, out):  # 
                 change = variation * (tone - half)
                 red, green, blue = color[0] + more, color[1] - half * (more + less), color[2] + less
                 shade = red + change, green + change, blue + change
-                still_open -= _lay(tone, size[1], shade, bristles, part, number)
+                still_open -= _lay(tone, size[1], shade, bristles, marks, part, number)
                 if still_open == 0:
                     break
             _end(place, rows, under, pixels, out)
@@ -164,17 +180,12 @@ def _find(x, y, size, pixels, number):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _lay(tone, half_width, shade, bristles, pixels, number):  # type: ignore[no-untyped-def]
+def _lay(tone, half_width, shade, bristles, marks, pixels, number):  # type: ignore[no-untyped-def]
     """Add a stroke to the first pixels; returns how many of them it hides the last of what lies below."""
     (red, green, blue), zero, half, one = shade, np.float32(0), np.float32(0.5), np.float32(1)
-    along_scale, across_scale = np.float32(1 / BRISTLE[0]), np.float32(1 / BRISTLE[1])
-    least_share, own, hidden = np.float32(LEAST_SHARE), tone * np.float32(512) + np.float32(64), np.int32(0)
+    least_share, hidden = np.float32(LEAST_SHARE), np.int32(0)
     if bristles != zero:
-        for i in range(number):
-            mark = noise_between(
-                own + pixels[ALONG + i] * along_scale, own + pixels[ACROSS + i] * across_scale
-            )
-            pixels[ALONG + i] = bristles * (mark - half)
+        _mark(tone * np.float32(MARKS), bristles, marks, pixels, number)
     else:
         for i in range(number):
             pixels[ALONG + i] = zero
@@ -188,6 +199,26 @@ def _lay(tone, half_width, shade, bristles, pixels, number):  # type: ignore[no-
         pixels[SHOWN + i] = shown - share
         hidden = np.int32(hidden + np.int32((shown >= least_share) & (shown - share < least_share)))
     return hidden
+
+
+@compiled(fastmath=True, noalias=True)
+def _mark(own, bristles, marks, pixels, number):  # type: ignore[no-untyped-def]
+    """Replace places along the stroke by the lightness of bristles: noise between its points."""
+    along_scale, across_scale = np.float32(1 / BRISTLE[0]), np.float32(1 / BRISTLE[1])
+    half, low, last = np.float32(0.5), np.int32(65535), np.int32(marks.size - 2)
+    for i in range(number):
+        x, y = own + pixels[ALONG + i] * along_scale, own + pixels[ACROSS + i] * across_scale
+        column, row = np.int32(x), np.int32(y)
+        beside, below = x - np.float32(column), y - np.float32(row)
+        # Those of pixels beyond the stroke, which are not used, may lie outside.
+        first = np.int32(column * np.int32(MARKS_BEFORE + MARKS_BEHIND))
+        at = look_up_at(min(np.int32(first + np.int32(row - column + MARKS_BEFORE)), last))
+        upper, lower = marks[at], marks[1:][at]
+        left, right = np.float32(np.int32(upper & low)), np.float32(np.int32((upper >> 16) & low))
+        above = left + beside * (right - left)
+        left, right = np.float32(np.int32(lower & low)), np.float32(np.int32((lower >> 16) & low))
+        mark = above + below * (left + beside * (right - left) - above)
+        pixels[ALONG + i] = bristles * (mark * np.float32(1 / 65535) - half)
 
 
 @compiled(fastmath=True)

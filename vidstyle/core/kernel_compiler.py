@@ -86,7 +86,7 @@ def _callee_type(compiled: Compiled) -> types.Function:
 def _compile(compiled: Compiled, arguments: tuple[types.Type, ...]) -> Any:
     flags: Any = Flags()
     flags.error_model = "numpy"  # Python's division checks for zero each time, which prevents vectorization
-    flags.fastmath = FastMathOptions(compiled.fastmath)
+    flags.fastmath, flags.noalias = FastMathOptions(compiled.fastmath), compiled.noalias
     flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     typing, target = cpu_target.typing_context, cpu_target.target_context
     typing.refresh()

@@ -67,7 +67,7 @@ def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., 
 def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
     """A name that changes with all that the machine code depends on."""
     files = (_file_digest(file) for file in sorted(compiled.source_files()))
-    parts = "\n".join([_platform(), repr((kinds, compiled.fastmath)), *files])
+    parts = "\n".join([_platform(), repr((kinds, compiled.fastmath, compiled.noalias)), *files])
     return f"{compiled.function.__name__}_{hashlib.sha256(parts.encode()).hexdigest()[:24]}"
 
 

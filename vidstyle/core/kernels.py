@@ -47,11 +47,12 @@ class Compiled(Generic[Arguments, Result]):
     Attributes:
         function: the Python function itself.
         fastmath: whether rounding may be reordered.
+        noalias: whether no array among the arguments overlaps another.
     """
 
-    def __init__(self, function: Callable[Arguments, Result], fastmath: bool) -> None:
+    def __init__(self, function: Callable[Arguments, Result], fastmath: bool, noalias: bool) -> None:
         functools.update_wrapper(self, function)
-        self.function, self.fastmath = function, fastmath
+        self.function, self.fastmath, self.noalias = function, fastmath, noalias
         self._entries: dict[tuple[ArgumentType, ...], Callable[..., object]] = {}
 
     def __call__(self, *arguments: Arguments.args, **_: Arguments.kwargs) -> Result:
@@ -96,15 +97,17 @@ def compiled(function: Callable[Arguments, Result], /) -> Compiled[Arguments, Re
 
 @overload
 def compiled(
-    *, fastmath: bool = False
+    *, fastmath: bool = False, noalias: bool = False
 ) -> Callable[[Callable[Arguments, Result]], Compiled[Arguments, Result]]: ...
 
 
-def compiled(function: Any = None, /, *, fastmath: bool = False) -> Any:
+def compiled(function: Any = None, /, *, fastmath: bool = False, noalias: bool = False) -> Any:
     """Declare a kernel: `@compiled`, or `@compiled(fastmath=True)` where rounding may be reordered.
 
     Args:
         fastmath: lets the compiler reorder sums and assume that there are no NaNs.
+        noalias: promises that no array among the arguments overlaps another. A loop with look-ups, whose
+            places the compiler cannot know, only then becomes vectors. Not for arrays within tuples.
 
     >>> @compiled
     ... def double(number):
@@ -113,8 +116,8 @@ def compiled(function: Any = None, /, *, fastmath: bool = False) -> Any:
     42
     """
     if function is None:
-        return lambda declared: Compiled(declared, fastmath)
-    return Compiled(function, fastmath)
+        return lambda declared: Compiled(declared, fastmath, noalias)
+    return Compiled(function, fastmath, noalias)
 
 
 def types_of(values: tuple[Any, ...]) -> tuple[ArgumentType, ...]:
@@ -202,6 +205,12 @@ def index_at(place, last):  # type: ignore[no-untyped-def]
     Compared after the cast: NaN passes comparisons of floats where the compiler may assume there is none.
     """
     return min(max(np.int32(place), np.int32(0)), np.int32(last))
+
+
+@compiled
+def look_up_at(index):  # type: ignore[no-untyped-def]
+    """An index in 32 bits that cannot be negative: with others the compiler makes no vectors of look-ups."""
+    return np.uint32(max(np.int32(index), np.int32(0)))
 
 
 def mix_channels(color: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, interleaved
 
 STILL = 0.06
 """The usual strength of the fixed direction beside that of edges: it decides where there are none."""
@@ -27,23 +27,27 @@ def stroke_directions(
         [strength * math.cos(turn), strength * math.sin(turn), math.cos(turn), math.sin(turn)], np.float32
     )
     out = np.empty((2, *flow.shape[:2]), np.float32)
-    _halve_angles(flow.reshape(-1, 3), fixed, out.reshape(2, -1))
+    _halve_angles(interleaved(flow), fixed, *out)
     return out[0], out[1]
 
 
 @compiled
-def _halve_angles(flow, fixed, out):  # type: ignore[no-untyped-def]
+def _halve_angles(flow, fixed, right, down):  # type: ignore[no-untyped-def]
     half, one, two, most = np.float32(0.5), np.float32(1), np.float32(2), np.float32(16)
-    for i in range(out.shape[1]):
-        # Minus: along the edge, a right angle from the gradient.
-        x, y = fixed[0] - (two * flow[i, 0] - one), fixed[1] - (two * flow[i, 1] - one)
-        # Infinite or NaN, it would lead anywhere: what is no direction is the fixed one.
-        usable = abs(x) + abs(y) < most
-        x, y = x if usable else fixed[2], y if usable else fixed[3]
-        scale = one / max(np.sqrt(x * x + y * y), np.float32(1e-12))
-        cosine, sine = x * scale, y * scale
-        # Half the angle: the longer part by its root, the other, which would lose digits so, by a product.
-        longer = np.sqrt(half + half * abs(cosine))
-        shorter = abs(sine) / (two * longer)
-        out[0, i] = shorter if cosine < 0 else longer
-        out[1, i] = math.copysign(longer if cosine < 0 else shorter, y)
+    for row in range(right.shape[0]):
+        for i in range(right.shape[1]):
+            # Minus: along the edge, a right angle from the gradient.
+            x = fixed[0] - (two * flow[row, 3 * i] - one)
+            y = fixed[1] - (two * flow[row, 3 * i + 1] - one)
+            # Infinite or NaN, it would lead anywhere: what is no direction is the fixed one.
+            usable = abs(x) + abs(y) < most
+            x, y = x if usable else fixed[2], y if usable else fixed[3]
+            scale = one / max(np.sqrt(x * x + y * y), np.float32(1e-12))
+            cosine, sine = x * scale, y * scale
+            # Half the angle: the longer part by its root, the other, which would lose digits so, by a
+            # product.
+            longer = np.sqrt(half + half * abs(cosine))
+            shorter = abs(sine) / (two * longer)
+            right[row, i] = shorter if cosine < 0 else longer
+            other = longer if cosine < 0 else shorter
+            down[row, i] = -other if y < 0 else other
