@@ -68,21 +68,12 @@ def source_rows(
     guide = _NO_GUIDE if guide is None else guide
     rounding = 0.5 if out.dtype == np.uint16 else 0.0
     numbers = tuple(np.float32(number) for number in (*scale, weight / WHOLE, 1 / (9 * limit**2), rounding))
+    samples, moves = before.reshape(-1), _moves(flow, plane.shape[1])
 
     def run(top: int, bottom: int) -> None:
-        scratch = np.empty((5, plane.shape[1]), np.float32), np.zeros((3, plane.shape[1] + 2), np.float32)
+        scratch = np.empty((5, plane.shape[1]), np.float32), np.zeros((4, plane.shape[1] + 2), np.float32)
         _source_rows(
-            plane,
-            before,
-            before.reshape(-1),
-            flow,
-            guide,
-            step,
-            numbers,
-            (top, bottom),
-            scratch,
-            weights,
-            out,
+            plane, before, samples, moves, guide, step, numbers, (top, bottom), scratch, weights, out
         )
 
     return run
@@ -110,12 +101,13 @@ def result_rows(
     """
     rounding, most = (0.0, 0.0) if codes.dtype == np.float32 else (0.5, 65535 / gain)
     numbers = tuple(np.float32(number) for number in (gain, weight / WHOLE, rounding, 1 / gain, most))
+    samples, moves = before.reshape(-1), _moves(flow, plane.shape[1])
 
     def run(top: int, bottom: int) -> None:
-        scratch = np.empty((2, plane.shape[1]), np.float32)
+        scratch = np.ones((3, plane.shape[1]), np.float32)
         _result_rows(
-            plane, before, before.reshape(-1), flow, segment_weights, guide, step, numbers, (top, bottom),
-            scratch, out, codes,
+            plane, before, samples, moves, segment_weights, guide, step, numbers, (top, bottom), scratch,
+            out, codes,
         )  # fmt: skip
 
     return run
@@ -125,7 +117,7 @@ _NO_GUIDE = np.zeros((1, 1), np.uint8)
 
 
 @compiled
-def _source_rows(plane, before, samples, flow, guide, step, numbers, rows, scratch, weights, out):  # type: ignore[no-untyped-def]
+def _source_rows(plane, before, samples, moves, guide, step, numbers, rows, scratch, weights, out):  # type: ignore[no-untyped-def]
     across, down = step
     gain, offset, weight, rate, rounding = numbers
     lines, changes = scratch
@@ -133,7 +125,7 @@ def _source_rows(plane, before, samples, flow, guide, step, numbers, rows, scrat
     for row in range(top - 1, bottom + 1):
         y = min(max(row, 0), height - 1)
         line = lines[row % 3]
-        _warp_row(before, samples, y, flow, line)
+        _warp_row(before, samples, y, moves, line)
         _change_of_row(plane[y], gain, offset, line, changes[row % 3])
         if row > top:
             done = row - 1
@@ -147,17 +139,21 @@ def _source_rows(plane, before, samples, flow, guide, step, numbers, rows, scrat
 
 
 @compiled
-def _result_rows(plane, before, samples, flow, parts, guide, step, numbers, rows, scratch, out, codes):  # type: ignore[no-untyped-def]
+def _result_rows(plane, before, samples, moves, parts, guide, step, numbers, rows, scratch, out, codes):  # type: ignore[no-untyped-def]
     across, down = step
     gain, weight, rounding, back, most = numbers
-    line, weights = scratch[0], scratch[1]
+    line, weights, of_row, filled = scratch[0], scratch[1], scratch[2], -1
     for row in range(rows[0], rows[1]):
-        _warp_row(before, samples, row, flow, line)
-        of_row = parts[_grid_row(row, plane.shape[0], parts.shape[0])]
+        _warp_row(before, samples, row, moves, line)
         _guide_row(guide[row * down], across, weight, weights)
         if parts.shape[0] > 1:
+            grid_row = _grid_row(row, plane.shape[0], parts.shape[0])
+            if grid_row != filled:
+                for x in range(of_row.size):
+                    of_row[x] = parts[grid_row, x // SEGMENT, 0]
+                filled = grid_row
             for x in range(weights.size):
-                weights[x] *= of_row[x // SEGMENT, 0]
+                weights[x] *= of_row[x]
         _blend_result(plane[row], gain, line, weights, rounding, back, most, out[row], codes[row])
 
 
@@ -172,12 +168,11 @@ def _change_of_row(now, gain, offset, line, change):  # type: ignore[no-untyped-
 @compiled
 def _row_weights(changes, rate, weights):  # type: ignore[no-untyped-def]
     one, whole = np.float32(1), np.float32(WHOLE)
-    first, second, third = changes[0], changes[1], changes[2]
+    first, second, third, columns = changes[0], changes[1], changes[2], changes[3]
+    for x in range(columns.size):
+        columns[x] = first[x] + second[x] + third[x]
     for x in range(weights.size):
-        total = first[x] + first[x + 1] + first[x + 2]
-        total += second[x] + second[x + 1] + second[x + 2]
-        total += third[x] + third[x + 1] + third[x + 2]
-        ratio = total * rate
+        ratio = (columns[x] + columns[x + 1] + columns[x + 2]) * rate
         weights[x] = whole / (one + ratio * ratio)
 
 
@@ -243,52 +238,86 @@ def _in_segments(grid, width, out):  # type: ignore[no-untyped-def]
                 out[row, segment, axis] = grid[row, left, axis] + (place - before) * difference
 
 
+Moves = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""For each segment: int32, h x w x 3, whole samples to the right and down, and 1 where what is read lies
+within the plane's columns, else 0; float32, h x w x 4, weights of a sample, of that right of it, and of the
+two below; and uint8, h, 1 for a row of segments that has not
+moved."""
+
+
+def _moves(flow: np.ndarray, width: int) -> Moves:
+    """What `_warp_row` needs of the flow of a plane's segments, computed once for all of its rows."""
+    places, parts = np.empty((*flow.shape[:2], 3), np.int32), np.empty((*flow.shape[:2], 4), np.float32)
+    _fill_moves(flow, width, places, parts)
+    return places, parts, np.asarray(~flow.any((1, 2)), np.uint8)
+
+
 @compiled
-def _warp_row(before, samples, y, flow, line):  # type: ignore[no-untyped-def]
+def _fill_moves(flow, width, places, parts):  # type: ignore[no-untyped-def]
+    one = np.float32(1)
+    for row in range(flow.shape[0]):
+        for segment in range(flow.shape[1]):
+            across, down = flow[row, segment, 0], flow[row, segment, 1]
+            right, under = np.int32(np.floor(across)), np.int32(np.floor(down))
+            x_part, y_part = across - np.float32(right), down - np.float32(under)
+            first, last = segment * SEGMENT, segment * SEGMENT + SEGMENT
+            places[row, segment, 0], places[row, segment, 1] = right, under
+            places[row, segment, 2] = first + right >= 0 and last + right < width and last <= width
+            parts[row, segment, 0] = (one - x_part) * (one - y_part)
+            parts[row, segment, 1] = x_part * (one - y_part)
+            parts[row, segment, 2] = (one - x_part) * y_part
+            parts[row, segment, 3] = x_part * y_part
+
+
+@compiled
+def _warp_row(before, samples, y, moves, line):  # type: ignore[no-untyped-def]
     """Fill a line with row `y` of a plane as the plane before shows it, linear between samples.
 
     Args:
         before, samples: H x W, and the same as one row.
-        flow: see `source_rows`.
+        moves: see `_moves`.
         line: W float32.
     """
-    row = flow[_grid_row(y, before.shape[0], flow.shape[0])]
-    moves = False
-    for segment in range(row.shape[0]):
-        moves |= row[segment, 0] != 0 or row[segment, 1] != 0
-    if moves:
-        for segment in range(row.shape[0]):
-            _warp_segment(before, samples, y, segment * SEGMENT, row[segment, 0], row[segment, 1], line)
-    else:
+    places, parts, still = moves
+    row = _grid_row(y, before.shape[0], still.size)
+    if still[row]:
         for x in range(line.size):
             line[x] = before[y, x]
+    elif _warp_segments(before, samples, y, places[row], parts[row], line):
+        for segment in range(places.shape[1]):
+            if not _is_within(before, y, places[row, segment]):
+                _warp_at_border(before, y, segment, places[row, segment], parts[row, segment], line)
 
 
 @compiled
-def _warp_segment(before, samples, y, start, across, down, line):  # type: ignore[no-untyped-def]
-    height, width = before.shape
-    one = np.float32(1)
-    right, under = int(np.floor(across)), int(np.floor(down))
-    x_part, y_part = across - np.float32(right), down - np.float32(under)
-    weights = (
-        (one - x_part) * (one - y_part),
-        x_part * (one - y_part),
-        (one - x_part) * y_part,
-        x_part * y_part,
-    )
-    left, top = start + right, y + under
-    if 0 <= left and left + SEGMENT < width and 0 <= top and top + 1 < height and start + SEGMENT <= width:
-        first = top * width + left
-        take_segment(samples, first, first + width, weights, line, start)
-    else:
-        last_column, last_row = width - 1, height - 1
-        upper, lower = index_at(top, last_row), index_at(top + 1, last_row)
-        for x in range(start, min(start + SEGMENT, width)):
-            here, beside = index_at(x + right, last_column), index_at(x + right + 1, last_column)
-            high = weights[0] * np.float32(before[upper, here]) + weights[1] * np.float32(
-                before[upper, beside]
-            )
-            low = weights[2] * np.float32(before[lower, here]) + weights[3] * np.float32(
-                before[lower, beside]
-            )
-            line[x] = high + low
+def _is_within(before, y, place):  # type: ignore[no-untyped-def]
+    return place[2] and y + place[1] >= 0 and y + place[1] + 1 < before.shape[0]
+
+
+@compiled
+def _warp_segments(before, samples, y, places, parts, line):  # type: ignore[no-untyped-def]
+    """Those that come from within the plane; returns how many do not.
+
+    There is another loop for these: one with both needs more registers than there are.
+    """
+    width, left_out = before.shape[1], 0
+    for segment in range(places.shape[0]):
+        if _is_within(before, y, places[segment]):
+            weights = parts[segment, 0], parts[segment, 1], parts[segment, 2], parts[segment, 3]
+            first = (y + places[segment, 1]) * width + segment * SEGMENT + places[segment, 0]
+            take_segment(samples, first, first + width, weights, line, segment * SEGMENT)
+        else:
+            left_out += 1
+    return left_out
+
+
+@compiled
+def _warp_at_border(before, y, segment, place, parts, line):  # type: ignore[no-untyped-def]
+    """A segment of which a part comes from outside the plane, whose border is repeated there."""
+    last_row, last_column = before.shape[0] - 1, before.shape[1] - 1
+    upper, lower = index_at(y + place[1], last_row), index_at(y + place[1] + 1, last_row)
+    for x in range(segment * SEGMENT, min(segment * SEGMENT + SEGMENT, before.shape[1])):
+        here, beside = index_at(x + place[0], last_column), index_at(x + place[0] + 1, last_column)
+        high = parts[0] * np.float32(before[upper, here]) + parts[1] * np.float32(before[upper, beside])
+        low = parts[2] * np.float32(before[lower, here]) + parts[3] * np.float32(before[lower, beside])
+        line[x] = high + low

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 
@@ -90,13 +91,13 @@ class Stabilizer:
         """The planes of the source blended with those before, and the weights of luma."""
         out = {name: np.empty(plane.shape, new.dtype) for name, plane in now.items()}
         weights = {name: np.empty(plane.shape, np.uint8) for name, plane in now.items()}
-        jobs = {}
+        jobs, flow_of = {}, cache(partial(segment_flow, warp.flow))
         for name, plane in now.items():
             (scale, span), step = code_scale(name, old, new), plane_step(name, old)
-            flow, guide = segment_flow(warp.flow, plane.shape[1], step), weights["luma"]
+            guide = weights["luma"]
             jobs[name] = source_rows(
-                plane, scale, self._source[name], flow, warp.weight, warp.limit * span,
-                None if name == "luma" else guide, step, out[name], weights[name],
+                plane, scale, self._source[name], flow_of(plane.shape[1], step), warp.weight,
+                warp.limit * span, None if name == "luma" else guide, step, out[name], weights[name],
             )  # fmt: skip
         self._run(jobs, now["luma"].shape, old)
         return out, weights["luma"]
@@ -110,13 +111,15 @@ class Stabilizer:
             return result
         shown = result.map_planes(lambda plane, kind: plane if kind == "alpha" else np.empty_like(plane))
         codes, jobs = dict(_named_planes(shown)), {}
+        # Planes of one size share them.
+        flow_of = cache(partial(segment_flow, warp.result_flow))
+        parts_of = cache(partial(in_segments, warp.result_guide))
         self._result = {name: np.empty(plane.shape, old[name].dtype) for name, plane in planes.items()}
         for name, plane in planes.items():
             step, width = plane_step(name, encoding), plane.shape[1]
-            flow, parts = segment_flow(warp.result_flow, width, step), in_segments(warp.result_guide, width)
             jobs[name] = result_rows(
-                plane, gain, old[name], flow, parts, warp.result_weight, weights, step,
-                self._result[name], codes[name],
+                plane, gain, old[name], flow_of(width, step), parts_of(width), warp.result_weight, weights,
+                step, self._result[name], codes[name],
             )  # fmt: skip
         self._run(jobs, result.shape, encoding)
         return shown
