@@ -30,8 +30,8 @@ from faults import Program  # noqa: E402
 if "PYTEST_XDIST_WORKER" in os.environ:
     cv2.setNumThreads(1)
 
-collect_ignore = ["gstreamer_pipeline.py"]
-"""A program for the Python of GStreamer, which has modules that ours need not have."""
+collect_ignore = ["support", "export/gstreamer_pipeline.py"]
+"""What tests share, and a program for the Python of GStreamer, whose modules ours need not have."""
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

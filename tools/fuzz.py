@@ -1,9 +1,9 @@
 """Gives damaged files to the program: `python tools/fuzz.py --seconds 60 --seed 1 --kind film`.
 
-Films, pictures, style files, banks and subtitle files of tests/mutations.py go through the Python API in
-worker processes. A crash, a hang, an exception that is no `VidstyleError` and memory above the limit are
-finds: each becomes a file in tests/fixtures/found, all of which tests/test_found.py tries. A case depends on
-the seed, its kind and its number alone, so that a seed reproduces a find.
+Films, pictures, style files, banks and subtitle files of tests/support/mutations.py go through the Python API
+in worker processes. A crash, a hang, an exception that is no `VidstyleError` and memory above the limit are
+finds: each becomes a file in tests/fixtures/found, all of which tests/faults/test_found.py tries. A case
+depends on the seed, its kind and its number alone, so that a seed reproduces a find.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ import psutil
 from PIL import Image
 
 ROOT = Path(__file__).parent.parent
-sys.path[:0] = [str(ROOT / "tests")]
+sys.path[:0] = [str(ROOT / "tests" / "support")]
 
 from media import moving_frames  # noqa: E402
 from mutations import SIZE, mutated, whole_files  # noqa: E402

@@ -1,4 +1,4 @@
-"""Draws the pictures that tests/test_goldens.py compares with anew: `python tools/renew_goldens.py [--all]`.
+"""Renews the pictures of tests/cpu/test_goldens.py: `python tools/renew_goldens.py [--all]`.
 
 It says which changed and by how much. What a test would let pass stays as it is, so that those that change
 are those to look at, and none does because of another processor; --all renews everything that differs.
@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parent.parent / "tests"))
+sys.path.append(str(Path(__file__).parent.parent / "tests" / "support"))
 
 from goldens import FOLDER, STYLES, Difference, golden, golden_path, shipped, write_png  # noqa: E402
 

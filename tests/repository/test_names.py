@@ -9,7 +9,7 @@ from pathlib import Path
 
 import vidstyle
 
-PACKAGE = Path(__file__).parent.parent / "vidstyle"
+PACKAGE = Path(__file__).parents[2] / "vidstyle"
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 SAME_ALIASES = {"Pair", "Point"}

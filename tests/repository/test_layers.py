@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 FILES = sorted([*(ROOT / "vidstyle").rglob("*.py"), *(ROOT / "tools").rglob("*.py")])
 
 ORDER = (
@@ -94,6 +94,13 @@ def test_plans_and_shaders_are_made_without_opengl() -> None:
     for path in (ROOT / "vidstyle/gpu/compile").glob("*.py"):
         known = {name for name in imports(path, types=False) if name.startswith(("vidstyle.gpu", "moderngl"))}
         assert all(name.startswith("vidstyle.gpu.compile") for name in known), path
+
+
+def test_no_folder_is_a_heap() -> None:
+    """At most twenty files in a folder; `blocks` has one for each block."""
+    folders = {path.parent for name in ("vidstyle", "tools", "tests") for path in (ROOT / name).rglob("*.py")}
+    counts = {folder.name: len([*folder.glob("*.py")]) for folder in folders}
+    assert [name for name, count in counts.items() if count > 20 and name != "blocks"] == []
 
 
 def test_every_folder_with_code_is_a_package() -> None:

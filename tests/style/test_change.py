@@ -29,7 +29,7 @@ from vidstyle.style import (
     table_from_style,
 )
 
-FIXTURES = sorted((Path(__file__).parent / "fixtures" / "styles").glob("*.toml"))
+FIXTURES = sorted((Path(__file__).parents[1] / "fixtures" / "styles").glob("*.toml"))
 RECIPES = sorted(name for name, each in all_blocks().items() if each.kind == "recipe")
 
 TWICE = Style(

@@ -1,6 +1,6 @@
 """Nine difficult films restyled with `plain` keep everything that a player shows.
 
-The player is the arithmetic of tests/media.py: by the tags, else by the size. Every one of ten other
+The player is the arithmetic of tests/support/media.py: by the tags, else by the size. Every one of ten other
 tools fails at least one of these films.
 """
 

@@ -11,7 +11,7 @@ import pytest
 from media import make_clip
 from waiting import LONG
 
-FOLDER = Path(__file__).parent.parent
+FOLDER = Path(__file__).parents[2]
 RENDER = ("render", "--style", "plain", "-y", "--progress", "none")
 
 

@@ -17,7 +17,7 @@ from vidstyle.errors import StyleError
 from vidstyle.style import Step, Style, load_style, style_names, table_from_style, user_styles
 from vidstyle.style.resolve import resolve
 
-FIXTURES = sorted((Path(__file__).parent / "fixtures" / "styles").glob("*.toml"))
+FIXTURES = sorted((Path(__file__).parents[1] / "fixtures" / "styles").glob("*.toml"))
 
 
 def write(folder: Path, text: str | bytes, name: str = "style.toml") -> Path:
@@ -71,7 +71,7 @@ def test_a_style_may_be_given_in_every_form(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_the_style_in_the_readme_opens(tmp_path: Path) -> None:
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     style = load_style(write(tmp_path, readme.partition("```toml\n")[2].partition("```")[0]))
     assert style.background and style.lines
 

@@ -56,7 +56,7 @@ def lowered(chosen: Style, height: int, width: int) -> LoweredStyle:
     ],
 )
 def test_nothing_strange_ends_the_process(kind: str, count: int) -> None:
-    sweep = Path(__file__).parent / "bounds_sweep.py"
+    sweep = Path(__file__).parents[1] / "support" / "bounds_sweep.py"
     words = [sys.executable, str(sweep), kind, str(100 * DAY), str(count)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, f"{words}: {done.stderr}"

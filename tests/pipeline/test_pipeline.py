@@ -25,7 +25,7 @@ from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import first_frames, render
 from vidstyle.pipeline.stages import QUEUE_CAPACITY, batches
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
 
 

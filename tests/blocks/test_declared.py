@@ -26,7 +26,7 @@ every_parameter = pytest.mark.parametrize(
 
 
 def test_every_file_is_found_as_a_block() -> None:
-    folder = Path(__file__).parent.parent / "vidstyle" / "blocks"
+    folder = Path(__file__).parents[2] / "vidstyle" / "blocks"
     assert set(all_blocks()) == {path.stem for path in folder.glob("*.py")} - {"__init__"}
     assert set(PAPER) <= set(all_blocks())
 

@@ -19,7 +19,7 @@ from vidstyle.cli import commands
 from vidstyle.cli.reporting import Reporting
 from vidstyle.style import load_style, override
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PROGRAM = ("vidstyle", ".venv/bin/vidstyle")
 
 

@@ -20,7 +20,7 @@ from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import override
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/plug-in.md").read_text(encoding="utf-8")
 ELEMENT = ROOT / "tools/gstreamer/python/vidstyle_element.py"
 SYSTEM_PYTHON = "/usr/bin/python3"
@@ -142,7 +142,7 @@ def test_a_wrong_style_is_said_before_the_pipeline_plays(gstreamer: Path) -> Non
 def test_properties_change_in_mid_film_and_rows_may_lie_apart(gstreamer: Path) -> None:
     """What is said of the source, plain, ink, ink after a mistake, and green ink."""
     path = os.pathsep.join((ENVIRONMENT["PYTHONPATH"], str(ELEMENT.parent)))
-    program = ROOT / "tests/gstreamer_pipeline.py"
+    program = ROOT / "tests/export/gstreamer_pipeline.py"
     done = run(SYSTEM_PYTHON, program, folder=gstreamer, PYTHONPATH=path)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)

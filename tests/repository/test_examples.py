@@ -19,7 +19,7 @@ from media import make_clip, make_picture, photograph, read_all, rms_error
 import vidstyle
 from vidstyle.media.frame import picture_from_frame
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/plug-in.md").read_text(encoding="utf-8")
 EXAMPLES = ROOT / "examples"
 TIMES = 0, 33, 50, 150, 233, 250, 300, 420, 433, 500

@@ -247,7 +247,7 @@ def test_pictures_one_after_another_are_a_film_where_the_name_says_so(tmp_path):
 def test_a_picture_in_tiles_is_refused():
     """FFmpeg gives each tile as a film of its own; one of them would be shown for the whole."""
     with pytest.raises(InputError, match="is a picture in 2 tiles"):
-        open_reader(Path(__file__).parent / "fixtures" / "tiles.avif")
+        open_reader(Path(__file__).parents[1] / "fixtures" / "tiles.avif")
 
 
 def test_half_a_photograph_is_damage(tmp_path):

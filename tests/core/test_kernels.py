@@ -103,7 +103,7 @@ def test_object_files_are_loaded_without_the_compiler(tmp_path):
     for _ in range(2):
         ran = subprocess.run(
             [sys.executable, "-c", check], env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)},
-            capture_output=True, text=True, cwd=Path(__file__).parents[1],
+            capture_output=True, text=True, cwd=Path(__file__).parents[2],
         )  # fmt: skip
         assert ran.stdout == "[[[1.0, 1.0, 1.0]]] False\n", ran.stderr
         assert len(list(tmp_path.glob("vidstyle/kernels/_mix_channels_*.o"))) == 1
@@ -174,7 +174,7 @@ def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):
     blocked.write_text("")
     (tmp_path / "__pycache__").write_text("a file where numba would want a folder")
     environment = os.environ | {"XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}
-    environment["PYTHONPATH"] = str(Path(__file__).parents[1])
+    environment["PYTHONPATH"] = str(Path(__file__).parents[2])
     ran = subprocess.run([sys.executable, source], env=environment, capture_output=True, text=True)
     assert ran.stdout == "42\n", ran.stderr
 
@@ -188,7 +188,7 @@ def test_what_is_compiled_is_what_was_imported(tmp_path):
             f"@compiled\ndef multiply(numbers):\n    numbers[0] *= {factor}\n"
         )
     use = "import numpy, times; number = numpy.array([21]); times.multiply(number); print(number[0])"
-    path = os.pathsep.join([str(tmp_path / "elsewhere"), str(Path(__file__).parents[1])])
+    path = os.pathsep.join([str(tmp_path / "elsewhere"), str(Path(__file__).parents[2])])
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": path}
     command = [sys.executable, "-c", use]
     ran = subprocess.run(command, env=environment, cwd=tmp_path / "here", capture_output=True, text=True)
@@ -198,7 +198,7 @@ def test_what_is_compiled_is_what_was_imported(tmp_path):
 def test_importing_kernels_imports_no_numba():
     check = "import sys, vidstyle.core.kernels; print('numba' in sys.modules)"
     ran = subprocess.run(
-        [sys.executable, "-c", check], capture_output=True, text=True, cwd=Path(__file__).parents[1]
+        [sys.executable, "-c", check], capture_output=True, text=True, cwd=Path(__file__).parents[2]
     )
     assert ran.stdout == "False\n", ran.stderr
 

@@ -26,7 +26,7 @@ from vidstyle.cpu.plain import PlainRenderer
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 RENDER = [sys.executable, "-m", "vidstyle", "render", "--style", "plain"]
 
 

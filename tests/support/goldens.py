@@ -12,7 +12,7 @@ from media import photograph
 from vidstyle.gallery.style_samples import encoded, restyled
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
-FOLDER = Path(__file__).parent / "golden"
+FOLDER = Path(__file__).parents[1] / "golden"
 STYLES = sorted(set(style_names()) - {PLAIN})
 
 MEAN, LEVELS, SHARE = 0.1, 3, 0.999

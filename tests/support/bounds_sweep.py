@@ -1,6 +1,6 @@
 """Strange pictures, random chains of steps, mutated banks; run as a process, since what fails may end it.
 
-python tests/bounds_sweep.py chains SEED COUNT
+python tests/support/bounds_sweep.py chains SEED COUNT
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from media import make_picture
 
 import vidstyle
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 SHIPPED = {
     "vidstyle": {".py", ".html", ".json", ".css", ".js", ".svg", ".typed", ".toml", ".webp", ".png", ".txt"},
     "shaders": {".glsl"},

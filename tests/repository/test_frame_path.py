@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tools.frame_path import PAGE, SECTION
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_documented_path_of_a_frame_is_that_of_a_real_one() -> None:
