@@ -26,7 +26,8 @@ from vidstyle.errors import UsageError
 from vidstyle.explore.look import SIDE
 from vidstyle.explore.page import explore_page, outputs
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.page.explore_page import FIELDS, STATIC, ExplorePage
+from vidstyle.explore.page.explore_messages import FIELDS
+from vidstyle.explore.page.explore_page import STATIC, ExplorePage
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import load_style, user_styles

@@ -13,74 +13,22 @@ from aiohttp import web
 
 from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.explore.chooser import Tile
-from vidstyle.explore.generate import LOCKS
 from vidstyle.explore.page import outputs
 from vidstyle.explore.page.exploration import Exploration
+from vidstyle.explore.page.explore_messages import ACTIONS, FIELDS
+from vidstyle.explore.page.pictures import picture_handlers
 from vidstyle.export import RUNNER
 from vidstyle.pipeline.progress import Progress
 from vidstyle.style import Style
-from vidstyle.web.messages import (
-    Fields,
-    RateLimit,
-    is_bool,
-    is_index,
-    is_part,
-    is_text,
-    read_message,
-    receive,
-    refuse,
-)
+from vidstyle.web.messages import RateLimit, read_message, receive, refuse
 from vidstyle.web.server import WebServer
 
 STATIC = Path(__file__).with_name("static")
-SIDES = (180, 270, 360, 540, 720, 1080)
-"""Shorter sides of pictures that the page may ask for."""
 MAX_VIEWERS, MAX_MESSAGES, MAX_UNDER_WAY = 4, 250, 40
 """Browsers that show the page; messages of each in a second, and how many may wait for their answers."""
 
 OpenDesigner = Callable[[str | None, Style], str]
 """Opens the designer on a source with a style; returns the page's address."""
-
-
-def _is_side(value: object) -> bool:
-    return value in SIDES
-
-
-def _is_lock(value: object) -> bool:
-    return value in LOCKS
-
-
-def _is_kind(value: object) -> bool:
-    return value in outputs.KINDS
-
-
-TILE: Fields = {"tile": is_index}
-POINT: Fields = {"tile": is_index, "x": is_part, "y": is_part}
-FIELDS: dict[str, Fields] = {
-    kind: {"id": is_index, **fields}
-    for kind, fields in {
-        "like": TILE,
-        "again": {},
-        "fresh": {},
-        "back": {},
-        "forward": {},
-        "jump": {"screen": is_index},
-        "near": {"part": is_part},
-        "lock": {"name": _is_lock, "on": is_bool},
-        "star": {"tile": is_index, "on": is_bool},
-        "move": {"part": is_part},
-        "plan": {"tile": is_index, "side": _is_side, "whole": is_bool},
-        "plane": TILE,
-        "tune": {**POINT, "side": _is_side, "whole": is_bool},
-        "keep": POINT,
-        "save": {"tile": is_index, "name": is_text, "overwrite": is_bool},
-        "export": {"tile": is_index, "name": is_text, "kind": _is_kind},
-        "render": {"tile": is_index, "name": is_text},
-        "cancel": {},
-        "design": TILE,
-    }.items()
-}
-"""The messages of the page. Each is answered, by its `id`."""
 
 
 class ExplorePage:
@@ -106,14 +54,7 @@ class ExplorePage:
         self._viewers: set[_Viewer] = set()
         self._stop: threading.Event | None = None
         self._failure: BaseException | None = None
-        handlers = {
-            "/socket": self._serve_socket,
-            "/frame.jpg": self._send_frame,
-            "/tile.jpg": self._send_tile,
-            "/look.jpg": self._send_look,
-            "/plane.jpg": self._send_plane,
-            "/tuned.jpg": self._send_tuned,
-        }
+        handlers = {"/socket": self._serve_socket, **picture_handlers(exploration)}
         try:
             self._server = WebServer("vidstyle page", handlers, [STATIC, RUNNER], "explore.html", port)
         except OSError as error:
@@ -203,46 +144,6 @@ class ExplorePage:
         for viewer in list(self._viewers):
             await viewer.send({"state": self.state()})
 
-    # Pictures
-
-    async def _send_frame(self, request: web.Request) -> web.StreamResponse:
-        frame = _number(request, "frame", self.exploration.clip.count)
-        return _jpeg(await asyncio.to_thread(self.exploration.source, frame, _side(request)))
-
-    async def _send_tile(self, request: web.Request) -> web.StreamResponse:
-        frame = _number(request, "frame", self.exploration.clip.count)
-        style = self._tile(request).style
-        future = await asyncio.to_thread(self.exploration.styled, style, frame, _side(request))
-        return _jpeg(await asyncio.wrap_future(future))
-
-    async def _send_look(self, request: web.Request) -> web.StreamResponse:
-        self._tile(request)
-        return _jpeg(await asyncio.to_thread(self.exploration.look, _number(request, "tile")))
-
-    async def _send_plane(self, request: web.Request) -> web.StreamResponse:
-        self._tile(request)
-        return _jpeg(await self._or_nothing(self.exploration.plane_picture, _number(request, "tile")))
-
-    async def _send_tuned(self, request: web.Request) -> web.StreamResponse:
-        self._tile(request)
-        plane = await self._or_nothing(self.exploration.plane, _number(request, "tile"))
-        style = plane.style_at(_part(request, "x"), _part(request, "y"))
-        frame = _number(request, "frame", self.exploration.clip.count)
-        future = await asyncio.to_thread(self.exploration.styled, style, frame, _side(request))
-        return _jpeg(await asyncio.wrap_future(future))
-
-    def _tile(self, request: web.Request) -> Tile:
-        try:
-            return self.exploration.tile(_number(request, "tile"))
-        except UsageError as error:
-            raise web.HTTPNotFound from error
-
-    async def _or_nothing(self, function: Callable[..., Any], *arguments: object) -> Any:
-        try:
-            return await asyncio.to_thread(function, *arguments)
-        except UsageError as error:
-            raise web.HTTPNotFound from error
-
     # Messages
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
@@ -328,22 +229,6 @@ class ExplorePage:
             await viewer.send({"progress": progress})
 
 
-ACTIONS = {
-    "like": "more_like",
-    "again": "again",
-    "fresh": "new_screen",
-    "back": "back",
-    "forward": "forward",
-    "jump": "jump",
-    "near": "set_near",
-    "lock": "lock",
-    "star": "star",
-    "move": "move_to",
-    "keep": "tuned",
-}
-"""The methods of `Exploration` that messages call, after which all browsers are told what is shown."""
-
-
 class _Viewer:
     """Serves one WebSocket until it closes."""
 
@@ -387,32 +272,3 @@ class _Viewer:
         finally:
             self._under_way.release()
         await self.send(answer)
-
-
-def _number(request: web.Request, name: str, count: int = 2**31) -> int:
-    text = request.query.get(name, "")
-    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) < count):
-        raise web.HTTPNotFound
-    return int(text)
-
-
-def _side(request: web.Request) -> int:
-    side = _number(request, "side")
-    if side not in SIDES:
-        raise web.HTTPNotFound
-    return side
-
-
-def _part(request: web.Request, name: str) -> float:
-    """A number from 0 to 1."""
-    try:
-        part = float(request.query.get(name, ""))
-    except ValueError:
-        raise web.HTTPNotFound from None
-    if not 0 <= part <= 1:
-        raise web.HTTPNotFound
-    return part
-
-
-def _jpeg(data: bytes) -> web.Response:
-    return web.Response(body=data, content_type="image/jpeg")

@@ -1,0 +1,64 @@
+"""What the explorer's page may ask for: the messages, and the methods of an exploration that they call."""
+
+from __future__ import annotations
+
+from vidstyle.explore.generate import LOCKS
+from vidstyle.explore.page import outputs
+from vidstyle.explore.page.pictures import SIDES
+from vidstyle.web.messages import Fields, is_bool, is_index, is_part, is_text
+
+
+def _is_side(value: object) -> bool:
+    return value in SIDES
+
+
+def _is_lock(value: object) -> bool:
+    return value in LOCKS
+
+
+def _is_kind(value: object) -> bool:
+    return value in outputs.KINDS
+
+
+TILE: Fields = {"tile": is_index}
+POINT: Fields = {"tile": is_index, "x": is_part, "y": is_part}
+FIELDS: dict[str, Fields] = {
+    kind: {"id": is_index, **fields}
+    for kind, fields in {
+        "like": TILE,
+        "again": {},
+        "fresh": {},
+        "back": {},
+        "forward": {},
+        "jump": {"screen": is_index},
+        "near": {"part": is_part},
+        "lock": {"name": _is_lock, "on": is_bool},
+        "star": {"tile": is_index, "on": is_bool},
+        "move": {"part": is_part},
+        "plan": {"tile": is_index, "side": _is_side, "whole": is_bool},
+        "plane": TILE,
+        "tune": {**POINT, "side": _is_side, "whole": is_bool},
+        "keep": POINT,
+        "save": {"tile": is_index, "name": is_text, "overwrite": is_bool},
+        "export": {"tile": is_index, "name": is_text, "kind": _is_kind},
+        "render": {"tile": is_index, "name": is_text},
+        "cancel": {},
+        "design": TILE,
+    }.items()
+}
+"""The messages of the page. Each is answered, by its `id`."""
+
+ACTIONS = {
+    "like": "more_like",
+    "again": "again",
+    "fresh": "new_screen",
+    "back": "back",
+    "forward": "forward",
+    "jump": "jump",
+    "near": "set_near",
+    "lock": "lock",
+    "star": "star",
+    "move": "move_to",
+    "keep": "tuned",
+}
+"""The methods of `Exploration` that messages call, after which all browsers are told what is shown."""

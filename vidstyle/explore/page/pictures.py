@@ -1,0 +1,101 @@
+"""The pictures of the explorer's page, by address."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from aiohttp import web
+
+from vidstyle.errors import UsageError
+from vidstyle.explore.chooser import Tile
+from vidstyle.explore.page.exploration import Exploration
+from vidstyle.web.server import Handler
+
+SIDES = (180, 270, 360, 540, 720, 1080)
+"""Shorter sides of pictures that the page may ask for."""
+
+
+def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
+    """What answers requests for pictures, JPEG, by address; what there is not gets 404."""
+    pictures = _Pictures(exploration)
+    return {
+        "/frame.jpg": pictures.frame,
+        "/tile.jpg": pictures.tile,
+        "/look.jpg": pictures.look,
+        "/plane.jpg": pictures.plane,
+        "/tuned.jpg": pictures.tuned,
+    }
+
+
+class _Pictures:
+    def __init__(self, exploration: Exploration) -> None:
+        self._exploration = exploration
+
+    async def frame(self, request: web.Request) -> web.StreamResponse:
+        frame = _number(request, "frame", self._exploration.clip.count)
+        return _jpeg(await asyncio.to_thread(self._exploration.source, frame, _side(request)))
+
+    async def tile(self, request: web.Request) -> web.StreamResponse:
+        frame = _number(request, "frame", self._exploration.clip.count)
+        style = self._tile(request).style
+        future = await asyncio.to_thread(self._exploration.styled, style, frame, _side(request))
+        return _jpeg(await asyncio.wrap_future(future))
+
+    async def look(self, request: web.Request) -> web.StreamResponse:
+        self._tile(request)
+        return _jpeg(await asyncio.to_thread(self._exploration.look, _number(request, "tile")))
+
+    async def plane(self, request: web.Request) -> web.StreamResponse:
+        self._tile(request)
+        return _jpeg(await self._or_nothing(self._exploration.plane_picture, _number(request, "tile")))
+
+    async def tuned(self, request: web.Request) -> web.StreamResponse:
+        self._tile(request)
+        plane = await self._or_nothing(self._exploration.plane, _number(request, "tile"))
+        style = plane.style_at(_part(request, "x"), _part(request, "y"))
+        frame = _number(request, "frame", self._exploration.clip.count)
+        future = await asyncio.to_thread(self._exploration.styled, style, frame, _side(request))
+        return _jpeg(await asyncio.wrap_future(future))
+
+    def _tile(self, request: web.Request) -> Tile:
+        try:
+            return self._exploration.tile(_number(request, "tile"))
+        except UsageError as error:
+            raise web.HTTPNotFound from error
+
+    async def _or_nothing(self, function: Callable[..., Any], *arguments: object) -> Any:
+        try:
+            return await asyncio.to_thread(function, *arguments)
+        except UsageError as error:
+            raise web.HTTPNotFound from error
+
+
+def _number(request: web.Request, name: str, count: int = 2**31) -> int:
+    text = request.query.get(name, "")
+    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) < count):
+        raise web.HTTPNotFound
+    return int(text)
+
+
+def _side(request: web.Request) -> int:
+    side = _number(request, "side")
+    if side not in SIDES:
+        raise web.HTTPNotFound
+    return side
+
+
+def _part(request: web.Request, name: str) -> float:
+    """A number from 0 to 1."""
+    try:
+        part = float(request.query.get(name, ""))
+    except ValueError:
+        raise web.HTTPNotFound from None
+    if not 0 <= part <= 1:
+        raise web.HTTPNotFound
+    return part
+
+
+def _jpeg(data: bytes) -> web.Response:
+    return web.Response(body=data, content_type="image/jpeg")
