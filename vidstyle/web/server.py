@@ -13,7 +13,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from aiohttp import WSCloseCode, web
 
@@ -28,6 +28,16 @@ OPEN_SECONDS, CLOSE_SECONDS = 5.0, 1.0
 HEARTBEAT_SECONDS = 20.0
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+class SocketViewer(Protocol):
+    """A browser that shows the page, as the server sees it."""
+
+    async def serve(self, socket: web.WebSocketResponse) -> None:
+        """Send what it shows, and do what its messages ask for, until the socket closes."""
+
+
+Viewing = TypeVar("Viewing", bound=SocketViewer)
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
@@ -115,12 +125,32 @@ class WebServer:
         with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(lambda: self._loop.create_task(function(*args)))
 
-    async def accept(self, request: web.Request) -> web.WebSocketResponse:
-        """Accept a WebSocket handshake; the server closes the socket when it is closed itself.
+    async def serve(
+        self, request: web.Request, viewer: Viewing, viewers: list[Viewing], most: int
+    ) -> web.WebSocketResponse:
+        """Accept a WebSocket handshake, and have a viewer serve the socket until it closes.
+
+        Args:
+            request: the handshake.
+            viewer: one of `viewers` as long as it serves; closing the server closes its socket.
+            viewers: those of the page.
+            most: as many there may be.
 
         Raises:
-            web.HTTPUpgradeRequired: the request is none.
+            web.HTTPTooManyRequests: there are so many already.
+            web.HTTPUpgradeRequired: the request is no handshake.
         """
+        if len(viewers) >= most:
+            raise web.HTTPTooManyRequests(text=f"429: {most} browsers show the page already\n")
+        socket = await self._accept(request)
+        viewers.append(viewer)
+        try:
+            await viewer.serve(socket)
+        finally:
+            viewers.remove(viewer)
+        return socket
+
+    async def _accept(self, request: web.Request) -> web.WebSocketResponse:
         socket = web.WebSocketResponse(
             max_msg_size=MAX_MESSAGE, compress=False, heartbeat=HEARTBEAT_SECONDS, timeout=CLOSE_SECONDS
         )

@@ -194,16 +194,7 @@ class DesignServer:
         return handler
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
-        if len(self.pages) >= MAX_PAGES:
-            raise web.HTTPTooManyRequests(text=f"429: {MAX_PAGES} browsers show the page already\n")
-        page = DesignPage(self)
-        self.pages.append(page)
-        try:
-            socket = await self._server.accept(request)
-            await page.serve(socket)
-        finally:
-            self.pages.remove(page)
-        return socket
+        return await self._server.serve(request, DesignPage(self), self.pages, MAX_PAGES)
 
 
 def clip_message(clip: Clip) -> dict[str, Any]:

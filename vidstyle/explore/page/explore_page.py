@@ -51,7 +51,7 @@ class ExplorePage:
             OutputError: the port is taken or needs privileges.
         """
         self.exploration, self.designer = exploration, designer
-        self._viewers: set[_Viewer] = set()
+        self._viewers: list[_Viewer] = []
         self._stop: threading.Event | None = None
         self._failure: BaseException | None = None
         handlers = {"/socket": self._serve_socket, **picture_handlers(exploration)}
@@ -147,16 +147,7 @@ class ExplorePage:
     # Messages
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
-        if len(self._viewers) >= MAX_VIEWERS:
-            raise web.HTTPTooManyRequests(text=f"429: {MAX_VIEWERS} browsers show the page already\n")
-        viewer = _Viewer(self)
-        self._viewers.add(viewer)
-        try:
-            socket = await self._server.accept(request)
-            await viewer.serve(socket)
-        finally:
-            self._viewers.discard(viewer)
-        return socket
+        return await self._server.serve(request, _Viewer(self), self._viewers, MAX_VIEWERS)
 
     async def answer(self, message: Mapping[str, Any], sent: set[str]) -> dict[str, Any]:
         """Do what a message asks for.

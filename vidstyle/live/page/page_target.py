@@ -68,7 +68,7 @@ class PageTarget:
         self.controls, self.meter = controls, meter or LatencyMeter()
         self.changed, self._arrived = asyncio.Condition(), asyncio.Condition()
         self.delivered = self.dropped = 0
-        self.viewers: set[Viewer] = set()
+        self.viewers: list[Viewer] = []
         self.bypasser: Viewer | None = None
         self._latest: LiveFrame | None = None
         self._sent: LiveFrame | None = None
@@ -181,19 +181,13 @@ class PageTarget:
         return encoded(thumbnail(self.controls.named(name)), ".jpg")
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
-        if len(self.viewers) >= MAX_VIEWERS:
-            raise web.HTTPTooManyRequests(text=f"429: {MAX_VIEWERS} browsers show the page already\n")
         viewer = Viewer(self)
-        self.viewers.add(viewer)
         try:
-            socket = await self._server.accept(request)
-            await viewer.serve(socket)
+            return await self._server.serve(request, viewer, self.viewers, MAX_VIEWERS)
         finally:
-            self.viewers.discard(viewer)
             if self.bypasser is viewer:
                 self.controls.bypass(False)
                 self.bypasser = None
-        return socket
 
     async def _encode(self, function: Any, *values: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._encoder, function, *values)
