@@ -15,6 +15,7 @@ from zipfile import ZipFile
 import cv2
 import numpy as np
 import pytest
+from faults import remux
 from media import make_clip, photograph
 from PIL import Image
 from stories import PLACES, shot, story, view, write_film
@@ -184,16 +185,19 @@ def test_a_missing_folder_is_said_at_once(tmp_path: Path) -> None:
         Output(tmp_path / "none" / "page.pdf", "film.mp4", False)
 
 
-@pytest.mark.parametrize(("height", "width"), [(200, 300), (600, 300), (1200, 1800)])
-def test_dots_are_as_large_on_paper_in_every_panel(height: int, width: int) -> None:
+@pytest.mark.parametrize(
+    ("height", "width", "millimetres"), [(20, 30, 0.5), (70, 90, 0.55), (120, 180, 0.625)]
+)
+def test_dots_are_as_large_on_paper_at_every_resolution(height: int, width: int, millimetres: float) -> None:
+    """And a little smaller in small panels."""
     cells = []
     for dpi in (300, 600):
-        style = on_paper(load_style("comic"), height, width, dpi)
-        steps = resolve(style, height, width)["background"]
+        size = round(height * dpi / 25.4), round(width * dpi / 25.4)
+        steps = resolve(on_paper(load_style("comic"), *size, dpi), *size)["background"]
         cells.append(
             next(step.values["cell"] for step in steps if step.block and step.block.name == "halftone")
         )
-    assert cells == pytest.approx([5 / 720 * 90 * dpi / 25.4 for dpi in (300, 600)])
+    assert cells == pytest.approx([millimetres * dpi / 25.4 for dpi in (300, 600)], rel=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -204,6 +208,20 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(*arguments: object) -> int:
     return main(["comic", *map(str, arguments)])
+
+
+def test_the_comic_of_a_damaged_film_is_made_and_says_so(
+    film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 4, as of render; of a page file the film is not looked through."""
+    page, saved = tmp_path / "page.png", tmp_path / "comic.toml"
+    damaged = tmp_path / "damaged.mkv"
+    damaged.write_bytes(remux(film, tmp_path / "whole.mkv").read_bytes()[:-20000])
+    assert run(damaged, page, "--size", "300x400", "--save", saved) == 4
+    assert "damaged.mkv: the input is damaged: " in capsys.readouterr().err
+    assert page.stat().st_size > 1000
+    assert run(saved, page, "-y") == 0
+    assert "is damaged" not in capsys.readouterr().err
 
 
 def test_a_film_of_two_seconds_becomes_a_comic(film: Path, tmp_path: Path) -> None:

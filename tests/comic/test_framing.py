@@ -10,7 +10,7 @@ from media import photograph
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.moment import Box
-from vidstyle.comic.select.framing import framed, without_repeats
+from vidstyle.comic.select.framing import framed, with_details, without_repeats
 
 
 def test_alike_ones_are_seen_from_afar_and_from_near_in_turn() -> None:
@@ -45,3 +45,25 @@ def test_what_was_just_shown_is_not_shown_again() -> None:
     near, forced = replace(seen, framing="near"), replace(seen, forced=True)
     assert without_repeats([seen, seen, other, other, seen]) == [seen, other, seen]
     assert without_repeats([seen, near, seen, forced]) == [seen, near, seen, forced]
+
+
+def test_a_film_that_is_one_picture_is_told_by_its_details() -> None:
+    """Parts of it without overlap; not where there is a face, or something else to tell."""
+    picture = photograph("coffee")
+    one = extract_features(picture, 0, picture.shape[:2])
+    whole, *details = with_details([one, one])
+    assert [each.framing for each in (whole, *details)] == ["wide", "near", "near"]
+    left, right = (each.saliency for each in details)
+    assert left.intersection(right).area == 0 < left.area < 0.25 * np.prod(picture.shape[:2])
+    faced = replace(one, faces=(Box(0.0, 0.0, 99.0, 99.0),))
+    other = extract_features(photograph("astronaut"), 1, (512, 512))
+    for kept in ([faced], [one, other], [one, one, one]):
+        assert with_details(kept) == kept
+
+
+def test_a_small_change_is_something_new() -> None:
+    picture = photograph("coffee")
+    changed = picture.copy()
+    changed[100:160, 100:180] = (255, 0, 0)
+    seen, other = (extract_features(each, 0, each.shape[:2]) for each in (picture, changed))
+    assert without_repeats([seen, other, other]) == [seen, other]

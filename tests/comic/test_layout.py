@@ -12,6 +12,8 @@ import pytest
 from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
 from vidstyle.comic.layout.cost import NARROWEST, WIDEST
+from vidstyle.comic.layout.crop import largest, must_show
+from vidstyle.comic.layout.inset import suit_insets
 from vidstyle.comic.layout.layout import GOOD, GOOD_AT_ALL, PageLayout, Panel, lay_out, pages_for
 from vidstyle.comic.layout.paper import Paper, paper
 from vidstyle.comic.layout.slant import between_leans, corners
@@ -360,3 +362,60 @@ def test_a_grid_has_equal_panels_in_reading_order(count: int) -> None:
     assert max(heights) - min(heights) <= 1
     bottom, right = (max(getattr(each.rectangle, side) for each in panels) for side in ("bottom", "right"))
     assert (right, bottom) == (page.inside.right, page.inside.bottom)
+
+
+def test_a_close_up_is_an_inset_over_a_calm_corner() -> None:
+    """Inside the panel before it, clear of its faces; without a calm corner it is a panel like others."""
+    moments = even_film(8)
+    face = Box(800.0, 300.0, 1100.0, 700.0)
+    moments[4] = replace(moments[4], faces=(face,), saliency=face)
+    insets = suit_insets(moments, [False] * 8)
+    assert insets == (4,) and not suit_insets(moments, [True] * 8)
+    for backwards in (False, True):
+        layout = lay_out(moments, PAPERS[0], insets=insets, right_to_left=backwards, kind="dynamic")
+        below, inset = layout.panels[3:5]
+        assert [each.moment for each in layout.panels] == list(range(8))
+        assert below.insets == (inset.rectangle,) and below.rectangle.contains(inset.rectangle)
+        assert inset.rectangle.area < 0.25 * below.rectangle.area
+    all_over = replace(moments[3], saliency=Box(0.0, 0.0, 1920.0, 1080.0))
+    full = [*moments[:3], all_over, *moments[4:]]
+    assert lay_out(full, PAPERS[0], insets=insets) == lay_out(full, PAPERS[0])
+
+
+def test_dark_panels_are_not_all_on_one_side() -> None:
+    """The balance of light and dark is part of a layout's cost."""
+    lights = [0.1, 0.9] * 4
+    moments = [replace(each, light=light) for each, light in zip(even_film(8), lights, strict=True)]
+
+    def imbalance(layout: PageLayout) -> float:
+        ink = np.array([(1 - lights[each.moment]) * each.rectangle.area for each in layout.panels])
+        aside = np.array(
+            [np.subtract(each.rectangle.center, PAPERS[0].inside.center) for each in layout.panels]
+        )
+        return float(np.hypot(*(ink @ aside))) / ink.sum()
+
+    assert imbalance(lay_out(moments, PAPERS[0])) < imbalance(lay_out(even_film(8), PAPERS[0]))
+
+
+def test_a_panel_is_never_worse_than_the_whole_picture(cases: list[Case]) -> None:
+    """The main face is whole, if the panel's shape has room, and larger than the whole picture shows it."""
+    for case in cases:
+        for panel in case.layout.panels:
+            moment = case.moments[panel.moment]
+            height, width = moment.shape
+            kept, room = must_show(moment), largest(moment, panel.picture.aspect)
+            if moment.faces and kept.width <= room[0] and kept.height <= room[1]:
+                face = max(moment.faces, key=lambda face: face.area)
+                assert panel.crop.intersection(face).area > 0.999 * face.area
+            whole = min(panel.picture.width / width, panel.picture.height / height)
+            assert panel.picture.width / panel.crop.width >= whole * (1 - 1e-2)
+
+
+@pytest.mark.parametrize("apart", [300, 900, 1400])
+def test_the_shape_of_a_panel_gives_way_before_a_pair_is_parted(apart: int) -> None:
+    moments = even_film(7)
+    pair = tuple(Box(left, 300.0, left + 250, 600.0) for left in (130.0, 130.0 + apart))
+    for number in (1, 4):
+        alone = replace(moments[number], faces=pair, saliency=pair[0])
+        layout = lay_out([*moments[:number], alone, *moments[number + 1 :]], PAPERS[0])
+        assert all(layout.panels[number].crop.contains(face) for face in pair)

@@ -15,14 +15,17 @@ from media import make_picture, photograph
 from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
 from vidstyle.comic.analyze import film as film_file
+from vidstyle.comic.analyze.action import unlike, with_actions
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     Candidate,
     Survey,
     content_area,
     extract_features,
+    followed,
     is_smeared,
     with_faces,
+    with_saliency,
 )
 from vidstyle.comic.analyze.film import PictureFolder, open_film
 from vidstyle.comic.analyze.similarity import SIMILAR, similarity
@@ -160,7 +163,7 @@ def test_equal_pictures_are_shown_once(tmp_path: Path) -> None:
         (lambda: [view(PLACES[0])], 1),
         (lambda: [view(PLACES[0])] * 60, 1),
         (lambda: shot(PLACES[0], 50, 2), 3),
-        (lambda: [np.ascontiguousarray(np.rot90(frame)) for frame in shot(PLACES[1], 50)], 2),
+        (lambda: [np.ascontiguousarray(np.rot90(frame)) for frame in shot(PLACES[1], 50)], 3),
     ],
     ids=["one frame", "still", "two seconds", "upright"],
 )
@@ -338,6 +341,50 @@ def test_a_large_face_is_none_where_the_frames_beside_show_no_face() -> None:
     none = replace(seen, faces=())
     for beside, faces in (([], 1), ([none], 1), ([none, none], 0), ([none, seen], 1)):
         assert len(with_faces(seen, finder, beside=beside).faces) == faces
+
+
+def test_a_face_is_followed_where_one_frame_misses_it() -> None:
+    """To where it has moved. One frame beside that has it is not enough, and other pictures have none."""
+    picture = photograph("astronaut")
+    shifted = np.roll(picture, (-12, 20), axis=(0, 1))
+    frames = [extract_features(each, 0, picture.shape[:2]) for each in (picture, picture, shifted)]
+    box, mouth = Box(180.0, 60.0, 270.0, 170.0), (224.0, 142.0)
+    one, other = (replace(each, faces=(box,), mouths={box: mouth}) for each in frames[:2])
+    ((face, at),) = followed(frames[2], [one, other]).items()
+    assert (face, at) == (box.moved(20, -12), (244.0, 130.0))
+    assert not followed(frames[2], [one, replace(other, faces=())])
+    coffee = cv2.resize(photograph("coffee"), (512, 512))
+    assert not followed(extract_features(coffee, 0, (512, 512)), [one, other])
+    blind = type("Blind", (), {"find": lambda *_: {}})()
+    assert with_faces(frames[2], blind, beside=[one, other]).faces == (face,)
+
+
+def test_what_moves_before_a_still_camera_is_its_subject() -> None:
+    """Not where the camera moves; light that changes is no subject. A frame without it is told apart."""
+    wall = cv2.resize(photograph("rocket"), (320, 240)) // 3 + 60
+    places = [None, None, 40, 100, 160, 270, None, None, None]
+    pictures = []
+    for number, left in enumerate(places):
+        picture = (wall * (0.9 + 0.02 * number)).astype(np.uint8)
+        if left is not None:
+            picture[90:170, left : left + 60] = (220, 30, 30)
+        pictures.append(picture)
+    shot = [extract_features(each, number, (480, 640)) for number, each in enumerate(pictures)]
+    actions = [each.action for each in with_actions(shot, shot)]
+    assert [each is not None and each.is_gone for each in actions] == [each is None for each in places]
+    whole, cut = actions[3], actions[5]
+    assert whole and cut and cut.cut > 0.5 > whole.cut == 0
+    assert whole.box.contains(Box(200, 180, 320, 340)) and whole.box.width < 200
+    assert unlike(whole, cut) == 1 > unlike(whole, whole) == 0
+    seen = with_saliency(with_actions(shot, shot)[3])
+    assert seen.saliency.width < 220
+    chosen = choose(Survey(with_actions(shot, shot), [0.0], 9.0), [], 4)
+    assert sorted(each.time for each in chosen) == [2, 3, 4, 5]
+    panned = [
+        extract_features(np.roll(photograph("coffee"), 40 * each, axis=1), each, (400, 600))
+        for each in range(6)
+    ]
+    assert all(each.action is None for each in with_actions(panned, panned))
 
 
 def test_smeared_pictures_are_damaged() -> None:

@@ -89,13 +89,14 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @device_option()
 @progress_option
 @reporting_options
-def comic(source: str, target: str, styles: str | None, progress: str, **options: Any) -> None:
+def comic(source: str, target: str, styles: str | None, progress: str, **options: Any) -> int:
     """Make comic pages of INPUT, a film, a folder of pictures or what --save has written.
 
     OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
     """
     from vidstyle.comic.make import ComicOptions, make_comic
     from vidstyle.comic.select.moments import KeyFrameOptions
+    from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
     options["right_to_left"] = options.pop("reading") == "rtl"
@@ -106,7 +107,10 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     panels, pages = (_counted(*each) for each in ((len(made.moments), "panel"), (made.pages, "page")))
     text = printable(f"{', '.join(map(str, made.files))}: {panels} on {pages}")
     facts = {"files": [*map(str, made.files)], "panels": len(made.moments), "pages": made.pages}
-    say(text, facts)
+    if damage := made.damage.report():
+        say(f"{printable(source)}: {damage}")
+    say(text, facts | {"damage": damage})
+    return DAMAGED_EXIT_CODE if made.damage.is_significant else 0
 
 
 def _counted(number: int, noun: str) -> str:

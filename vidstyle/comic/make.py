@@ -11,6 +11,7 @@ from pathlib import Path
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.film import Film, open_film
 from vidstyle.comic.analyze.saliency import attention_map, attention_of_box
+from vidstyle.comic.layout.inset import suit_insets
 from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
 from vidstyle.comic.layout.paper import BORDER, DPI, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
@@ -26,6 +27,7 @@ from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
 from vidstyle.errors import UsageError, log
+from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.renderer import StyleLike
@@ -44,11 +46,13 @@ class Comic:
         files: the files written.
         moments: the key frames shown.
         pages: number of pages.
+        damage: what was found wrong in the film.
     """
 
     files: list[Path]
     moments: list[Moment]
     pages: int
+    damage: DecodeReport
 
 
 def make_comic(
@@ -121,7 +125,8 @@ class _Job:
             PanelRenderer(self._styles, plan.dpi, self._options.device) as renderer,
         ):
             sheets = drawn(plan, film, renderer, frames, partial(self._step, "drawing"))
-            return Comic(self._output.write(sheets, pages, self._options.title, edited), moments, pages)
+            files = self._output.write(sheets, pages, self._options.title, edited)
+        return Comic(files, moments, pages, film.damage)
 
     def _page_file(self, plan: PagePlan, target: Path) -> str:
         """The comic as a file to edit beside `target`; empty if a style has no name."""
@@ -178,12 +183,15 @@ class _Job:
             for moment, said in shown
         )
         texts = list(map(PanelText, moments, spoken, attention))
-        layout = letter(partial(self._layout, moments), texts, style)
+        insets = suit_insets(moments, list(map(bool, spoken)))
+        layout = letter(partial(self._layout, moments, insets), texts, style)
         if lost := count - sum(len(panel.bubbles) for panel in layout.panels):
             log.info("%d of %d subtitles stand in no panel; more --panels hold more of them", lost, count)
         return layout
 
-    def _layout(self, moments: Sequence[Moment], area_scales: Sequence[float]) -> PageLayout:
+    def _layout(
+        self, moments: Sequence[Moment], insets: Sequence[int], area_scales: Sequence[float]
+    ) -> PageLayout:
         options = self._options
         pages = options.pages or pages_for(len(moments))
         layout = lay_out(
@@ -194,6 +202,7 @@ class _Job:
             bleeding=options.bleeding or options.layout == "manga",
             kind=options.layout,
             area_scales=area_scales,
+            insets=insets,
         )
         return lowered(layout, moments, self._paper, self._title_height) if self._title_height else layout
 

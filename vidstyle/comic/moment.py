@@ -117,6 +117,7 @@ class Moment:
         offset: left and top of the picture in its frame, above 0 where there are letterbox bars.
         framing: whether the panel shows it from afar or from near, where moments look alike.
         mouths: where the mouths of faces are, as far as that is known.
+        light: how light the picture is on average, 0..1.
     """
 
     time: float
@@ -129,6 +130,7 @@ class Moment:
     offset: tuple[int, int] = (0, 0)
     framing: Framing = "usual"
     mouths: Mapping[Box, Point] = field(default_factory=dict)
+    light: float = 0.5
 
     def mouth(self, face: Box) -> Point:
         """Where the mouth of a face is, or usually is."""

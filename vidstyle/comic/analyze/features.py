@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from vidstyle.comic.analyze.faces import LARGE, FaceFinder
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.similarity import make_thumbnail
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.moment import Box, Moment, Point
 
 SIDE = 640
 """Longer side in pixels of the copies that are measured: small enough to be quick, and blur still shows."""
@@ -38,8 +39,28 @@ _MIN_BAR, _MAX_BAR = 0.02, 0.35
 """The share of the picture's side that a bar takes."""
 _SMEAR, _ACROSS = 12, 6.0
 """Rows over which a damaged picture repeats its last good one, and the mean step between their pixels."""
+_REACH, _LIKE = 0.6, 0.6
+"""How far a face is followed from one frame to another, in its heights, and the least correlation then."""
 _SMEARED = 0.03
 """A picture is damaged if so much of it is smeared."""
+
+
+class Action(NamedTuple):
+    """What moves before a still camera, in one frame of its shot.
+
+    Attributes:
+        places: where it is in the thumbnail, H x W bool.
+        box: around it, in pixels of the picture.
+        share: of its usual area in the shot, 0..1.
+        cut: how much of it the picture's edge cuts off, 0..1.
+        is_gone: whether the frame shows the background alone.
+    """
+
+    places: np.ndarray
+    box: Box
+    share: float
+    cut: float
+    is_gone: bool
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,6 +75,7 @@ class Candidate(Moment):
         histogram: shares of 64 colours, float32, of sum 1.
         eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
+        action: what moves before a still camera; None where the camera moves, or nothing.
         in_transition: whether it shows two shots, or one that is fading.
         damaged: whether it was not decoded completely.
         forced: whether it was requested by its time.
@@ -67,6 +89,7 @@ class Candidate(Moment):
     histogram: np.ndarray
     eyes: float = 0.0
     motion: float = 0.0
+    action: Action | None = None
     in_transition: bool = False
     damaged: bool = False
     forced: bool = False
@@ -114,6 +137,7 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> 
         sharpness=sharpness(luma),
         clarity=exposure(luma) * forms(color),
         blank=is_blank(luma),
+        light=float(luma.mean()) / 255,
         damaged=is_smeared(luma),
         thumbnail=make_thumbnail(color),
         histogram=color_histogram(color),
@@ -131,21 +155,60 @@ def with_faces(
         faces: finds them.
         only_large: whether smaller ones are not looked for.
         beside: other frames of its shot with their large faces: where there are two or more of them, a large
-            face must be near one of theirs, or it is none.
+            face must be near one of theirs, or it is none, and one that two of them have is followed.
     """
     color = candidate.small
     if color is None:
         return candidate
     mouths, factor = faces.find(color, only_large), candidate.shape[1] / color.shape[1]
-    found = list(mouths)
-    seen = [face.scaled(1 / factor) for each in beside for face in each.faces]
     if len(beside) > 1:
-        least = LARGE * color.shape[0]
-        found = [face for face in found if face.height < least or _is_seen(face, seen)]
+        least, seen = (
+            LARGE * color.shape[0],
+            [face.scaled(1 / factor) for each in beside for face in each.faces],
+        )
+        mouths = {face: mouths[face] for face in mouths if face.height < least or _is_seen(face, seen)}
+        for face, mouth in followed(candidate, beside).items():
+            if not _is_seen(face, list(mouths)):
+                mouths[face] = mouth
+    found = sorted(mouths, key=lambda face: -face.area)
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     eyes = eye_contrast(luma, found[0]) if found else 0.0
     scaled = {face.scaled(factor): (mouths[face][0] * factor, mouths[face][1] * factor) for face in found}
     return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes)
+
+
+def followed(candidate: Candidate, beside: Sequence[Candidate]) -> dict[Box, Point]:
+    """Faces of frames beside one that are found again in its small copy, and their mouths, in its pixels.
+
+    Two of the frames must have a face in one place, so that a single error is not followed.
+    """
+    found = dict[Box, Point]()
+    for each in beside:
+        others = [face for other in beside if other is not each for face in other.faces]
+        for face in each.faces:
+            if _is_seen(face, others) and not _is_seen(face, [*candidate.faces, *found]):
+                found |= _found_again(candidate, each, face)
+    return found
+
+
+def _found_again(candidate: Candidate, other: Candidate, face: Box) -> dict[Box, Point]:
+    if candidate.small is None or other.small is None or candidate.small.shape != other.small.shape:
+        return {}
+    factor = candidate.small.shape[1] / candidate.shape[1]
+    height, width = candidate.small.shape[:2]
+    place = Box(*map(round, face.scaled(factor))).intersection(Box(0, 0, width, height))
+    reach = round(_REACH * place.height)
+    around = place.padded(reach, reach, reach).intersection(Box(0, 0, width, height))
+    seen, template = (
+        np.ascontiguousarray(picture[box.top : box.bottom, box.left : box.right])
+        for picture, box in ((candidate.small, around), (other.small, place))
+    )
+    _, likeness, _, (right, down) = cv2.minMaxLoc(cv2.matchTemplate(seen, template, cv2.TM_CCOEFF_NORMED))
+    if likeness < _LIKE:
+        return {}
+    moved = around.left + right - place.left, around.top + down - place.top
+    across, low = other.mouth(face)
+    return {place.moved(*moved): (across * factor + moved[0], low * factor + moved[1])}
 
 
 def _is_seen(face: Box, others: Sequence[Box]) -> bool:
@@ -160,7 +223,11 @@ def with_saliency(candidate: Candidate) -> Candidate:
     factor = candidate.shape[1] / color.shape[1]
     blobs = find_blobs(color)
     faces = [face.scaled(1 / factor) for face in candidate.faces]
-    saliency = salient_box(saliency_map(color, faces))
+    if candidate.action and not candidate.action.is_gone:
+        saliency = candidate.action.box.scaled(1 / factor)
+        blobs = [blob for blob in blobs if blob.intersection(saliency).area > 0]
+    else:
+        saliency = salient_box(saliency_map(color, faces))
     for blob in blobs:
         saliency = saliency.union(blob)
     scaled = tuple(blob.scaled(factor) for blob in blobs)

@@ -10,10 +10,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
+from vidstyle.comic.analyze.action import with_actions
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     SIDE,
@@ -30,6 +32,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError, log
+from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
 from vidstyle.media.read.sequence import natural_order
 from vidstyle.pipeline.progress import OnStep, unwatched
@@ -53,7 +56,7 @@ _GAP = 1 / 4
 """Seconds between candidates at least."""
 _LEAST = 8
 """Candidates of a film that is shorter than that many gaps."""
-_FACE_GAP = 1.0
+_FACE_GAP = 1.25
 """Seconds between candidates in which faces are looked for; those between have the faces of the nearest."""
 _AHEAD = 4 * CORES
 """Pictures that wait to be measured at most."""
@@ -66,11 +69,17 @@ _CONTEXT = 1.2
 
 
 class Film(Closing):
-    """A source of key frames; a context manager."""
+    """A source of key frames; a context manager.
+
+    Attributes:
+        name: of the source.
+        damage: what `survey` found wrong, as far as it decoded every frame.
+    """
 
     name: str
 
     def __init__(self, faces: FaceFinder) -> None:
+        self.damage = DecodeReport()
         self._kept: dict[float, np.ndarray] = {}
         self._faces = faces
         self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-comic")
@@ -201,6 +210,7 @@ class FilmFile(Film):
                 measured.append(time, partial(self._measured, sample))
                 motions.append(motion)
                 last = time
+        self.damage = self._sampler.damage
         begins = shots.shots()
         mixed = [
             replace(each, motion=motion, in_transition=shots.is_transition(each.time))
@@ -225,7 +235,10 @@ class FilmFile(Film):
         if not candidates:
             raise InputError(self.name, "no frame could be decoded")
         self._sampler.warn_if_hdr()
-        return [replace(each, scene=max(0, bisect_right(starts, each.time) - 1)) for each in candidates]
+        scenes = [max(0, bisect_right(starts, each.time) - 1) for each in candidates]
+        placed = [replace(each, scene=scene) for each, scene in zip(candidates, scenes, strict=True)]
+        shots = [list(shot) for _, shot in groupby(placed, key=lambda each: each.scene)]
+        return [each for shot in shots for each in with_actions(shot, shot)]
 
     def _measured(self, sample: SampledFrame, finds_faces: bool | None = None) -> Future[Candidate]:
         """The features of a frame; `finds_faces`: with large faces or not, and without its small copy."""

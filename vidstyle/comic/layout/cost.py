@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vidstyle.comic.layout.crop import main_face, what_counts, with_room
+from vidstyle.comic.layout.crop import main_face, must_show, what_counts
 from vidstyle.comic.layout.slicing import Tree
 from vidstyle.comic.moment import Box, Moment
 
@@ -31,6 +31,11 @@ _PERTURBATION = 2.2
 """Maximum that a seed adds to the cost of a row; a third of it on average."""
 _JITTER = np.array([1.0, 0.3])
 """Range of what a seed adds to deviations of importance and to logarithms of shapes."""
+_UNSEEN, _CROPPED = 0.5, 3.0
+"""Difference of the logarithms of the aspects of a panel and its picture up to which little of it is cut off,
+and weight of the square of its excess."""
+_WORSE, _ROUNDED = 3.0, 0.02
+"""Cost of a panel in which large faces must be cut or left out, and the share of them that is none."""
 _SPLASH = 1.6
 """Standard deviations above the mean from which the most important moment is a splash."""
 _ALONE = 0.4
@@ -47,8 +52,9 @@ class LayoutWeights:
 
     The cost of a layout is the sum, over its panels of width w and height h,
 
-        shape . ln(w/h / best shape)^2  +  saliency . (part cut off the box around salient area and main face)
-        +  face . (part of the main face, with the room about it, that is cut off)
+        shape . ln(w/h / best shape)^2  +  saliency . (part cut off the box around salient area and faces)
+        +  face . (part of the large faces, with the room about them, that is cut off; more if any is)
+        +  (much cut off the picture)
         +  size . ln(w h / wanted area)^2  +  slivers,
 
     over its rows, of `template(tree)`: many columns, and a stack before its neighbour, cost more;
@@ -59,8 +65,11 @@ class LayoutWeights:
 
     where the similarity of rows with as many columns is 1 if their first cuts are in one place and falls to
     1/2 a third of the page's width on, and that of rows of one panel is 1 if they are as high and falls to
-    1/2; and over page breaks, of `scene` where a scene goes on. The wanted
-    area is a share of the paper by importance; for a splash `size` is larger.
+    1/2; over page breaks, of `scene` where a scene goes on; and over pages,
+
+        balance . (distance of the middle of what is dark from the page's middle, in sides of the page).
+
+    The wanted area is a share of the paper by importance; for a splash `size` is larger.
 
     Attributes:
         jitter: added to each panel's deviation of importance and to the natural logarithm of its best shape;
@@ -74,10 +83,11 @@ class LayoutWeights:
     face: float = 4.0
     size: float = 1.0
     monotony: float = 0.9
-    full: float = 1.6
+    full: float = 1.9
     cross: float = 0.5
     ragged: float = 0.4
     scene: float = 0.6
+    balance: float = 6.0
     jitter: np.ndarray | None = None
     perturbation: dict[Tree, np.ndarray] = field(default_factory=dict)
 
@@ -193,8 +203,11 @@ def _content_cost(moment: Moment, aspect: np.ndarray, weights: LayoutWeights) ->
         shown = np.minimum(1, across / max(box.width, 1.0)) * np.minimum(1, down / max(box.height, 1.0))
         return 1 - shown
 
-    face = main_face(moment)
-    if face is None:
-        return weights.saliency * lost(moment.saliency)
-    roomy = with_room(moment, face)
-    return weights.saliency * lost(moment.saliency.union(roomy)) + weights.face * lost(roomy)
+    kept = must_show(moment)
+    cropped = np.maximum(0, np.abs(np.log(aspect * height / width)) - _UNSEEN) ** 2
+    cost = _CROPPED * cropped * (moment.framing != "near") + weights.saliency * lost(
+        moment.saliency.union(kept)
+    )
+    if main_face(moment) is None:
+        return cost
+    return cost + weights.face * lost(kept) + _WORSE * (lost(kept) > _ROUNDED)

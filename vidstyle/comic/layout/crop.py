@@ -86,6 +86,20 @@ def what_counts(moment: Moment) -> Box:
     return kept
 
 
+def must_show(moment: Moment) -> Box:
+    """What a panel may not cut, or the whole picture would be better: the large faces, or the saliency.
+
+    Faces at least half as high as the main one belong together, as those of a pair.
+    """
+    main = main_face(moment)
+    if main is None:
+        return moment.saliency
+    kept = with_room(moment, main)
+    for face in moment.faces:
+        kept = kept.union(with_room(moment, face)) if face.height >= main.height / 2 else kept
+    return kept
+
+
 def _largest_blobs(moment: Moment) -> list[Box]:
     return sorted(moment.blobs, key=lambda blob: -blob.area)[:_MANY]
 

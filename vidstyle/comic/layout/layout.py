@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturbed_weights, wanted_areas
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.grid import grid_places
+from vidstyle.comic.layout.inset import GROWTH, inset_place
 from vidstyle.comic.layout.pagination import Pagination, Row
 from vidstyle.comic.layout.paper import SLANTED, LayoutKind, Paper
-from vidstyle.comic.layout.slant import Leans, slanted
+from vidstyle.comic.layout.slant import Leans, between_leans, slanted
 from vidstyle.comic.layout.slicing import Grid, Placement, rows
 from vidstyle.comic.layout.strip import lay_out_strip
 from vidstyle.comic.lettering.bubble import Bubble
@@ -27,6 +28,10 @@ GOOD_AT_ALL = 0.8
 """Maximum cost of a seed's layout above that of the best one: per panel, and relative."""
 
 _ATTEMPTS = 8
+_TRIED = 2**32
+"""Seed of the layouts that are tried for seed 0, which no user gives."""
+_EVEN_LIGHT = 0.05
+"""Deviation of the light of moments below which any page is balanced."""
 _UNITS = 12
 """Grid units across a page: few, so that gutters of two rows either meet or are well apart."""
 _COLUMNS = 4
@@ -45,6 +50,7 @@ class Panel:
         crop: the window of the moment's picture that it shows, in pixels, with the aspect of `picture`.
         bubbles: its text, in reading order.
         leans: see `slant`; `rectangle` and `picture` are bounding boxes then.
+        insets: the panels over it, which stand in front of its picture.
     """
 
     moment: int
@@ -54,6 +60,7 @@ class Panel:
     crop: Box
     bubbles: tuple[Bubble, ...] = ()
     leans: Leans = (0, 0)
+    insets: tuple[Rectangle, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,7 @@ def lay_out(
     bleeding: bool = False,
     kind: LayoutKind = "classic",
     area_scales: Sequence[float] | None = None,
+    insets: Sequence[int] = (),
 ) -> PageLayout:
     """Lay out moments as comic pages, or as one strip.
 
@@ -95,6 +103,8 @@ def lay_out(
         bleeding: whether full-width panels extend to the page edge.
         kind: "grid" is a regular grid, which no seed varies; all but it and "classic" have slanted gutters.
         area_scales: factor on the area of each panel, for its text.
+        insets: numbers of moments to be shown over a corner of the panel before, where one is calm. A strip
+            and a grid have none.
 
     Raises:
         UsageError: there are no moments, or fewer than pages.
@@ -105,6 +115,22 @@ def lay_out(
         reason = f"{pages} are too many for {len(moments)} panels"
         raise UsageError("--pages", reason, "each page holds at least one")
     area_scales = [1.0] * len(moments) if area_scales is None else area_scales
+    if insets and not paper.is_strip and kind != "grid":
+        usual = [number for number in range(len(moments)) if number not in insets]
+        below = [area_scales[each] * (GROWTH if each + 1 in insets else 1.0) for each in usual]
+        most = min(pages, len(usual)) if pages else pages
+        layout = lay_out(
+            *([moments[each] for each in usual], paper),
+            pages=most,
+            seed=seed,
+            right_to_left=right_to_left,
+            bleeding=bleeding,
+            kind=kind,
+            area_scales=below,
+        )
+        numbered = [replace(each, moment=usual[each.moment]) for each in layout.panels]
+        if found := _with_insets(numbered, moments, paper, insets, right_to_left):
+            return replace(layout, panels=tuple(found))
     if paper.is_strip:
         height, places, cost = lay_out_strip(moments, paper, seed, area_scales)
         sizes, placed = [(paper.width, height)], [(0, rectangle) for rectangle in places]
@@ -128,6 +154,30 @@ def lay_out(
         for number, (page, rectangle, leans) in enumerate(leaning)
     )
     return PageLayout(panels, tuple(sizes), cost)
+
+
+def _with_insets(
+    panels: Sequence[Panel],
+    moments: Sequence[Moment],
+    paper: Paper,
+    insets: Sequence[int],
+    right_to_left: bool,
+) -> list[Panel] | None:
+    """The panels, each followed by its inset; None if one has no calm corner."""
+    found = list[Panel]()
+    for each in panels:
+        number = each.moment + 1
+        if number not in insets:
+            found.append(each)
+            continue
+        clear = between_leans(each.rectangle, each.leans)
+        shown = moments[number], moments[each.moment]
+        place = inset_place(*shown, each.crop, each.rectangle, clear, paper.width, right_to_left)
+        if place is None:
+            return None
+        found.append(replace(each, insets=(place,)))
+        found.append(Panel(number, each.page, place, place, crop(moments[number], place.aspect)))
+    return found
 
 
 def pages_for(panels: int) -> int:
@@ -169,11 +219,16 @@ def _lay_out_pages(
 ) -> tuple[list[tuple[int, Rectangle]], float]:
     """Page and rectangle of each panel, and the cost of the layout without perturbation.
 
-    A seed perturbs the weights a few times; its layout is the first good one whose rows differ from those of
-    the best layout, or at least one with other panels.
+    Some perturbations are tried for better balanced pages. A seed perturbs the weights a few times; its
+    layout is the first good one whose rows differ from those of the best layout, or at least one with other
+    panels.
     """
     sheet = _Sheet(moments, paper, pages, area_scales)
-    best = chosen = sheet.pages(LayoutWeights())
+    is_even = float(np.std([moment.light for moment in moments])) < _EVEN_LIGHT
+    attempts = range(1, 1 if is_even else 4)
+    others = (perturbed_weights(_TRIED, number, len(moments), sheet.trees) for number in attempts)
+    first = [sheet.pages(weights) for weights in (LayoutWeights(), *others)]
+    best = chosen = min(first, key=lambda pages: pages.cost)
     for attempt in range(_ATTEMPTS if seed else 0):
         tried = sheet.pages(perturbed_weights(seed, attempt, len(moments), sheet.trees))
         good = tried.cost <= best.cost + GOOD_AT_ALL + GOOD * len(moments)
@@ -207,7 +262,24 @@ class _Sheet:
         pagination = self._pagination(weights) if weights.perturbation else self._formula
         found = pagination.pages(self._pages)
         places = [place for row in found for place in pagination.places(row)]
-        return _Pages(found, places, self._formula.cost(found, places))
+        cost = self._formula.cost(found, places) + self._imbalance(places)
+        return _Pages(found, places, cost)
+
+    def _imbalance(self, places: Sequence[Placement]) -> float:
+        """The cost of pages whose dark panels are on one side."""
+        cost = 0.0
+        for page in range(self._pages):
+            panels = [
+                (self._moments[each.moment], self.grid.rectangle(each))
+                for each in places
+                if each.page == page
+            ]
+            area = self.grid.area
+            ink = np.array([(1 - moment.light) * place.area for moment, place in panels])
+            aside = np.array([np.subtract(place.center, area.center) for _, place in panels])
+            aside = aside / (area.width, area.height)
+            cost += LayoutWeights.balance * float(np.hypot(*(ink @ aside))) / max(float(ink.sum()), 1e-6)
+        return cost
 
 
 def _break_costs(moments: Sequence[Moment], weights: LayoutWeights) -> list[float]:

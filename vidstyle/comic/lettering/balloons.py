@@ -48,7 +48,7 @@ class FreeSpace:
     Attributes:
         area: where balloons may stand.
         picture: the whole picture.
-        faces: their visible parts.
+        faces: visible parts of faces, and what else must stay clear.
         attention: the picture's attention map, rows x columns, about 1 on average.
     """
 

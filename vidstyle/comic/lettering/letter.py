@@ -165,7 +165,7 @@ def _balloons(panel: Panel, window: Box, text: PanelText, style: TextStyle) -> l
     mouths = {face: point_on_page(mouth, window, picture) for face, mouth in mouths.items() if face.area > 0}
     air = round(_AIR * style.size)
     area = between_leans(picture, panel.leans).padded(-air, -air, -air).intersection(style.safe)
-    room = FreeSpace(area, picture, tuple(mouths), within(text.attention, moment, window))
+    room = FreeSpace(area, picture, (*mouths, *panel.insets), within(text.attention, moment, window))
     wordings = list(_wordings(text.lines, mouths, area, style))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)
 

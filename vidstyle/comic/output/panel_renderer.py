@@ -28,6 +28,8 @@ LINES = 720
 """The reference height of styles that declare none, in pixels."""
 HEIGHT = 90.0
 """The height on paper, in millimetres, that corresponds to a style's reference height."""
+FINEST = 0.8
+"""The factor on lengths in small panels; finer dots would need more pixels than a page has by default."""
 
 _RGB = Encoding(full_range=True, step=(1, 1))
 
@@ -35,15 +37,16 @@ _RGB = Encoding(full_range=True, step=(1, 1))
 def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
     """The style with lengths that are constant on paper, whatever the size of the picture.
 
-    The reference height of a style corresponds to 9 cm: with 720 lines, 5 pixels are 0.63 mm in every
-    panel at every resolution.
+    The reference height of a style corresponds to 9 cm: with 720 lines, 5 pixels are 0.63 mm at every
+    resolution, and down to 0.5 mm in smaller panels, where faces are smaller.
 
     Args:
         style: not changed.
         height, width: of the picture to restyle, in pixels.
         dpi: pixels per inch.
     """
-    printed = HEIGHT * dpi / INCH
+    usual = HEIGHT * dpi / INCH
+    printed = usual * min(1.0, max(FINEST, math.sqrt(min(height, width) / usual)))
     lines = style.height or LINES
     # A still needs no temporal smoothing.
     return replace(style, height=min(height, width) * lines / printed, steady=0.0)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vidstyle.comic.analyze.action import unlike
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.similarity import DIFFERENT, SIMILAR, similarity
 
@@ -50,6 +51,10 @@ _MOVING, _WILD = 0.5, 0.6
 """Maximum cost of motion, and the motion from which it applies: motion blur beyond what edges show."""
 _SPEAKER = 0.4
 """Score of a frame with a face while somebody speaks."""
+_ACTION, _CUT_OFF = 0.3, 0.3
+"""Score of a subject that moves, and maximum cost of one that the picture's edge cuts off."""
+_ELSEWHERE = 0.5
+"""How much less alike two frames are whose subject is elsewhere."""
 _LARGE_FACE = 0.12
 """A face that covers this share of the picture scores as high as any larger one."""
 
@@ -73,7 +78,8 @@ def choose(
     """The frames to show, in chronological order.
 
     Args:
-        survey: the candidates; blank ones are left out, and damaged ones if there are others.
+        survey: the candidates; blank ones are left out, and if there are others damaged ones and those from
+            which the subject of their shot is gone.
         forced: requested frames, which are always chosen.
         panels: how many in all; None: `default_panels`, fewer where pictures would look the same, but of a
             film that moves at least a few.
@@ -82,6 +88,7 @@ def choose(
     """
     clear = [each for each in survey.candidates if not each.blank]
     seen = [each for each in clear if not each.damaged] or clear
+    seen = [each for each in seen if not (each.action and each.action.is_gone)] or seen
     times = {each.time for each in forced}
     pool = sorted([*forced, *(each for each in seen if each.time not in times)], key=lambda each: each.time)
     if not pool:
@@ -90,7 +97,7 @@ def choose(
     values += [_SPEAKER * bool(each.faces and _is_within(each.time, spoken)) for each in pool]
     kept = _thinned(pool, values, survey, max(MAX_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = similarity([each.thumbnail for each in pool]), _places(pool, survey)
+    like, places = _likeness(pool), _places(pool, survey)
     wanted, beats = _wanted(survey, like, len(forced), panels, least), _beats(survey, len(pool))
     while True:
         few = wanted < FEW and panels is None
@@ -103,6 +110,16 @@ def choose(
 
 def _is_within(time: float, spans: Sequence[tuple[float, float]]) -> bool:
     return any(start <= time <= end for start, end in spans)
+
+
+def _likeness(pool: Sequence[Candidate]) -> np.ndarray:
+    """Similarity of frames, N x N; less of those before a still camera whose subject is elsewhere."""
+    like = similarity([each.thumbnail for each in pool])
+    for first, one in enumerate(pool):
+        for second, other in enumerate(pool[:first]):
+            if one.action and other.action and one.scene == other.scene:
+                like[[first, second], [second, first]] -= _ELSEWHERE * unlike(one.action, other.action)
+    return like
 
 
 def _beats(survey: Survey, most: int) -> int:
@@ -248,9 +265,16 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         + 0.25 * np.array([face_share(each) for each in pool])
         + 0.3 * np.sqrt(scenes[[each.scene for each in pool]])
         - _MOVING * np.minimum(1, [each.motion / _WILD for each in pool])
+        + np.array([_action_value(each) for each in pool])
         - _MIXED * np.array([each.in_transition for each in pool])
         - _BLURRED * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
     )
+
+
+def _action_value(candidate: Candidate) -> float:
+    if candidate.action is None or candidate.faces:
+        return _ACTION / 2
+    return _ACTION * candidate.action.share - _CUT_OFF * candidate.action.cut
 
 
 def face_share(candidate: Candidate) -> float:
@@ -274,6 +298,7 @@ def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
         + 0.25 * each.clarity * min(1.0, 2 * each.sharpness)
         + 0.25 * face_share(each)
         + 0.25 * each.forced
+        + 0.5 * _action_value(each)
         for each in chosen
     ]
     most = max(shown, default=0.0)

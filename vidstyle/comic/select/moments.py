@@ -7,17 +7,18 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from vidstyle.comic.analyze.action import with_actions
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.film import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT, similarity
 from vidstyle.comic.moment import Moment
 from vidstyle.comic.select.choose import LOOKBACK, choose, importance
-from vidstyle.comic.select.framing import framed, without_repeats
+from vidstyle.comic.select.framing import framed, with_details, without_repeats
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import OnStep, unwatched
 
 MAX_PANELS = 300
-_LOOKED = 4
+_LOOKED = 3
 """Frames beside a chosen one in which faces are looked for, the best by all else."""
 
 
@@ -79,13 +80,15 @@ def find_moments(
         if left:
             raise InputError(film.name, "nothing is to be seen in it: all its pictures are blank")
         raise UsageError("--skip", "leaves nothing of the film")
-    better = _better(film, chosen, options, on_step)
+    better = _better(film, chosen, survey, options, on_step)
     weights = importance(better, survey)
     weighted = [replace(each, importance=weight) for each, weight in zip(better, weights, strict=True)]
     if survey.is_folder:
         return list(weighted)
-    is_free = options.panels is None and not options.min_panels
-    return list(without_repeats(framed(weighted)) if is_free else framed(weighted))
+    if options.panels is not None or options.min_panels:
+        return list(framed(weighted))
+    told = without_repeats(framed(weighted))
+    return list(with_details(told) if len(survey.candidates) > 1 else told)
 
 
 def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
@@ -102,7 +105,7 @@ def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candid
 
 
 def _better(
-    film: Film, chosen: Sequence[Candidate], options: KeyFrameOptions, on_step: OnStep
+    film: Film, chosen: Sequence[Candidate], survey: Survey, options: KeyFrameOptions, on_step: OnStep
 ) -> list[Candidate]:
     """Each frame, or a better one close to it that is no more similar to the others."""
     better, beside = list(chosen), [list[Candidate]() for _ in chosen]
@@ -120,6 +123,7 @@ def _better(
             and not (other.blank or other.in_transition or other.damaged or options.skips(other.time))
         ]
         near = _not_more_similar(near, each, others) or [replace(film.at(each.time), scene=each.scene)]
+        near = with_actions(near, [other for other in survey.candidates if other.scene == each.scene])
         likely = sorted(near, key=_worth(near), reverse=True)[:_LOOKED]
         seen = film.with_large_faces(likely)
         better[number] = max(seen, key=_worth(seen))
@@ -139,7 +143,7 @@ def _not_more_similar(
 
 
 def _worth(near: Sequence[Candidate]) -> Callable[[Candidate], float]:
-    """The sum of sharpness, exposure, stillness, faces and open eyes of a frame beside others."""
+    """The sum of sharpness, exposure, stillness, action, faces and open eyes of a frame beside others."""
     sharp, lit, eyes = (
         max((getattr(each, name) for each in near), default=0.0) or 1.0
         for name in ("sharpness", "clarity", "eyes")
@@ -149,5 +153,6 @@ def _worth(near: Sequence[Candidate]) -> Callable[[Candidate], float]:
         each.sharpness / sharp
         + 0.8 * each.clarity / lit
         - 0.5 * min(1.0, each.motion)
+        + (0.5 * (each.action.share - each.action.cut) if each.action and not each.faces else 0)
         + (0.5 * each.eyes / eyes + 0.3 * len(each.faces) / faces if faces else 0)
     )

@@ -44,6 +44,10 @@ class DecodeReport:
             or self.concealed > CONCEALED_SHARE * self.decoded
         )
 
+    def clear(self) -> None:
+        """Begin anew, for another reading of the same source."""
+        self.__init__()  # type: ignore[misc]
+
     def report(self) -> str:
         """One line for people, or "" when nothing was found.
 

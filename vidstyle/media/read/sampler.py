@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 
 import av
@@ -18,6 +19,7 @@ from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.orientation import orientation_of
+from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film_source import MAX_FAILURES, FilmSource
 from vidstyle.media.read.frame_converter import FrameConverter
@@ -66,6 +68,8 @@ class FilmSampler(Closing):
 
     def frames(self, start: Fraction = Fraction(0), end: Fraction | None = None) -> Iterator[SampledFrame]:
         """All frames between two times in seconds, including the one shown at the start."""
+        if start == 0 and end is None:
+            self._source.damage.clear()
         self._seek(start)
         return self._sampled(_between(self._stamped(), self._source.time_base, start, end))
 
@@ -105,6 +109,11 @@ class FilmSampler(Closing):
             )
             return square_pixels(to_rgb(converter.convert(item.native)[0]), converter.sample_aspect)
         raise InputError(source.name, f"has no picture at {time:g} s")
+
+    @property
+    def damage(self) -> DecodeReport:
+        """What was found wrong since all frames were asked for; complete when the last one has come."""
+        return replace(self._source.damage)
 
     def warn_if_hdr(self) -> bool:
         """Log a warning if the frames sampled last are HDR, which become SDR; returns whether they are."""
