@@ -155,8 +155,8 @@ def _outputs(patches: list[np.ndarray], weights: Weights, pooled: _Pooling) -> l
     matrix, offset, slope, *heads = weights[3 * len(pooled) + 3 :]
     # The matrices were made for columns before rows.
     flat = values.transpose(0, 2, 1, 3).reshape(len(patches), -1)
-    inner = _rectified(matrix_product(flat, matrix) + offset, slope)
-    return [matrix_product(inner, head) + by for head, by in _grouped(heads, 2)]
+    inner = _rectified(_product(flat, matrix) + offset, slope)
+    return [_product(inner, head) + by for head, by in _grouped(heads, 2)]
 
 
 def _moved(boxes: np.ndarray, moves: np.ndarray) -> np.ndarray:
@@ -188,17 +188,16 @@ def _convolved(values: np.ndarray, kernel: np.ndarray, offset: np.ndarray) -> np
     result[:] = offset
     for row in range(rows):
         part = beside[row * width : row * width + length]
-        result[:length] += matrix_product(part, kernel[row].reshape(-1, outputs))
+        result[:length] += _product(part, kernel[row].reshape(-1, outputs))
     return result.reshape(count, height, width, outputs)[:, : height - rows + 1, : width - columns + 1]
 
 
-def matrix_product(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+def _product(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """The product of two matrices, in parts of at most `_PRODUCT` multiplications."""
     inner, outputs = matrix.shape
     if inner * outputs > _PRODUCT:
         half = inner // 2
-        first, rest = (values[:, :half], matrix[:half]), (values[:, half:], matrix[half:])
-        return matrix_product(*first) + matrix_product(*rest)
+        return _product(values[:, :half], matrix[:half]) + _product(values[:, half:], matrix[half:])
     rows = _PRODUCT // (inner * outputs)
     whole = len(values) // rows * rows
     parts = np.matmul(values[:whole].reshape(-1, rows, inner), matrix).reshape(whole, outputs)
