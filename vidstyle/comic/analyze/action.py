@@ -8,7 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.features import Action, Candidate
+from vidstyle.comic.analyze.features import Foreground, Candidate
 from vidstyle.comic.analyze.saliency import salient_box
 from vidstyle.comic.moment import Box
 
@@ -45,12 +45,12 @@ def with_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list
     most = float(np.percentile(areas, 80))
     changes = [_subject(each.thumbnail, background)[0] for each in frames]
     return [
-        replace(each, action=_action(each, change, most))
+        replace(each, action=_foreground(each, change, most))
         for each, change in zip(frames, changes, strict=True)
     ]
 
 
-def unlike(one: Action, other: Action) -> float:
+def unlike(one: Foreground, other: Foreground) -> float:
     """The share of two subjects' places that only one of them takes, 0..1."""
     either = float((one.places | other.places).sum())
     return float((one.places ^ other.places).sum()) / either if either else 0.0
@@ -66,7 +66,7 @@ def _subject(thumbnail: np.ndarray, background: np.ndarray) -> tuple[np.ndarray,
     return np.where(moves, change, 0), float(change[~moves].mean()) if not moves.all() else np.inf
 
 
-def _action(candidate: Candidate, change: np.ndarray, most: float) -> Action:
+def _foreground(candidate: Candidate, change: np.ndarray, most: float) -> Foreground:
     places = change > 0
     area = float(places.mean())
     edges = (places[0], places[-1], places[:, 0], places[:, -1])
@@ -78,4 +78,4 @@ def _action(candidate: Candidate, change: np.ndarray, most: float) -> Action:
     box = held.padded(1, 1, 1).intersection(whole)
     across, down = width / columns, height / rows
     inside = Box(box.left * across, box.top * down, box.right * across, box.bottom * down)
-    return Action(places, inside, min(1.0, area / most), min(1.0, at_edge), area < _GONE * most)
+    return Foreground(places, inside, min(1.0, area / most), min(1.0, at_edge), area < _GONE * most)

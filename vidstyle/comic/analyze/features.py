@@ -45,7 +45,7 @@ _SMEARED = 0.03
 """A picture is damaged if so much of it is smeared."""
 
 
-class Action(NamedTuple):
+class Foreground(NamedTuple):
     """What moves before a still camera, in one frame of its shot.
 
     Attributes:
@@ -89,7 +89,7 @@ class Candidate(Moment):
     histogram: np.ndarray
     eyes: float = 0.0
     motion: float = 0.0
-    action: Action | None = None
+    action: Foreground | None = None
     in_transition: bool = False
     damaged: bool = False
     forced: bool = False
