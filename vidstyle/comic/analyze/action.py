@@ -8,7 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.features import Foreground, Candidate
+from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.saliency import salient_box
 from vidstyle.comic.moment import Box
 
