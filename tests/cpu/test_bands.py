@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 from itertools import product
 
 import cv2
@@ -21,6 +22,7 @@ from pictures import (
     style,
 )
 
+from vidstyle.core.bands import keep_freed_memory
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import chroma_rows
 from vidstyle.cpu.renderer import CpuRenderer
@@ -112,3 +114,18 @@ def test_chroma_rows_of_a_result_lie_where_its_siting_says() -> None:
         target = Encoding(depth=0, full_range=True, siting=siting)
         back = chroma_rows(run(style(step("saturation", factor=1.0)), source, target=target), 0, 24)
         np.testing.assert_allclose(back[0][2:-2, 2:-2], x[2:-2, 2:-2], atol=1e-5)
+
+
+@pytest.mark.skipif("glibc" not in platform.libc_ver(), reason="only glibc has the setting")
+def test_freed_memory_is_kept() -> None:
+    """Planes of a second frame take no new pages of the system."""
+    import resource
+
+    def new_pages() -> int:
+        before = resource.getrusage(resource.RUSAGE_THREAD).ru_minflt
+        np.ones(4 << 20, np.float32)
+        return resource.getrusage(resource.RUSAGE_THREAD).ru_minflt - before
+
+    keep_freed_memory()
+    new_pages()
+    assert new_pages() < 64

@@ -8,13 +8,15 @@ import numpy as np
 
 from vidstyle.block import REDRAW_RATE, Choice, FrameTime, PageRegion, Slider, Switch, block, drawing_at
 from vidstyle.blocks.pixelate import whole_side
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import cached, compiled, interleaved
 from vidstyle.core.white_noise import APART, white_noise
 
 OCTAVES = {"points": 0, "soft": 1, "clouds": 4}
 """How many sizes of noise between points each kind is the sum of; none for the points themselves."""
 LATTICES = 16
 """How many each drawing has: five for each channel."""
+CODES = 65535
+"""The highest code of noise that is kept."""
 
 
 @block("pixel", on="channels")
@@ -35,27 +37,63 @@ def noise(
     of them. The result is clipped to 0..1. For blue noise, add that of `dither`.
     """
     sides = np.float32(size), np.float32(size) * np.float32(stretch)
-    channels = range(3 if colored and picture.ndim == 3 else 1)
+    top, (height, width) = place.top, picture.shape[:2]
     drawing = drawing_at(moment, rate) * LATTICES
-    pages = [_page(kind, sides, drawing + 5 * each, place, picture.shape[:2]) for each in channels]
-    page = np.dstack(pages) if picture.ndim == 3 else pages[0]
-    out = picture + np.float32(amount) * page
-    return np.clip(out, 0, 1, out=out)
+    count = picture.shape[2] if picture.ndim == 3 else 1
+    pages = tuple(
+        _codes(kind, sides, lattice, top, height, width)
+        if rate
+        else _kept_codes(kind, sides, lattice, place.height, width)[top : top + height]
+        for lattice in (drawing + 5 * each * colored for each in range(count))
+    )
+    out = np.empty(picture.shape, np.float32)
+    _add(interleaved(picture), pages, np.float32(amount / CODES), np.float32(amount / 2), interleaved(out))
+    return out
+
+
+@cached(maxsize=8)
+def _kept_codes(
+    kind: str, sides: tuple[np.float32, np.float32], lattice: int, height: int, width: int
+) -> np.ndarray:
+    """The codes of a whole page, kept for the last few pages, since they do not move."""
+    return _codes(kind, sides, lattice, 0, height, width)
+
+
+def _codes(
+    kind: str, sides: tuple[np.float32, np.float32], lattice: int, top: int, height: int, width: int
+) -> np.ndarray:
+    """Noise from 0 to CODES, height x width uint16."""
+    page = _page(kind, sides, lattice, top, (height, width))
+    page += np.float32(0.5)
+    page *= np.float32(CODES)
+    return np.rint(page, out=page).astype(np.uint16)
+
+
+@compiled
+def _add(picture, pages, scale, middle, out):  # type: ignore[no-untyped-def]
+    """Add a page of codes to each channel, and clip to 0..1."""
+    zero, one, channels = np.float32(0), np.float32(1), len(pages)
+    for row in range(out.shape[0]):
+        for channel in range(channels):
+            page = pages[channel]
+            for x in range(page.shape[1]):
+                value = picture[row, channels * x + channel] + (scale * page[row, x] - middle)
+                out[row, channels * x + channel] = min(max(value, zero), one)
 
 
 def _page(
-    kind: str, sides: tuple[np.float32, np.float32], lattice: int, place: PageRegion, shape: tuple[int, ...]
+    kind: str, sides: tuple[np.float32, np.float32], lattice: int, top: int, shape: tuple[int, int]
 ) -> np.ndarray:
     """Noise from a lattice on, about 0; `sides` are the height and width of a point."""
     if kind == "points":
-        rows = np.arange(place.top, place.top + shape[0]) // whole_side(sides[0])
+        rows = np.arange(top, top + shape[0]) // whole_side(sides[0])
         columns = np.arange(shape[1]) // whole_side(sides[1])
         points = lattice_points(lattice, rows[0], rows[-1] + 1, columns[-1] + 1)
         return points[np.ix_(rows - rows[0], columns)] - np.float32(0.5)
     total, whole = np.zeros(shape, np.float32), 2 - 2 * 0.5 ** OCTAVES[kind]
     for octave in range(OCTAVES[kind]):
         part = np.float32(0.5**octave)
-        rows, down = between_points(place.top, shape[0], sides[0] * part)
+        rows, down = between_points(top, shape[0], sides[0] * part)
         columns, right = between_points(0, shape[1], sides[1] * part)
         points = lattice_points(lattice + octave, rows[0], rows[-1] + 2, columns[-1] + 2)
         share, lines = np.float32(part / whole), np.empty((2, shape[1]), np.float32)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, SavedRef, Slider, block, drawing_at
-from vidstyle.core.kernels import compiled, look_up_at
+from vidstyle.core.kernels import cached, compiled, look_up_at
 from vidstyle.core.stroke_directions import stroke_directions
 from vidstyle.core.white_noise import APART, white_noise
 
@@ -18,8 +18,8 @@ NUMBERS = 4
 BRISTLE = (16.0, 1.6)
 """Length and width of the marks of bristles, in pixels."""
 FIRST_MARK, MARKS, MARKS_BEFORE, MARKS_BEHIND = 64, 512, 8, 32
-"""Bristles of a stroke are those around one of the points (n, n) of white noise: from which number on, how many
-there are, and how much less or more than n the row of a point may be."""
+"""Bristles of a stroke are those around one of the points (n, n) of white noise: from which number on, how
+many there are, and how much less or more than n the row of a point may be."""
 
 
 LEAST_SHARE = 1 / 512
@@ -67,14 +67,8 @@ def strokes(
     around = math.ceil(reach / pitch) + 1
     above, left = math.floor(place.top / pitch) - around, -around
     below, right = math.ceil((place.top + height) / pitch) + around, math.ceil(columns / pitch) + around
-    drawing = drawing_at(moment, rate) * APART
-    numbers = white_noise(np.arange(above, below) + drawing, np.arange(left * NUMBERS, right * NUMBERS))
-    strokes_ = np.ascontiguousarray(numbers.reshape(below - above, right - left, NUMBERS))
-    strokes_[..., 0] = (np.arange(left, right, dtype=np.float32) + strokes_[..., 0]) * pitch
-    strokes_[..., 1] = (np.arange(above, below, dtype=np.float32)[:, None] + strokes_[..., 1]) * pitch
-    strokes_[..., 1] -= np.float32(place.top)
-    strokes_ = strokes_.reshape(-1, NUMBERS)
-    strokes_ = strokes_[np.argsort(-strokes_[:, 2], kind="stable")]  # the uppermost first
+    squares = (above, below), (left, right)
+    strokes_ = _strokes_in(squares, drawing_at(moment, rate) * APART, float(pitch), place.top)
     size = np.float32(max(length - width, 0) / 2), np.float32(width / 2)
     # The first row of blocks, those of the picture, and one after them.
     rows = place.margin[0] - (place.top + place.margin[0]) % SIDE, place.margin[0], height - place.margin[1]
@@ -90,9 +84,29 @@ def strokes(
     return out
 
 
+@cached(maxsize=64)
+def _strokes_in(
+    squares: tuple[tuple[int, int], tuple[int, int]], drawing: int, pitch: float, top: int
+) -> np.ndarray:
+    """The strokes of rows and columns of squares, the uppermost first; those of the last few bands are kept.
+
+    Returns:
+        n x NUMBERS float32: column and row of its middle, counted from row `top`; its place in the order; its
+        tone.
+    """
+    (above, below), (left, right) = squares
+    numbers = white_noise(np.arange(above, below) + drawing, np.arange(left * NUMBERS, right * NUMBERS))
+    strokes_ = np.ascontiguousarray(numbers.reshape(below - above, right - left, NUMBERS))
+    strokes_[..., 0] = (np.arange(left, right, dtype=np.float32) + strokes_[..., 0]) * np.float32(pitch)
+    rows = np.arange(above, below, dtype=np.float32)[:, None]
+    strokes_[..., 1] = (rows + strokes_[..., 1]) * np.float32(pitch) - np.float32(top)
+    strokes_ = strokes_.reshape(-1, NUMBERS)
+    return strokes_[np.argsort(-strokes_[:, 2], kind="stable")]
+
+
 @cache
 def _bristle_marks() -> np.ndarray:
-    """White noise along the diagonal: for each column its rows, as two numbers of 16 bits, of it and of the next."""
+    """White noise along the diagonal: for each column its rows, with 16 bits of it and of the next column."""
     columns = np.arange(FIRST_MARK, FIRST_MARK + MARKS + MARKS_BEHIND + 1)
     noise = white_noise(np.arange(columns[-1] + MARKS_BEHIND), columns)
     numbers = np.rint(noise * 65535).astype(np.uint32)

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.core.kernels import compiled, interleaved, look_up_at
 from vidstyle.core.picture import Encoding, Picture
 
 Chroma = tuple[np.ndarray, np.ndarray]
@@ -136,7 +136,7 @@ def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) 
         first, line = index[1, 0] - 1, np.empty(plane.shape[1] + 4, np.float32)
         _halve(plane, row_index, row_weight, int(first), weight[0], line, out)
     else:
-        _gather(plane, row_index, row_weight, index, weight, np.empty(plane.shape[1], np.float32), out)
+        weigh_rows_and_columns(plane, (row_index, row_weight), (index, weight), out)
     return out
 
 
@@ -172,7 +172,7 @@ def _enlarged(plane: np.ndarray, encoding: Encoding, top: int, shape: tuple[int,
         _lerp_double(plane, row_index, row_weight, offset, np.float32(x / 2), line, out)
     else:
         index, weight = _between(shape[1], across, x, 0, plane.shape[1])
-        _gather(plane, row_index, row_weight, index, weight, np.empty(plane.shape[1], np.float32), out)
+        weigh_rows_and_columns(plane, (row_index, row_weight), (index, weight), out)
         out += offset
     return out
 
@@ -234,9 +234,27 @@ def _lerp_double(plane, index, weight, offset, part, line, out):  # type: ignore
             out[row, width - 1] = here + part * (line[width // 2] - here)
 
 
+def weigh_rows_and_columns(
+    plane: np.ndarray,
+    rows: tuple[np.ndarray, np.ndarray],
+    columns: tuple[np.ndarray, np.ndarray],
+    out: np.ndarray,
+) -> None:
+    """Each sample a weighted sum of a few rows, and of a few columns of that.
+
+    Args:
+        plane: N x W.
+        rows, columns: for each sample of `out` the places it is the sum of, and their weights: count x taps.
+        out: float32, written.
+    """
+    (row_index, row_weight), (index, weight) = rows, columns
+    line, places = np.empty(plane.shape[1], np.float32), np.ascontiguousarray(index.T, np.int32)
+    _gather(plane, row_index, row_weight, places, np.ascontiguousarray(weight.T), line, out)
+
+
 @compiled
 def _gather(plane, row_index, row_weight, index, weight, line, out):  # type: ignore[no-untyped-def]
-    """A weighted sum of a few rows, then of a few columns, for each sample."""
+    """`index` and `weight` are taps x columns here, for the sake of vectors."""
     for row in range(out.shape[0]):
         for x in range(plane.shape[1]):
             line[x] = 0
@@ -246,11 +264,16 @@ def _gather(plane, row_index, row_weight, index, weight, line, out):  # type: ig
                 source = row_index[row, tap]
                 for x in range(plane.shape[1]):
                     line[x] += part * plane[source, x]
-        for x in range(out.shape[1]):
-            total = np.float32(0)
-            for tap in range(index.shape[1]):
-                total += weight[x, tap] * line[index[x, tap]]
-            out[row, x] = total
+        _weigh_columns(line, index, weight, out[row])
+
+
+@compiled(noalias=True)
+def _weigh_columns(line, index, weight, out):  # type: ignore[no-untyped-def]
+    for x in range(out.size):
+        out[x] = weight[0, x] * line[look_up_at(index[0, x])]
+    for tap in range(1, index.shape[0]):
+        for x in range(out.size):
+            out[x] += weight[tap, x] * line[look_up_at(index[tap, x])]
 
 
 @compiled

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from concurrent.futures import Executor
+from functools import lru_cache
+
 import cv2
 import numpy as np
+
+from vidstyle.core.bands import CallingThread, in_bands
+from vidstyle.core.kernels import interleaved
+from vidstyle.core.planes import weigh_rows_and_columns
 
 METHODS = {
     "nearest": cv2.INTER_NEAREST,
@@ -21,7 +29,11 @@ OVERSHOOTING = ("bicubic", "lanczos")
 
 
 def resample(
-    plane: np.ndarray, shape: tuple[int, int], method: str, limits: tuple[float, float] | None = None
+    plane: np.ndarray,
+    shape: tuple[int, int],
+    method: str,
+    limits: tuple[float, float] | None = None,
+    pool: Executor | None = None,
 ) -> np.ndarray:
     """The H x W or H x W x 3 plane at another height and width; itself where they are its own.
 
@@ -29,13 +41,17 @@ def resample(
 
     Args:
         limits: the range that the result is clipped to.
+        pool: threads for what OpenCV does not do on its own.
     """
     if plane.shape[:2] == shape:
         return plane
     if method == "nearest":
         rows, columns = (_nearest(old, new) for old, new in zip(plane.shape, shape, strict=False))
         return np.ascontiguousarray(plane[rows][:, columns])
-    interpolation = METHODS[fitting_method(method, (plane.shape[0], plane.shape[1]), shape)]
+    fitting = fitting_method(method, (plane.shape[0], plane.shape[1]), shape)
+    if fitting == "area" and (plane.shape[0] % shape[0] or plane.shape[1] % shape[1]):
+        return _area(plane, shape, pool or CallingThread())
+    interpolation = METHODS[fitting]
     resized = cv2.resize(np.ascontiguousarray(plane), (shape[1], shape[0]), interpolation=interpolation)
     return np.clip(resized, *limits, out=resized) if limits else resized
 
@@ -58,6 +74,38 @@ def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> s
     """
     grows = new[0] > old[0] or new[1] > old[1]
     return "bicubic" if method == "area" and grows else method
+
+
+def _area(plane: np.ndarray, shape: tuple[int, int], pool: Executor) -> np.ndarray:
+    """Means over new pixels that are no whole number of old ones, for which OpenCV takes thrice as long."""
+    channels = plane[0, 0].size
+    (index, weights), columns = (
+        _shares(plane.shape[0], shape[0], 1),
+        _shares(plane.shape[1], shape[1], channels),
+    )
+    out = np.empty((*shape, *plane.shape[2:]), np.float32)
+    flat = interleaved(plane), out.reshape(shape[0], -1)
+
+    def run(top: int, bottom: int) -> None:
+        rows = index[top:bottom], weights[top:bottom]
+        weigh_rows_and_columns(flat[0], rows, columns, flat[1][top:bottom])
+
+    in_bands(pool, shape, 0, run)
+    return out
+
+
+@lru_cache(maxsize=32)
+def _shares(old: int, new: int, channels: int) -> tuple[np.ndarray, np.ndarray]:
+    """The old numbers under each new one, channels apart, and how much of it each of them takes."""
+    edges = np.arange(new + 1) * old / new
+    first = np.floor(edges[:-1] + 1e-9).astype(np.int64)
+    index = first[:, None] + np.arange(math.ceil(old / new) + 1)
+    parts = np.minimum(index + 1, edges[1:, None]) - np.maximum(index, edges[:-1, None])
+    weights = np.maximum(parts, 0) * new / old
+    if not weights[:, -1].max() > 1e-9:
+        index, weights = index[:, :-1], weights[:, :-1]
+    index = channels * np.minimum(index, old - 1)[:, None] + np.arange(channels)[:, None]
+    return index.reshape(new * channels, -1), np.repeat(weights, channels, axis=0).astype(np.float32)
 
 
 def _nearest(old: int, new: int) -> np.ndarray:

@@ -183,8 +183,8 @@ class FrameExecutor:
         else:
             value = self._load(image, 0, image.shape[0])
         if isinstance(value, tuple):
-            return tuple(resample(plane, node.shape, method, node.limits) for plane in value)
-        return resample(value, node.shape, method, node.limits)
+            return tuple(resample(plane, node.shape, method, node.limits, self._pool) for plane in value)
+        return resample(value, node.shape, method, node.limits, self._pool)
 
     def _sampled(self, node: Node) -> np.ndarray:
         """A small copy of luma or RGB that is at hand as planes, but for a conversion."""

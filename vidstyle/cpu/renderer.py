@@ -7,7 +7,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 import numpy as np
 
 from vidstyle.block import moment_of
-from vidstyle.core.bands import CORES, CallingThread
+from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory
 from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.kernel_library import rehearsing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
@@ -36,6 +36,7 @@ class CpuRenderer(SynchronousRenderer):
     frames_in_flight = 0
 
     def __init__(self, style: Style, threads: int = CORES, pool: Executor | None = None) -> None:
+        keep_freed_memory()
         self.style = style
         self._pool = pool or ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
         self._cuts = SceneCutDetector()
