@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -213,3 +214,23 @@ def test_the_empty_style_changes_what_another_encoding_or_style_asks_for() -> No
     with closing(open_renderer(style())) as renderer:
         renderer.change_style(style(step("brightness", factor=0.5)))
         assert renderer.run(shown).luma.mean() < 0.8 * shown.luma.mean()  # type: ignore[union-attr]
+
+
+def test_pictures_in_flight_are_those_made_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stabilized, measured and with a cut; the first is held until all others are stabilized."""
+    scenes = [film_picture(48, 64, name=name) for name in ["coffee"] * 4 + ["astronaut"] * 4]
+    film = [replace(each, luma=np.roll(each.luma, number, axis=1)) for number, each in enumerate(scenes)]
+    with CpuRenderer(look(steady=0.8), 2) as apart:
+        alone = [apart.run(picture, number / 25) for number, picture in enumerate(film)]
+    all_started, restyle = threading.Event(), CpuRenderer._styled
+
+    def held(self: CpuRenderer, picture: Picture, time: float | None, *others: Any) -> Picture:
+        assert time != 0 or all_started.wait(60)
+        return restyle(self, picture, time, *others)
+
+    monkeypatch.setattr(CpuRenderer, "_styled", held)
+    with CpuRenderer(look(steady=0.8), 2) as together:
+        started = [together.start(picture, number / 25) for number, picture in enumerate(film)]
+        all_started.set()
+    for one, other in zip(alone, started, strict=True):
+        np.testing.assert_array_equal(one.luma, other.result().luma)

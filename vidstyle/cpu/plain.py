@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
@@ -14,25 +13,7 @@ if TYPE_CHECKING:
     from vidstyle.cpu.renderer import CpuRenderer
 
 
-class SynchronousRenderer(Closing, ABC):
-    """A `Backend` whose `start` waits for the result."""
-
-    @abstractmethod
-    def run(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Picture:
-        """Restyle a picture; the arguments are those of `Backend.run`."""
-
-    def start(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Future[Picture]:
-        """The same as `run`, as a future."""
-        future: Future[Picture] = Future()
-        future.set_result(self.run(picture, time, target, rgb))
-        return future
-
-
-class PlainRenderer(SynchronousRenderer):
+class PlainRenderer(Closing):
     """Returns pictures as they are; another encoding or style is left to a `CpuRenderer`, opened then.
 
     Attributes:
@@ -67,6 +48,19 @@ class PlainRenderer(SynchronousRenderer):
 
             self._renderer = CpuRenderer(self.style)
         return self._renderer.run(picture, time, target, rgb)
+
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Future[Picture]:
+        """The same as `run`, as a future."""
+        return done(self.run(picture, time, target, rgb))
+
+
+def done(picture: Picture) -> Future[Picture]:
+    """A future with this result."""
+    future: Future[Picture] = Future()
+    future.set_result(picture)
+    return future
 
 
 def stays(picture: Picture, style: Style, target: Encoding | None, rgb: bool) -> bool:

@@ -2,43 +2,48 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor, ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
 from vidstyle.block import moment_of
 from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory
+from vidstyle.core.closing import Closing
 from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.kernel_library import rehearsing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.plain import SynchronousRenderer, stays
+from vidstyle.cpu.plain import done, stays
 from vidstyle.cpu.schedule import Schedule, schedule
-from vidstyle.stabilize.stabilizer import Stabilizer
+from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
 from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, resolve, structure
 
 
-class CpuRenderer(SynchronousRenderer):
+class CpuRenderer(Closing):
     """Restyles one picture after another with one style.
 
     It keeps what measured blocks remember of earlier pictures, until a scene cut or another size.
     Close it, or use it as a context manager, to end its threads.
 
     Attributes:
-        frames_in_flight: how many pictures may be under way before a result is asked for.
+        frames_in_flight: how many pictures may be under way before a result is asked for: one is restyled
+            while the next one is stabilized, so that neither leaves a core idle where it is not in bands.
     """
 
-    frames_in_flight = 0
+    frames_in_flight = 1
 
     def __init__(self, style: Style, threads: int = CORES, pool: Executor | None = None) -> None:
         keep_freed_memory()
         self.style = style
         self._pool = pool or ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
+        self._finisher = ThreadPoolExecutor(1, thread_name_prefix="vidstyle-style")
+        self._started: list[Future[Picture]] = []
         self._cuts = SceneCutDetector()
         self._shape: tuple[int, int] | None = None
         self._prepared: Style | None = None
@@ -50,6 +55,7 @@ class CpuRenderer(SynchronousRenderer):
 
     def close(self) -> None:
         """End the threads."""
+        self._finisher.shutdown()
         self._pool.shutdown()
 
     def change_style(self, style: Style) -> None:
@@ -63,8 +69,26 @@ class CpuRenderer(SynchronousRenderer):
         target = target or picture.encoding
         if stays(picture, self.style, target, rgb):
             return picture
+        wait(self._started)
         with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
-            return self._stabilized(picture, time, target, rgb)
+            return self._begin(picture, time, target, rgb)()
+
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Future[Picture]:
+        """Stabilize a picture, and restyle it in another thread, after those started before it."""
+        target = target or picture.encoding
+        if stays(picture, self.style, target, rgb):
+            return done(picture)
+        with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
+            finish = self._begin(picture, time, target, rgb)
+
+        def finished() -> Picture:
+            with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
+                return finish()
+
+        self._started = [self._finisher.submit(finished)]
+        return self._started[0]
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """The percentiles that each measured step takes of a picture that stands alone."""
@@ -77,23 +101,30 @@ class CpuRenderer(SynchronousRenderer):
             for later in (0, 0.01):
                 renderer.run(picture, None if time is None else time + later, target, rgb)
 
-    def _stabilized(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> Picture:
+    def _begin(
+        self, picture: Picture, time: float | None, target: Encoding, rgb: bool
+    ) -> Callable[[], Picture]:
+        """Detect a cut and stabilize; what is returned restyles, in the order of the pictures."""
         self._prepare(picture)
         remembers = bool(self._smoothers or self._stabilizer or self._film_palettes)
         is_cut = remembers and self._cuts.is_cut(small_luma(picture))
-        self._film_palettes.follow(picture, time, is_cut)
-        if is_cut:
-            for smoother in self._smoothers.values():
-                smoother.restart()
-        if self._stabilizer is None:
-            return self._styled(picture, time, target, rgb)
-        stable = self._stabilizer.before(picture, time, is_cut)
-        return self._stabilizer.after(self._styled(stable.picture, time, target, rgb), stable)
+        stable = self._stabilizer.before(picture, time, is_cut) if self._stabilizer else Stabilized(picture)
+
+        def finish() -> Picture:
+            if is_cut:
+                for smoother in self._smoothers.values():
+                    smoother.restart()
+            self._film_palettes.follow(picture, time, is_cut)
+            result = self._styled(stable.picture, time, target, rgb)
+            return self._stabilizer.after(result, stable) if self._stabilizer else result
+
+        return finish
 
     def _prepare(self, picture: Picture) -> None:
         """Resolve the style anew for another style or size; memory goes on where only values differ."""
         if picture.shape == self._shape and self.style is self._prepared:
             return
+        wait(self._started)
         steps = resolve(self.style, *picture.shape)
         if picture.shape != self._shape or structure(steps) != structure(self._steps):
             self._stabilizer = None
@@ -117,7 +148,8 @@ class CpuRenderer(SynchronousRenderer):
     def _styled(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> Picture:
         layout = PictureLayout.of(picture)
         if (layout, target, rgb) not in self._lowered:
-            lowered = lower(self.style, self._steps, layout, target, rgb)
+            assert self._prepared is not None
+            lowered = lower(self._prepared, self._steps, layout, target, rgb)
             self._lowered[layout, target, rgb] = lowered, schedule(lowered)
         lowered, tasks = self._lowered[layout, target, rgb]
 
