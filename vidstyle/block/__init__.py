@@ -178,7 +178,8 @@ def block(
         chroma: "dropped" where a luma block leaves a gray picture.
         saves: a name under which each of its steps saves its input.
         is_identity: for a luma block that only changes the chroma; a style does not call its function.
-        overshoots: the function's result may leave the range of its input and of 0..1, and has to be clipped.
+        overshoots: the function's result, a new array, may leave the range of its input and of 0..1, and has
+            to be clipped.
         exact: the result shows differences that are smaller than a GPU's textures of 16 bits keep.
 
     Raises:

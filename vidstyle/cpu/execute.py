@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.block import FrameTime, LumaWeights, Measured, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
-from vidstyle.core.kernels import mix_channels
+from vidstyle.core.kernels import compiled, mix_channels
 from vidstyle.core.measured import percentiles, sampled, sampled_picture
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
@@ -164,7 +164,7 @@ class FrameExecutor:
         others = {name: injected[kind] for name, kind in block.injected.items()}
         result: np.ndarray = block.function(inputs["image"], **node.values, **pictures, **others)
         result = result[above : above + bottom - top]
-        return np.clip(result, *node.limits) if node.limits else result
+        return np.clip(result, *node.limits, out=result) if node.limits else result
 
     def _load(self, node: Node, top: int, bottom: int) -> Value:
         if node.op == "plane":
@@ -240,7 +240,13 @@ def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> 
 
 
 def _mixed(ink: float, under: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    out = under - np.float32(ink)
-    out *= lines
-    out += np.float32(ink)
+    out = np.empty(under.shape, np.float32)
+    _lay_ink(np.float32(ink), under, lines, out)
     return out
+
+
+@compiled
+def _lay_ink(ink, under, lines, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            out[row, x] = (under[row, x] - ink) * lines[row, x] + ink
