@@ -21,6 +21,7 @@ from vidstyle.blade.regression import TrainingConfig
 from vidstyle.blade.structure_tensor import Bins
 from vidstyle.blade.training import train
 from vidstyle.blocks.detail import CONTRASTS
+from vidstyle.blocks.tvf import SHARES, TIME
 
 FOLDER = Path(__file__).parent.parent / "filters_bank"
 LONG_SIDE = 512
@@ -78,7 +79,7 @@ PLANS = (
     Plan(
         "tvf",
         TrainingConfig(Bins(16, 3, 4, (0.0, 20.0), (0.0, 1.0)), 0.7, 7),
-        (_teacher("tv_flow", {"time": 2.0, "gradient_power": 1}),),
+        (_teacher("tv_flow", *({"time": time, "gradient_power": 1} for time in (TIME, TIME / SHARES))),),
     ),
     Plan(
         "tvf_flat",

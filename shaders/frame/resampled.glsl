@@ -10,6 +10,7 @@ channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
     vec2 part = vec2(at * old_size - first * new_size) / vec2(new_size);
     vec2 scale = vec2(old_size) / vec2(new_size);
     ivec2 taps = ivec2(2);
+    vec2 stretch = max(scale, 1.0);
     bool averages = method == resampled_method_area;
     if (averages) {
         taps = ivec2(ceil(part + scale));
@@ -18,6 +19,9 @@ channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
         first = moved / (2 * new_size);
         part = vec2(moved - first * 2 * new_size) / vec2(2 * new_size);
         taps = ivec2(method == resampled_method_bilinear ? 2 : method == resampled_method_bicubic ? 4 : 8);
+        if (method == resampled_method_smooth) {
+            taps = 2 * ivec2(ceil(2.0 * stretch));
+        }
         first -= taps / 2;
     }
     channels total = channels(0.0);
@@ -31,6 +35,9 @@ channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
                 share = max(min(part + scale, tap + 1.0) - max(part, tap), 0.0);
             } else if (method == resampled_method_bicubic) {
                 share = vec2(cubic_weight(distance.x), cubic_weight(distance.y));
+            } else if (method == resampled_method_smooth) {
+                share.x = smooth_weight(distance.x / stretch.x, old_size.x < new_size.x);
+                share.y = smooth_weight(distance.y / stretch.y, old_size.y < new_size.y);
             } else if (method == resampled_method_lanczos) {
                 share = vec2(lanczos_weight(distance.x), lanczos_weight(distance.y));
             }

@@ -6,6 +6,16 @@ float cubic_weight(float distance) {
     return x <= 1.0 ? near : x < 2.0 ? far : 0.0;
 }
 
+// The cubics of Mitchell and Netravali 1988 with B = 0 and C = 1/2 (Catmull and Rom) where a picture keeps its
+// size or shrinks, and with B = 1 and C = 0, the B-spline, where it grows.
+float smooth_weight(float distance, bool grows) {
+    float x = distance;
+    float near = grows ? (0.5 * x - 1.0) * x * x + 2.0 / 3.0 : (1.5 * x - 2.5) * x * x + 1.0;
+    float rest = max(2.0 - x, 0.0);
+    float far = grows ? rest * rest * rest / 6.0 : ((-0.5 * x + 2.5) * x - 4.0) * x + 2.0;
+    return x < 1.0 ? near : x < 2.0 ? far : 0.0;
+}
+
 // The Lanczos kernel of four lobes: sinc(x) sinc(x / 4). Duchon 1979.
 float lanczos_weight(float distance) {
     float turn = 3.14159265 * distance;

@@ -17,7 +17,7 @@ from pictures import noise
 
 from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
 from vidstyle.blade.draw import EMPTY, GAP, LEFT, RIGHT, TOP, draw_bank
-from vidstyle.blade.inference import BankRun, apply_filters, padded_filters
+from vidstyle.blade.inference import RESAMPLING, BankRun, apply_filters
 from vidstyle.blade.regression import (
     NormalEquations,
     TrainingConfig,
@@ -26,6 +26,7 @@ from vidstyle.blade.regression import (
     residuals,
     solve,
 )
+from vidstyle.blade.simd import packed_filters
 from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius, window_weights
 from vidstyle.blade.symmetry import SYMMETRIES, pixel_pairs
 from vidstyle.blade.training import mssim, psnr
@@ -121,7 +122,7 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
 def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[int, int]) -> None:
     luma, bank = noise(*shape), random_bank(size=size)
     chosen = np.random.default_rng(1).integers(0, BINS.count, shape).astype(np.int32)
-    result = apply_filters(luma, chosen, padded_filters(bank.filters[0]), WIDE_RANGE)
+    result = apply_filters(luma, chosen, packed_filters(bank.filters[0]), size, WIDE_RANGE)
     np.testing.assert_allclose(result, slowly_filtered(luma, chosen, bank.filters[0]), atol=2e-5)
 
 
@@ -154,16 +155,30 @@ def test_learning_finds_a_filter_that_is_one() -> None:
     np.testing.assert_allclose(found[0], np.broadcast_to(kernel @ kernel.T, found[0].shape), atol=2e-3)
 
 
-def test_a_reduced_target_has_the_means_of_the_target_when_it_is_enlarged() -> None:
+def test_no_smaller_picture_is_closer_to_the_target_once_enlarged() -> None:
     target = cv2.GaussianBlur(face(), (0, 0), 1.4)
-    shape = scaled_shape(target.shape, 1 / 1.4)
-    enlarged, of_means = (
-        resample(small, target.shape, "bicubic")
-        for small in (before_enlarging(target, shape), resample(target, shape, "area"))
-    )
-    assert np.abs(resample(enlarged - target, shape, "area")).max() < 1e-4
-    assert psnr(enlarged, target) > psnr(of_means, target) + 6
+    small = before_enlarging(target, scaled_shape(target.shape, 1 / 1.4))
+    best = psnr(resample(small, target.shape, RESAMPLING), target)
+    assert best > 50
+    for change in (noise(*small.shape, high=1e-3), resample(target, small.shape, "area") - small):
+        for sign in (1, -1):
+            assert psnr(resample(small + sign * change, target.shape, RESAMPLING), target) < best
     assert before_enlarging(target, target.shape) is target
+
+
+def test_smooth_resampling_keeps_tones_shapes_and_slopes_and_drops_what_is_too_fine() -> None:
+    ramp = np.tile(np.linspace(0, 1, 120, dtype=np.float32), (90, 1))
+    for shape in ((30, 40), (64, 85), (90, 300), (200, 50)):
+        result = resample(ramp, shape, "smooth")
+        wanted = ((np.arange(shape[1]) + 0.5) * 120 / shape[1] - 0.5) / 119
+        inside, rows = slice(shape[1] // 8, -(shape[1] // 8)), (shape[0], 1)
+        np.testing.assert_allclose(result[:, inside], np.tile(wanted, rows)[:, inside], atol=1e-3)
+    checks = np.indices((96, 96)).sum(0).astype(np.float32) % 2
+    smooth, area = (resample(checks, (60, 60), method)[5:-5, 5:-5] for method in ("smooth", "area"))
+    assert np.ptp(smooth) < np.ptp(area) / 2
+    colors = noise(20, 30, 3)
+    channels = [resample(channel, (31, 17), "smooth") for channel in np.moveaxis(colors, 2, 0)]
+    np.testing.assert_array_equal(resample(colors, (31, 17), "smooth"), np.dstack(channels))
 
 
 def test_constants_stay_or_vanish_whatever_is_learned() -> None:

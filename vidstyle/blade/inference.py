@@ -11,11 +11,14 @@ from functools import cached_property
 import numpy as np
 
 from vidstyle.blade.bank import Bank
-from vidstyle.blade.simd import filter_pixel_block
+from vidstyle.blade.simd import filter_pixel_block, packed_filters
 from vidstyle.blade.structure_tensor import LANES, pad_edges, select_filters, window_radius
 from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
+
+RESAMPLING = "smooth"
+"""How a picture is reduced for a bank and its result is enlarged; the bank has learned what that needs."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +81,8 @@ class BankRun:
         return filters
 
     @cached_property
-    def _padded(self) -> np.ndarray:
-        return padded_filters(self.filters)
+    def _packed(self) -> np.ndarray:
+        return packed_filters(self.filters)
 
     def run(self, luma: np.ndarray, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
         """The result at the size of the picture.
@@ -95,24 +98,20 @@ class BankRun:
             above, below = (max(0, rows - left * step) for rows in margin)
             if selected is None or self.reselect:
                 selected = select_filters(luma, self.bank.bins, self.window, (above, below))
-            luma = apply_filters(luma, selected, self._padded, self.limits, (above, below))
+            luma = apply_filters(luma, selected, self._packed, self.bank.size, self.limits, (above, below))
         return luma
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
         """The result on a picture that it is reduced for and enlarged from, as in a style."""
-        reduced = resample(luma, self.shape_at_scale((luma.shape[0], luma.shape[1])), "area")
-        return resample(self.run(reduced), (luma.shape[0], luma.shape[1]), "bicubic")
-
-
-def padded_filters(filters: np.ndarray) -> np.ndarray:
-    """Filters, count x size x size, as float32 with rows padded by zeros for vector registers."""
-    return np.pad(filters, ((0, 0), (0, 0), (0, -filters.shape[2] % LANES))).astype(np.float32)
+        reduced = resample(luma, self.shape_at_scale((luma.shape[0], luma.shape[1])), RESAMPLING)
+        return resample(self.run(reduced), (luma.shape[0], luma.shape[1]), RESAMPLING)
 
 
 def apply_filters(
     luma: np.ndarray,
     selected: np.ndarray,
-    padded: np.ndarray,
+    packed: np.ndarray,
+    size: int,
     limits: tuple[float, float],
     margin: tuple[int, int] = (0, 0),
 ) -> np.ndarray:
@@ -121,7 +120,8 @@ def apply_filters(
     Args:
         luma: H x W float32; beyond its border the border is repeated.
         selected: H x W int32, the index of each pixel's filter.
-        padded: from `padded_filters`.
+        packed: from `packed_filters`.
+        size: rows and columns of a filter.
         limits: the range that the result is clipped to.
         margin: first and last rows that are not needed.
 
@@ -129,12 +129,12 @@ def apply_filters(
         H x W float32, new; undefined in the rows of the margin.
     """
     height, width = luma.shape
-    size, columns = padded.shape[1], -(-width // LANES) * LANES
-    around = pad_edges(luma, size // 2, columns - width + padded.shape[2] + LANES)
+    columns = -(-width // LANES) * LANES
+    around = pad_edges(luma, size // 2, columns - width + size + 2 * LANES)
     out = np.empty((height, columns), np.float32)
     ends = np.float32(limits[0]), np.float32(limits[1])
     rows = margin[0], height - margin[1]
-    _apply(around, _widened(selected, columns), padded, (0,) * size, *rows, *ends, out)
+    _apply(around, _widened(selected, columns), packed, (0,) * size, *rows, *ends, out)
     return out[:, :width]
 
 

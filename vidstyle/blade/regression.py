@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from vidstyle.blade.inference import RESAMPLING
 from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius
 from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrized
 from vidstyle.core.kernels import compiled
@@ -20,8 +22,6 @@ from vidstyle.core.resample import resample, scaled_shape
 
 STRIPES = 8
 """Number of parts of a picture that are summed separately; fixed, so that results do not depend on cores."""
-INVERSION_STEPS = 10
-"""In which enlarging is inverted; ten more change the result by less than 0.001 dB."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def accumulate(
     """
     margin = max(config.size // 2, window_radius(config.rho)) + 1
     height, width = shape = scaled_shape(luma.shape, config.scale)
-    luma = resample(luma, shape, "area")
+    luma = resample(luma, shape, RESAMPLING)
     targets = [before_enlarging(target, shape) for target in targets]
     total = NormalEquations.empty(config)
     if min(height, width) <= 2 * margin:
@@ -119,12 +119,17 @@ def accumulate(
 
 
 def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """The smaller picture that has the target's means once it is enlarged as the bank's result will be."""
-    small = resample(target, shape, "area")
-    for _ in range(INVERSION_STEPS if small is not target else 0):
-        rest = target - resample(small, (target.shape[0], target.shape[1]), "bicubic")
-        small = small + resample(rest, shape, "area")
-    return small
+    """The smaller picture that comes closest to the target when it is enlarged as the result will be."""
+    if target.shape == shape:
+        return target
+    rows, columns = map(_inverse_of_enlarging, shape, target.shape)
+    return np.asarray(rows @ target @ columns.T, np.float32)
+
+
+@lru_cache(maxsize=64)
+def _inverse_of_enlarging(small: int, large: int) -> np.ndarray:
+    """The pseudoinverse along one axis: small x large float64."""
+    return np.linalg.pinv(resample(np.eye(small, dtype=np.float32), (large, small), RESAMPLING).astype(float))
 
 
 def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:

@@ -2,7 +2,8 @@
 
 LLVM would gather coefficients one by one, because each pixel has another filter. Here eight neighbouring
 pixels are computed together: each row of a filter is one load, and the eight vectors of partial sums are
-reduced together, pairwise.
+reduced together, pairwise. A column by which filters are wider than the registers would take as many loads
+again, nearly all of them zeros; its first eight rows are one more vector, of pixels one below the other.
 """
 
 from __future__ import annotations
@@ -12,8 +13,37 @@ from collections.abc import Callable, Iterator
 from functools import reduce
 from typing import Any
 
+import numpy as np
+
 from vidstyle.blade.structure_tensor import LANES
 from vidstyle.core.intrinsic import Intrinsic
+
+ALIGNMENT = 64
+"""Bytes of a cache line; vectors that lie in two of them take twice as long to load."""
+
+
+def packed_filters(filters: np.ndarray) -> np.ndarray:
+    """Filters, count x size x size, as `filter_pixel_block` reads them: count x numbers float32, aligned.
+
+    The rows of each filter are padded by zeros to whole vectors. Where only a single column would need one,
+    that column follows the rows instead.
+    """
+    count, size = filters.shape[:2]
+    width = body_width(size)
+    rows = np.pad(filters[:, :, :width], ((0, 0), (0, 0), (0, max(width - size, 0))))
+    column = filters[:, :, width:].reshape(count, -1)
+    numbers = np.concatenate([rows.reshape(count, -1), column], axis=1)
+    numbers = np.pad(numbers, ((0, 0), (0, -numbers.shape[1] % LANES)))
+    room = np.empty(numbers.size + ALIGNMENT // 4, np.float32)
+    first = -room.ctypes.data % ALIGNMENT // 4
+    packed = room[first : first + numbers.size].reshape(numbers.shape)
+    packed[:] = numbers
+    return packed
+
+
+def body_width(size: int) -> int:
+    """Numbers of a filter's row that are loaded as vectors: all, and zeros; or all but the last."""
+    return size - 1 if size == LANES + 1 else -(-size // LANES) * LANES
 
 
 class PixelBlockIntrinsic(Intrinsic):
@@ -23,7 +53,7 @@ class PixelBlockIntrinsic(Intrinsic):
     the lowest.
 
     Args of the compiled call:
-        bank: filters x size x padded size, float32, contiguous.
+        bank: from `packed_filters`.
         bins: int32, the filter of each pixel of the row.
         luma: float32 rows, so padded that pixel (row, column) is the upper left one of the filter's window
             at (row, column), and that `LANES` more columns can be read.
@@ -58,7 +88,8 @@ class _Emitter:
             for kind, value in zip(signature.args, arguments, strict=True)
         )
         self._size = signature.args[5].count
-        self._lanes = -(-self._size // LANES) * LANES
+        self._lanes = body_width(self._size)
+        self._filter_bytes = 4 * (self._size * self._lanes + (0 if self._is_padded else 2 * LANES))
         self._row_bytes = builder.extract_value(luma.strides, 0)
         column_bytes = self._times(column, 4)
         self._bank, self._bins, self._out = (
@@ -68,27 +99,70 @@ class _Emitter:
         first = builder.ptrtoint(luma.data, self._integer)
         self._window = self._plus(self._plus(first, self._times(row, self._row_bytes)), column_bytes)
 
+    @property
+    def _is_padded(self) -> bool:
+        """Whether rows are padded; else the last column follows them."""
+        return self._lanes >= self._size
+
     def emit(self) -> Any:
         """Emit the code for eight pixels; it returns nothing."""
-        sums = [self._reduced(reduce(self._sum, self._products(number))) for number in range(LANES)]
+        starts = [self._filter_start(number) for number in range(LANES)]
+        sums = [self._reduced(reduce(self._sum, self._products(*each))) for each in enumerate(starts)]
+        if not self._is_padded:
+            column = self._transposed([self._last_column(row) for row in range(LANES)])
+            sums = [self._sum(*each) for each in zip(sums, map(self._of_column, starts, column), strict=True)]
         while len(sums) > 1:
             sums = [self._pairwise_sums(*sums[number : number + 2]) for number in range(0, len(sums), 2)]
+        if not self._is_padded:
+            sums[0] = self._sum(sums[0], self._times_corner(starts))
         clipped = self._chosen("<", self._chosen(">", sums[0], self._low), self._high)
         target = self._builder.inttoptr(self._out, clipped.type.as_pointer())
         self._builder.store(clipped, target).align = 4
         return self._context.get_dummy_value()
 
-    def _products(self, number: int) -> Iterator[Any]:
-        """The products of one pixel's filter and window, row by row."""
+    def _filter_start(self, number: int) -> Any:
+        """The address of one pixel's filter."""
         chosen = self._load(self._plus(self._bins, 4 * number), self._ir.IntType(32), 4)
-        filter_bytes = 4 * self._size * self._lanes
-        chosen = self._times(self._builder.sext(chosen, self._integer), filter_bytes)
-        start = self._plus(self._bank, chosen)
+        chosen = self._times(self._builder.sext(chosen, self._integer), self._filter_bytes)
+        return self._plus(self._bank, chosen)
+
+    def _products(self, number: int, start: Any) -> Iterator[Any]:
+        """The products of one pixel's filter and window, row by row."""
         for row in range(self._size):
-            weights = self._load(self._plus(start, 4 * row * self._lanes), self._vector(self._lanes), 4)
+            weights = self._load(self._plus(start, 4 * row * self._lanes), self._vector(self._lanes), 32)
             there = self._plus(self._window, self._times(self._row_bytes, row))
             window = self._load(self._plus(there, 4 * number), self._vector(self._lanes), 4)
             yield self._builder.fmul(weights, window, flags=["contract"])
+
+    def _last_column(self, row: int) -> Any:
+        """What the last column of the eight windows has in a row."""
+        there = self._plus(self._window, self._times(self._row_bytes, row))
+        return self._load(self._plus(there, 4 * self._lanes), self._vector(LANES), 4)
+
+    def _of_column(self, start: Any, pixels: Any) -> Any:
+        """The products of the last column, but for its last row."""
+        weights = self._load(self._plus(start, 4 * self._size * self._lanes), self._vector(LANES), 32)
+        return self._builder.fmul(weights, pixels, flags=["contract"])
+
+    def _times_corner(self, starts: list[Any]) -> Any:
+        """The products of the filters' last numbers and the windows' last pixels, of all eight."""
+        weights = self._ir.Constant(self._vector(LANES), [0.0] * LANES)
+        for number, start in enumerate(starts):
+            there = self._plus(start, 4 * (self._size * self._lanes + LANES))
+            weight = self._load(there, self._ir.FloatType(), 4)
+            lane = self._ir.Constant(self._ir.IntType(32), number)
+            weights = self._builder.insert_element(weights, weight, lane)
+        return self._builder.fmul(weights, self._last_column(self._size - 1), flags=["contract"])
+
+    def _transposed(self, rows: list[Any]) -> list[Any]:
+        """Eight vectors of eight as columns: halves of ever more neighbours change places."""
+        for step in (4, 2, 1):
+            low = [lane + (LANES - step if lane & step else 0) for lane in range(LANES)]
+            high = [lane + step for lane in low]
+            for number in (each for each in range(LANES) if not each & step):
+                pair = rows[number], rows[number + step]
+                rows[number], rows[number + step] = (self._shuffled(*pair, order) for order in (low, high))
+        return rows
 
     def _reduced(self, vector: Any) -> Any:
         """A vector of several registers reduced to eight numbers."""

@@ -6,9 +6,14 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.blade.bank import shipped_bank
+from vidstyle.blade.bank import shipped_bank, shipped_parts
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Choice, Slider, block
+
+TIME = 2.0
+"""For which a pass of curvature flows, in pixels^2."""
+SHARES = 3
+"""Steps in which a single pass flows, by filters for a third of its time: 1.7 dB closer than in one."""
 
 
 @block("learned", on="luma")
@@ -28,12 +33,13 @@ def tvf(
     """Flatten texture and preserve edges.
 
     Learned. `curvature` is total variation flow in the form of Marquina and Osher, which the paper trains:
-    mean curvature motion. `variation` is the true flow: a disc of radius r loses 2 time / r levels in each
-    pass.
+    mean curvature motion; a single pass is made in three steps, which is closer. `variation` is the true
+    flow: a disc of radius r loses 2 time / r levels in each pass.
     Paper, sections 4.2 C and 5.4.1.
     """
     if flow == "curvature":
-        return BankRun(shipped_bank("tvf"), (amount,), 1 - amount, passes=passes)
+        part, passes = (1, SHARES) if passes == 1 else (0, passes)
+        return BankRun(shipped_parts("tvf", part, part + 1), (amount,), 1 - amount, passes=passes)
     bank = shipped_bank("tvf_flat")
     times = (0.0, *bank.about["times"])
     identity, *weights = (float(np.interp(time, times, row)) for row in np.eye(len(times)))

@@ -19,12 +19,16 @@ METHODS = {
     "bicubic": cv2.INTER_CUBIC,
     "lanczos": cv2.INTER_LANCZOS4,
     "area": cv2.INTER_AREA,
+    "smooth": -1,
 }
-"""The resampling methods and OpenCV's names of them. All but `area` alias when shrinking; `area` is bicubic
-when enlarging."""
+"""The resampling methods and OpenCV's numbers of them, which has no `smooth`.
+
+All but `area` and `smooth` alias when shrinking; `area` is bicubic when enlarging. `smooth` weighs by the
+cubics of Mitchell and Netravali 1988: by a stretched one with B = 0 and C = 1/2 (Catmull and Rom) when
+shrinking, by one with B = 1 and C = 0, the B-spline, when enlarging, which is softer than the picture was."""
 
 
-OVERSHOOTING = ("bicubic", "lanczos")
+OVERSHOOTING = ("bicubic", "lanczos", "smooth")
 """The methods whose result may leave the range of the plane, beside edges."""
 
 
@@ -49,10 +53,14 @@ def resample(
         rows, columns = (_nearest(old, new) for old, new in zip(plane.shape, shape, strict=False))
         return np.ascontiguousarray(plane[rows][:, columns])
     fitting = fitting_method(method, (plane.shape[0], plane.shape[1]), shape)
-    if fitting == "area" and (plane.shape[0] % shape[0] or plane.shape[1] % shape[1]):
-        return _area(plane, shape, pool or CallingThread())
-    interpolation = METHODS[fitting]
-    resized = cv2.resize(np.ascontiguousarray(plane), (shape[1], shape[0]), interpolation=interpolation)
+    # Of areas that are no whole number of pixels OpenCV's means take thrice as long.
+    if fitting == "smooth" or (
+        fitting == "area" and (plane.shape[0] % shape[0] or plane.shape[1] % shape[1])
+    ):
+        resized = _weighed(plane, shape, fitting, pool or CallingThread())
+    else:
+        interpolation = METHODS[fitting]
+        resized = cv2.resize(np.ascontiguousarray(plane), (shape[1], shape[0]), interpolation=interpolation)
     return np.clip(resized, *limits, out=resized) if limits else resized
 
 
@@ -76,12 +84,11 @@ def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> s
     return "bicubic" if method == "area" and grows else method
 
 
-def _area(plane: np.ndarray, shape: tuple[int, int], pool: Executor) -> np.ndarray:
-    """Means over new pixels that are no whole number of old ones, for which OpenCV takes thrice as long."""
-    channels = plane[0, 0].size
+def _weighed(plane: np.ndarray, shape: tuple[int, int], method: str, pool: Executor) -> np.ndarray:
+    """Each new pixel a weighted sum of old ones, for `area` and `smooth`."""
     (index, weights), columns = (
-        _shares(plane.shape[0], shape[0], 1),
-        _shares(plane.shape[1], shape[1], channels),
+        _taps(method, plane.shape[0], shape[0], 1),
+        _taps(method, plane.shape[1], shape[1], plane[0, 0].size),
     )
     out = np.empty((*shape, *plane.shape[2:]), np.float32)
     flat = interleaved(plane), out.reshape(shape[0], -1)
@@ -95,17 +102,36 @@ def _area(plane: np.ndarray, shape: tuple[int, int], pool: Executor) -> np.ndarr
 
 
 @lru_cache(maxsize=32)
-def _shares(old: int, new: int, channels: int) -> tuple[np.ndarray, np.ndarray]:
-    """The old numbers under each new one, channels apart, and how much of it each of them takes."""
+def _taps(method: str, old: int, new: int, channels: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each new number the old ones, channels apart, that it is made of, and their weights."""
+    index, weights = _shares(old, new) if method == "area" else _cubic_weights(old, new)
+    index = channels * np.clip(index, 0, old - 1)[:, None] + np.arange(channels)[:, None]
+    return index.reshape(new * channels, -1), np.repeat(weights, channels, axis=0).astype(np.float32)
+
+
+def _shares(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
+    """The old pixels under each new one, and how much of it each of them takes."""
     edges = np.arange(new + 1) * old / new
     first = np.floor(edges[:-1] + 1e-9).astype(np.int64)
     index = first[:, None] + np.arange(math.ceil(old / new) + 1)
     parts = np.minimum(index + 1, edges[1:, None]) - np.maximum(index, edges[:-1, None])
     weights = np.maximum(parts, 0) * new / old
-    if not weights[:, -1].max() > 1e-9:
-        index, weights = index[:, :-1], weights[:, :-1]
-    index = channels * np.minimum(index, old - 1)[:, None] + np.arange(channels)[:, None]
-    return index.reshape(new * channels, -1), np.repeat(weights, channels, axis=0).astype(np.float32)
+    return (index, weights) if weights[:, -1].max() > 1e-9 else (index[:, :-1], weights[:, :-1])
+
+
+def _cubic_weights(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
+    """The old pixels around each new one that `smooth` reads, and their weights."""
+    stretch = max(old / new, 1.0)
+    half = math.ceil(2 * stretch)
+    moved = ((2 * np.arange(new) + 1) * old + new)[:, None]
+    index = moved // (2 * new) - half + np.arange(2 * half)
+    x = abs(index + 1 - moved / (2 * new)) / stretch
+    if old >= new:
+        near, far = (1.5 * x - 2.5) * x * x + 1, ((-0.5 * x + 2.5) * x - 4) * x + 2
+    else:
+        near, far = (0.5 * x - 1) * x * x + 2 / 3, (2 - x) ** 3 / 6
+    weights = np.where(x < 1, near, np.where(x < 2, far, 0))
+    return index, weights / weights.sum(axis=1, keepdims=True)
 
 
 def _nearest(old: int, new: int) -> np.ndarray:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vidstyle.blade.inference import BankRun
+from vidstyle.blade.inference import RESAMPLING, BankRun
 from vidstyle.block import Block, rgb_from_text
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, PictureLayout
@@ -242,13 +242,13 @@ class GraphBuilder:
         """Luma after a bank, which may run at a smaller size."""
         small = luma
         if run.scale != 1:
-            small = self.resampled(luma, run.shape_at_scale(luma.shape), "area")
+            small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING)
             self.sizes.setdefault(small.shape, (luma.shape, run.scale))
         filtered = self.node(
             "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius,
             is_wide=run.is_wide,
         )  # fmt: skip
-        return self.resampled(filtered, luma.shape, "bicubic")
+        return self.resampled(filtered, luma.shape, RESAMPLING)
 
     def _call(
         self,

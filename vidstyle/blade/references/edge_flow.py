@@ -83,7 +83,7 @@ def flow_dog_parts(
     coarseness = max(sigma, 1.0)
     along = ALONG * coarseness if sigma_m is None else sigma_m
     require_positive(sigma=sigma, sigma_m=along, rho=rho)
-    reduced = resample(luma, scaled_shape(luma.shape, 1 / coarseness), "area")
+    reduced = resample(luma, scaled_shape(luma.shape, 1 / coarseness), "smooth")
     tensor = resample(structure_tensor(reduced, rho), luma.shape, "bilinear")
     across = np.empty((*luma.shape, 2))
     plane = luma.astype(np.float64)[..., np.newaxis]
