@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import Color, PageRegion, Slider, block
-from vidstyle.core.kernels import cached, compiled
+from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
 from vidstyle.core.white_noise import white_noise
 
 AROUND = 2
@@ -38,8 +38,9 @@ def mosaic(
     """
     tiles, owners, gaps = _tiles(size, irregularity, gap, place.height, place.width)
     rows = slice(place.top, place.top + picture.shape[0])
-    out, looks = np.empty(picture.shape, np.float32), (np.float32(variation), np.float32(gap_color))
-    _fill(picture, place.top, tiles, owners[rows], gaps[rows], looks, out)
+    out, colors = np.empty(picture.shape, np.float32), np.empty(tiles.size, np.float32)
+    _color_tiles(picture, place.top, tiles, np.float32(variation), colors)
+    _fill(owners[rows], gaps[rows], colors, np.float32(gap_color), interleaved(out))
     return out
 
 
@@ -95,14 +96,23 @@ def _divide(middles, size, half_gap, owners, gaps):  # type: ignore[no-untyped-d
 
 
 @compiled
-def _fill(picture, top, tiles, owners, gaps, looks, out):  # type: ignore[no-untyped-def]
-    zero, half, one, (variation, gap_color) = np.float32(0), np.float32(0.5), np.float32(1), looks
-    for y in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            tile, cover = tiles[owners[y, x]], gaps[y, x] * np.float32(1 / 255)
-            column = min(max(int(np.floor(tile[0])), 0), out.shape[1] - 1)
-            row = min(max(int(np.floor(tile[1])) - top, 0), out.shape[0] - 1)
-            for channel in range(3):
-                color = picture[row, column, channel] + variation * (tile[2] - half)
-                color = min(max(color, zero), one)
-                out[y, x, channel] = color + cover * (gap_color[channel] - color)
+def _color_tiles(picture, top, tiles, variation, colors):  # type: ignore[no-untyped-def]
+    """The colour of each tile, right for those that have pixels in these rows."""
+    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
+    for tile in range(tiles.shape[0]):
+        column = min(max(int(np.floor(tiles[tile, 0])), 0), picture.shape[1] - 1)
+        row = min(max(int(np.floor(tiles[tile, 1])) - top, 0), picture.shape[0] - 1)
+        for channel in range(3):
+            color = picture[row, column, channel] + variation * (tiles[tile, 2] - half)
+            colors[3 * tile + channel] = min(max(color, zero), one)
+
+
+@compiled(noalias=True)
+def _fill(owners, gaps, colors, gap_color, out):  # type: ignore[no-untyped-def]
+    for y in range(owners.shape[0]):
+        for x in range(owners.shape[1]):
+            at, cover = look_up_at(np.int32(3) * owners[y, x]), gaps[y, x] * np.float32(1 / 255)
+            red, green, blue = colors[at], colors[1:][at], colors[2:][at]
+            out[y, 3 * x] = red + cover * (gap_color[0] - red)
+            out[y, 3 * x + 1] = green + cover * (gap_color[1] - green)
+            out[y, 3 * x + 2] = blue + cover * (gap_color[2] - blue)
