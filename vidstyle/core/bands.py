@@ -58,5 +58,18 @@ def in_bands(pool: Executor, shape: tuple[int, int], radius: int, run: Callable[
     height, width = shape
     rows = max(BAND_BYTES // (12 * width), 8 * radius, 4)
     rows = min(-(-rows // 4) * 4, max(4, -(-height // CORES + 3) // 4 * 4))
-    tops = range(0, height, rows)
-    list(pool.map(run, tops, (min(top + rows, height) for top in tops)))
+    tops = iter(range(0, height, rows))
+
+    def work() -> None:
+        for (
+            top
+        ) in tops:  # each thread takes the next one: a task for each band would cost as much as some bands
+            run(top, min(top + rows, height))
+
+    others = [pool.submit(work) for _ in range(min(CORES, -(-height // rows)) - 1)]
+    try:
+        work()
+    finally:
+        for other in others:
+            if not other.cancel():  # it has begun
+                other.result()
