@@ -58,11 +58,16 @@ def _move(picture, down, from_x, moved, weights, margin, line, out):  # type: ig
     """
     height, width, zero, one = out.shape[0], out.shape[1] // 3, np.float32(0), np.float32(1)
     first, second, third = moved[0] != 0, moved[1] != 0, moved[2] != 0
+    is_whole = first and second and third and weights[0] == zero
     for row in range(margin[0], height - margin[1]):
         upper, lower = min(max(row + down[0], 0), height - 1), min(max(row + down[0] + 1, 0), height - 1)
         whole = int(np.floor(from_x[row]))
         part = from_x[row] - np.float32(whole)
         _between_pixels(picture[upper], picture[lower], whole, part, down[1], line)
+        if is_whole:
+            for x in range(line.size):
+                out[row, x] = min(max(line[x], zero), one)
+            continue
         for x in range(width):
             red, green, blue = picture[row, 3 * x], picture[row, 3 * x + 1], picture[row, 3 * x + 2]
             r = line[3 * x] if first else red
@@ -79,10 +84,12 @@ def _between_pixels(upper, lower, whole, part, below, line):  # type: ignore[no-
     """A row between two rows, `whole` pixels and a part of one further to the right in them."""
     last = line.size // 3 - 1
     begin, end = min(max(-whole, 0), last + 1), max(min(last - whole, last + 1), 0)
-    for x in range(3 * begin, 3 * end):
-        left, right = x + 3 * whole, x + 3 * whole + 3
-        above = upper[left] + part * (upper[right] - upper[left])
-        line[x] = above + below * (lower[left] + part * (lower[right] - lower[left]) - above)
+    # Views, since an index that may be negative prevents vectors.
+    first = 3 * max(begin + whole, 0)
+    high, low, inner = upper[first:], lower[first:], line[3 * begin :]
+    for x in range(3 * (end - begin)):
+        above = high[x] + part * (high[x + 3] - high[x])
+        inner[x] = above + below * (low[x] + part * (low[x + 3] - low[x]) - above)
     for channel in range(3):  # beyond the picture its edge is repeated
         for column in range(min(begin, last + 1)):
             line[3 * column + channel] = upper[channel] + below * (lower[channel] - upper[channel])
