@@ -57,7 +57,7 @@ def test_the_look_does_not_depend_on_the_size() -> None:
 
 
 def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in {"ROUNDS": 2, "PARENTS": 1, "CHILDREN": 2}.items():
+    for name, value in {"ROUNDS": 2, "PARENTS": 1, "CHILDREN": 3}.items():
         monkeypatch.setattr(like, name, value)
     wanted = restyled(photograph("coffee"), load_style({"format": 1, "ink": "#303080", "lines": [
         {"block": "flow_xdog", "sigma": 3.0, "p": 12}]}))  # fmt: skip

@@ -56,8 +56,12 @@ def paired_settings(block: Block, folder: Path) -> list[tuple[dict[str, Any], Ma
 
 
 def shapes_for(block: Block, values: dict[str, Any]) -> dict[str, tuple[int, int]]:
-    """All sizes; but learned filters, which read much and run often, are tried on small pictures."""
-    small = block.kind == "learned" and values
+    """All sizes; but small pictures for learned filters, which read much, and for the ways of `lic`.
+
+    The longest ways take 44 steps, of which each reads the pixel that it has come to: at the border of two
+    pixels rounding decides, and the rest of the way differs.
+    """
+    small = values and (block.kind == "learned" or block.name == "lic")
     return {"1x1": (1, 1), "243x181": ODD} if small else SHAPES
 
 

@@ -40,7 +40,7 @@ LOOKS = {
     "etf, then RGB": style(step("etf", passes=1, rho=3), step("saturation")),
     "two choices": TWICE,
 }
-SHAPES = [(1, 1), (1, 37), (45, 1), (16, 16), (17, 33), (129, 67)]
+SHAPES = [(1, 1), (1, 37), (45, 1), (16, 16), (19, 33), (129, 67)]
 
 
 def shaders_of(look: Style, form: Form = "compute") -> list[Shader]:

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 import pytest
 from live import before_opening, refuse
-from waiting import LONG, eventually
+from waiting import LONG, eventually, new_threads, thread_names
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu import session
@@ -67,13 +67,13 @@ def test_values_take_over_with_the_next_picture(monkeypatch: pytest.MonkeyPatch)
     opened = count_calls(monkeypatch, hot_swap, "open_renderer")
     with running() as (film, told, made):
         few = film.tones(FEW)
-        before = len(threading.enumerate())
+        before = thread_names()
         for levels in range(6, 30):
             changed = override(FEW, [f"luma_posterize.levels={levels}"])
             assert film.tones(changed) > few
             assert made.style is changed
         assert film.tones(FEW) == few and not told
-        assert len(opened) == 1 and len(threading.enumerate()) <= before
+        assert len(opened) == 1 and new_threads(before) == set()
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from covering import of_the_day
 from films import RATE, still_film
 from gpu import FORMS, device, disagreements, film_picture
 from pictures import VIDEO, codes, step, style
+from waiting import new_threads, thread_names
 
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
@@ -77,11 +78,11 @@ def test_a_slider_opens_and_compiles_nothing(renderer: Backend, monkeypatch: pyt
     monkeypatch.setattr(
         gpu_session, "open_context", lambda index: (made.append("context"), open_one(index))[1]
     )
-    threads = set(threading.enumerate())
+    threads = thread_names()
     for chosen in MOVES:
         renderer.change_style(chosen)
         assert disagreements(run(chosen, (picture, 0.0)), renderer.run(picture)) == []
-    assert made == [] and set(threading.enumerate()) <= threads  # those of earlier tests may end meanwhile
+    assert made == [] and new_threads(threads) == set()
 
 
 def test_the_counters_count(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 
 LONG = 60.0
@@ -29,6 +30,16 @@ def eventually(fact: Callable[[], object], what: object = "") -> None:
     while not fact():
         left()
         time.sleep(0.002)
+
+
+def thread_names() -> Counter[str]:
+    """The names of all threads, and how many have each."""
+    return Counter(thread.name for thread in threading.enumerate())
+
+
+def new_threads(before: Counter[str]) -> set[str]:
+    """The names of threads started since; the second worker of a pool starts when there is work for two."""
+    return set(thread_names() - before) - {"vidstyle-cpu_1"}
 
 
 def is_waiting(thread: threading.Thread) -> bool:

@@ -162,7 +162,8 @@ def _tried(width: float, height: float, room: FreeSpace) -> np.ndarray:
 def _prices(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarray:
     area = room.area
     width, height = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
-    price = _SEEN * mean_under(room.attention, room.picture, boxes)
+    # Squared: half of a thing covered is worse than as much of its surroundings.
+    price = _SEEN * np.sqrt(mean_under(room.attention**2, room.picture, boxes))
     price = price + _LOW * (boxes[:, 1] - area.top) / area.height + _BIG * width * height / area.area
     price = price + _LOOSE * ((boxes[:, 1] > area.top) & (boxes[:, 3] < area.bottom - 1))
     flat = _FLAT_BALLOON if wording.kind in BALLOONS else _FLAT_CAPTION
