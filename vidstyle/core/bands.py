@@ -61,9 +61,8 @@ def in_bands(pool: Executor, shape: tuple[int, int], radius: int, run: Callable[
     tops = iter(range(0, height, rows))
 
     def work() -> None:
-        for (
-            top
-        ) in tops:  # each thread takes the next one: a task for each band would cost as much as some bands
+        # Each thread takes the next one: a task for each band would cost as much as some bands.
+        for top in tops:
             run(top, min(top + rows, height))
 
     others = [pool.submit(work) for _ in range(min(CORES, -(-height // rows)) - 1)]
