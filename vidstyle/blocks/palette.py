@@ -98,7 +98,7 @@ def _corners() -> np.ndarray:
 @compiled
 def _compare_corners(corners, points, planes, sure):  # type: ignore[no-untyped-def]
     """The nearest of the points at each corner, a plane of corners after another; then the cubes between."""
-    side, plane = 64, 65 * 65
+    side, plane = SIDE, (SIDE + 1) ** 2
     for red in range(side + 1):
         for i in range(plane):
             lab, nearest, least = corners[red * plane + i], 0, np.float32(1e9)
@@ -114,7 +114,7 @@ def _compare_corners(corners, points, planes, sure):  # type: ignore[no-untyped-
                 for k in range(2):
                     for step in (0, 1, side + 1, side + 2):
                         if planes[k, corner + step] != answer:
-                            answer = 255
+                            answer = UNSURE
                 sure[((red - 1) * side + green) * side + blue] = answer
 
 
