@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import vidstyle
-from vidstyle.core.kernels import user_cache
+from vidstyle.core.user_cache import user_cache
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.device.devices import Device, choose, list_devices
 from vidstyle.media.codecs import decoder_devices, encoders, ffmpeg_version

@@ -16,8 +16,9 @@ from pictures import VIDEO, codes
 from waiting import LONG
 
 from vidstyle.cli.reporting import Reporting
-from vidstyle.core import kernel_library
-from vidstyle.core.kernels import Compiled, cached, compiled, dry_run, types_of, user_cache
+from vidstyle.core.kernels import Compiled, cached, compiled, dry_run, library
+from vidstyle.core.kernels.declare import types_of
+from vidstyle.core.user_cache import user_cache
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import load_style, style_names
 
@@ -214,6 +215,6 @@ def test_who_waits_at_a_terminal_is_told_that_it_compiles(
     for terminal in (False, True):
         with Reporting():
             monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
-            kernel_library.announce()
-            kernel_library.announce()
+            library.announce()
+            library.announce()
         assert capsys.readouterr().err.count("preparing kernels, once for each style") == terminal

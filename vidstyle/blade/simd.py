@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.blade.structure_tensor import LANES
-from vidstyle.core.intrinsic import Intrinsic
+from vidstyle.core.kernels.intrinsic import Intrinsic
 
 ALIGNMENT = 64
 """Bytes of a cache line; vectors that lie in two of them take twice as long to load."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.block import SavedRef, Slider, block
 from vidstyle.core.kernels import compiled, index_at, interleaved
-from vidstyle.core.weighted_sums import weighted_sums
+from vidstyle.core.kernels.weighted_sums import weighted_sums
 
 ORIENTATIONS, ANISOTROPIES, SECTORS = 32, 8, 8
 """Kernels for which weights are tabulated, and sectors of each kernel."""

@@ -11,7 +11,7 @@ from vidstyle.block import moment_of
 from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory
 from vidstyle.core.closing import Closing
 from vidstyle.core.film_colors import FilmPalettes
-from vidstyle.core.kernel_library import rehearsing
+from vidstyle.core.kernels.library import rehearsing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector

@@ -9,8 +9,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.kernels import user_cache
 from vidstyle.core.regular_file import read_regular_file
+from vidstyle.core.user_cache import user_cache
 from vidstyle.errors import log
 
 MAX_DRAFT = 1 << 20

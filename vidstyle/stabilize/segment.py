@@ -10,7 +10,7 @@ import importlib
 from collections.abc import Callable
 from typing import Any
 
-from vidstyle.core.intrinsic import Intrinsic
+from vidstyle.core.kernels.intrinsic import Intrinsic
 
 SEGMENT = 16
 """Samples that are moved alike."""

@@ -1,7 +1,7 @@
 """Kernels: `@compiled` turns a function into machine code at its first call.
 
 Machine code lies in the user's cache folder as object files, which are loaded without Numba. Only a kernel
-that is missing there is compiled (`kernel_library`, `kernel_compiler`), together with what else will soon be
+that is missing there is compiled (`library`, `compiler`), together with what else will soon be
 needed. So importing a module with kernels is cheap, and only the first use of a style waits.
 """
 
@@ -11,24 +11,15 @@ import ctypes
 import functools
 import importlib
 import inspect
-import os
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, overload
 
 import numpy as np
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
-
-TIE_LIFT = np.float32(5e-5)
-"""Added to a value before it is compared with the border between two tones, so that ties go to the upper one.
-
-Many values lie exactly on a border: 8-bit codes, and middle gray wherever a difference is zero. Rounding of a
-matrix, or of a GPU's 16-bit textures, which is up to 2.3e-5, must not decide there."""
 
 SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.float32: ctypes.c_float}
 """What a kernel takes besides arrays, and tuples of all of these."""
@@ -68,7 +59,7 @@ class Compiled(Generic[Arguments, Result]):
             return None  # type: ignore[return-value]
         entry = self._entries.get(kinds)
         if entry is None:
-            library = importlib.import_module("vidstyle.core.kernel_library")
+            library = importlib.import_module("vidstyle.core.kernels.library")
             entry = self._entries[kinds] = library.entry(self, kinds)
         if entry(*_flat(arguments)):
             raise RuntimeError(f"{self.function.__name__} raised an error")
@@ -77,7 +68,7 @@ class Compiled(Generic[Arguments, Result]):
     @property
     def _numba_type_(self) -> Any:
         """Numba's protocol for globals that are called from compiled code."""
-        return importlib.import_module("vidstyle.core.kernel_compiler").callee_type(self)
+        return importlib.import_module("vidstyle.core.kernels.compiler").callee_type(self)
 
     def source_files(self) -> set[str]:
         """The files of the function and of all that it calls."""
@@ -187,61 +178,3 @@ def cached(maxsize: int) -> Callable[[Callable[Arguments, Result]], Callable[Arg
         return call
 
     return declare
-
-
-def user_cache() -> Path:
-    """The user's cache folder of vidstyle; not created here, and perhaps not writable."""
-    chosen = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    if chosen:
-        return Path(chosen) / "vidstyle"
-    home = Path(os.path.expanduser("~"))
-    return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "vidstyle"
-
-
-@compiled
-def index_at(place, last):  # type: ignore[no-untyped-def]
-    """The whole part of a place as an index, 0..last, int32.
-
-    Compared after the cast: NaN passes comparisons of floats where the compiler may assume there is none.
-    """
-    return min(max(np.int32(place), np.int32(0)), np.int32(last))
-
-
-@compiled
-def look_up_at(index):  # type: ignore[no-untyped-def]
-    """An index in 32 bits that cannot be negative: with others the compiler makes no vectors of look-ups."""
-    return np.uint32(max(np.int32(index), np.int32(0)))
-
-
-def mix_channels(color: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Multiply RGB, N x W x 3 float32, by a 3 x 4 matrix whose last column is added; clipped to 0..1, new.
-
-    Not `cv2.transform`, which rounds the last pixels of an array differently, so that the result would depend
-    on the bands.
-    """
-    out = np.empty(color.shape, np.float32)
-    _mix_channels(interleaved(color), matrix.astype(np.float32), interleaved(out))
-    return out
-
-
-def interleaved(color: np.ndarray) -> np.ndarray:
-    """RGB, N x W x 3, as rows of 3 W numbers for kernels: a view where it is contiguous.
-
-    There, channels lie three numbers apart. Of an array of three dimensions the compiler does not know that,
-    and makes no vectors.
-    """
-    return np.ascontiguousarray(color).reshape(len(color), -1)
-
-
-@compiled
-def _mix_channels(color, matrix, out):  # type: ignore[no-untyped-def]
-    zero, one = np.float32(0), np.float32(1)
-    a, b, c, d = matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]
-    e, f, g, h = matrix[1, 0], matrix[1, 1], matrix[1, 2], matrix[1, 3]
-    i, j, k, m = matrix[2, 0], matrix[2, 1], matrix[2, 2], matrix[2, 3]
-    for row in range(out.shape[0]):
-        for x in range(out.shape[1] // 3):
-            red, green, blue = color[row, 3 * x], color[row, 3 * x + 1], color[row, 3 * x + 2]
-            out[row, 3 * x] = min(max(a * red + b * green + c * blue + d, zero), one)
-            out[row, 3 * x + 1] = min(max(e * red + f * green + g * blue + h, zero), one)
-            out[row, 3 * x + 2] = min(max(i * red + j * green + k * blue + m, zero), one)

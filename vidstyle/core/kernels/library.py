@@ -5,32 +5,22 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import importlib
 import os
-import pickle
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from queue import Empty, SimpleQueue
 from typing import Any
 
 import llvmlite.binding as llvm
 import numpy as np
 
-from vidstyle.core.bands import CORES
 from vidstyle.core.installed import version_of
-from vidstyle.core.kernels import SCALARS, ArgumentType, Compiled, dry_run, user_cache
+from vidstyle.core.kernels.compiler_pool import CompilerPool, Kernel
+from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, dry_run
+from vidstyle.core.user_cache import user_cache
 from vidstyle.errors import log
-
-Kernel = tuple[Compiled, tuple[ArgumentType, ...]]
-"""A function and the types of its arguments."""
-CompileRequest = tuple[str, str, str, tuple[ArgumentType, ...]]
-"""What a compiling process is told: name of the object, module and name of the function, types."""
-
 
 _lock = threading.Lock()
 _rehearsals: list[Callable[[], object]] = []
@@ -75,7 +65,7 @@ def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
 def _platform() -> str:
     here = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
     compilers = version_of("numba"), llvm.llvm_version_info
-    return repr((*here, *compilers, _file_digest(str(Path(__file__).with_name("kernel_compiler.py")))))
+    return repr((*here, *compilers, _file_digest(str(Path(__file__).with_name("compiler.py")))))
 
 
 @functools.cache
@@ -150,6 +140,7 @@ _engine = functools.cache(_Engine)
 
 # --- Compilation ---
 
+_compilers = CompilerPool(_store)
 _ordered: dict[str, Future[bytes]] = {}
 """The object files that are being compiled, or have been."""
 
@@ -191,100 +182,3 @@ def announce() -> None:
     """Only on a terminal, where somebody waits."""
     what = {"only_on_terminal": True, "once": True}
     log.info("preparing kernels, once for each style", extra=what)
-
-
-class _Compilers:
-    """Threads that compile, each in a process of its own, as Numba compiles one function at a time.
-
-    They end when there is nothing to do for a while; as daemons they keep no program from ending.
-    """
-
-    IDLE = 30.0
-    """Seconds after which they end."""
-
-    def __init__(self) -> None:
-        self._jobs: SimpleQueue[tuple[str, Kernel, Future[bytes]]] = SimpleQueue()
-        self._running = 0
-        self._lock = threading.Lock()
-
-    def take(self, name: str, kernel: Kernel, code: Future[bytes]) -> None:
-        """Compile a kernel as soon as a core is free, and store its object file."""
-        with self._lock:
-            self._jobs.put((name, kernel, code))
-            if self._running < CORES:
-                self._running += 1
-                threading.Thread(target=self._run, name="kernel compiler", daemon=True).start()
-
-    def _run(self) -> None:
-        with closing(_Process()) as process:
-            for name, kernel, code in iter(self._next, None):
-                try:
-                    object_code = process.compile(name, *kernel)
-                    _store(name, object_code)
-                    code.set_result(object_code)
-                except Exception as error:  # raised where the kernel is called
-                    code.set_exception(error)
-
-    def _next(self) -> tuple[str, Kernel, Future[bytes]] | None:
-        with suppress(Empty):
-            return self._jobs.get(timeout=self.IDLE)
-        with self._lock:
-            with suppress(Empty):  # one that came in meanwhile
-                return self._jobs.get_nowait()
-            self._running -= 1
-            return None
-
-
-class _Process:
-    """A process that compiles; started when it is needed."""
-
-    def __init__(self) -> None:
-        self._running: subprocess.Popen[bytes] | None = None
-
-    def compile(self, name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> bytes:
-        """The object file of a kernel, compiled here where no process can do it.
-
-        None can be started in a program that embeds Python; and a script is not imported a second time, as
-        that could run it.
-        """
-        module, function = compiled.function.__module__, compiled.function.__qualname__
-        if module != "__main__":
-            try:
-                return self._answer((name, module, function, kinds))
-            except (OSError, EOFError) as error:
-                log.debug("%s is compiled in this process: %s", function, error)
-                self.close()
-        compiler: Any = importlib.import_module("vidstyle.core.kernel_compiler")
-        code: bytes = compiler.object_code(name, compiled, kinds)
-        return code
-
-    def close(self) -> None:
-        """End the process."""
-        if self._running is not None:
-            assert self._running.stdin and self._running.stdout
-            with suppress(OSError):
-                self._running.stdin.close()
-            self._running.stdout.close()
-            self._running.wait()
-            self._running = None
-
-    def _answer(self, request: CompileRequest) -> bytes:
-        self._running = self._running or self._started()
-        assert self._running.stdin and self._running.stdout
-        pickle.dump(request, self._running.stdin)
-        self._running.stdin.flush()
-        code: bytes = pickle.load(self._running.stdout)
-        return code
-
-    @staticmethod
-    def _started() -> subprocess.Popen[bytes]:
-        # As an entry of sys.path "" is the working folder, where what is compiled may come from.
-        path = [each or os.curdir for each in sys.path]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(path)}
-        command = [sys.executable, "-P", "-m", "vidstyle.core.kernel_compiler"]
-        pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-        # In a session of its own, so that Ctrl-C ends the program, and not its compilers first.
-        return subprocess.Popen(command, env=environment, start_new_session=True, **pipes)
-
-
-_compilers = _Compilers()

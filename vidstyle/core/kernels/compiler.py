@@ -28,7 +28,7 @@ from numba.core.typing.templates import AbstractTemplate
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
-from vidstyle.core.kernels import ArgumentType, Compiled
+from vidstyle.core.kernels.declare import ArgumentType, Compiled
 
 SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
 OBJECT_SIZE = object.__basicsize__

@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable
 from typing import Any
 
-from vidstyle.core.intrinsic import Intrinsic
+from vidstyle.core.kernels.intrinsic import Intrinsic
 
 LANES, CHANNELS = 8, 4
 
