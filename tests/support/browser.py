@@ -15,7 +15,7 @@ import pytest
 from waiting import LONG, eventually
 from websockets.sync.client import ClientConnection, connect
 
-from vidstyle.export import RUNNER
+from vidstyle.export import runner_module
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 FLAGS = (
@@ -165,7 +165,7 @@ class StyleBrowser(Browser):
 
     def __init__(self, program: str, profile: Path) -> None:
         super().__init__(program, profile)
-        module = base64.b64encode(RUNNER.read_bytes()).decode()
+        module = base64.b64encode(runner_module().encode()).decode()
         self.run(
             """globalThis.vidstyle = await import("data:text/javascript;base64," + module);
             globalThis.runners = [false, true].map((half) => new vidstyle.Runner({ half }));

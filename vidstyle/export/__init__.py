@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
-RUNNER = Path(__file__).with_name("runner.js")
-"""The JavaScript module that runs plans in a browser."""
+RUNNER = Path(__file__).with_name("runner")
+"""The JavaScript modules that run plans in a browser; `runner.js` is the one to import."""
+
+
+def runner_module() -> str:
+    """The modules of `RUNNER` as the text of a single one."""
+    parts = ("measured", "context", "frame", "runner")
+    texts = ((RUNNER / f"{part}.js").read_text(encoding="utf-8") for part in parts)
+    return "\n".join(re.sub(r'^import .* from "\./.*";\n', "", text, flags=re.M) for text in texts)

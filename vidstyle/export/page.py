@@ -12,7 +12,7 @@ from string import Template
 from typing import Any
 
 import vidstyle
-from vidstyle.export import RUNNER
+from vidstyle.export import runner_module
 from vidstyle.export.adjust import holds, is_alike, main_controls, tables_of, with_tints
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, set_values
@@ -28,7 +28,7 @@ def page_of_style(style: Style) -> str:
     Raises:
         StyleError: the style cannot be used.
     """
-    runner = re.sub(r"^export (?=class|function|const)", "", RUNNER.read_text(encoding="utf-8"), flags=re.M)
+    runner = re.sub(r"^export (?=class|function|const)", "", runner_module(), flags=re.M)
     script = f"{runner}\n{_text('page.js')}"
     css = _text("page.css")
     data = json.dumps(page_data(style), separators=(",", ":")).replace("</", "<\\/")

@@ -1,4 +1,4 @@
-"""Plans for the renderer in a page (`export/runner.js`): numbers apart from what stays."""
+"""Plans for the renderer in a page (`export/runner/runner.js`): numbers apart from what stays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plan for WebGL 2 as plain data, which `vidstyle/export/runner.js` runs without Python.
+"""A plan for WebGL 2 as plain data, which `vidstyle/export/runner` runs without Python.
 
 - `format`: the version of this description.
 - `size`: width and height of the picture; the plan fits all pictures whose shorter side is as long.

@@ -1,0 +1,285 @@
+/**
+ * Runs vidstyle's styles in a browser, with WebGL 2 and nothing else.
+ *
+ * A plan is the JSON that `vidstyle.gpu.compile.es.es_plan` makes of a style.
+ *
+ *     import { Runner, missing } from "./runner.js";
+ *
+ *     const lacks = missing();
+ *     if (lacks.length) throw new Error(lacks.join("; "));
+ *     const runner = new Runner();
+ *     const style = await runner.load(plan);            // compiles while an earlier style goes on
+ *     runner.draw(style, video, canvas);                // a picture, a video or a canvas into a canvas
+ *     style.values = changed.values;                    // a slider sends numbers only
+ *
+ * One runner serves any number of styles and canvases: browsers allow few WebGL contexts. It loses nothing
+ * with its context: everything is made anew once the browser gives it back, and `onrestored` is called.
+ *
+ * Pictures are taken as RGB, with the browser's own conversion of video. Stabilization over time and scene
+ * cuts are not done here; `restart` says that a new scene begins.
+ *
+ * @module
+ */
+
+import { Context, floatTargets } from "./context.js";
+import { Frame } from "./frame.js";
+import { FilmColors, Smoother } from "./measured.js";
+
+/** The version of plans that this runner reads. */
+export const FORMAT = 1;
+
+/**
+ * @typedef {object} PlanPass
+ * @property {number} shader index of its text in `shaders`
+ * @property {number} page index of the size at which it runs
+ * @property {number[]} writes indices of the images that it writes
+ * @property {Object<string, {source?: true, image?: number, measure?: number, texture?: string}>} reads by sampler
+ * @property {Object<string, number>} sizes pages whose width and height are a uniform, by its name
+ * @property {[string, string, number][]} uniforms name, type and length (0: no array), in the order of `values`
+ * @property {number} [measures] the measurement that takes what this pass writes
+ */
+
+/**
+ * @typedef {object} Plan
+ * @property {number} format
+ * @property {[number, number]} size width and height for which it was made
+ * @property {number} samples
+ * @property {string} vertex
+ * @property {string[]} shaders
+ * @property {number[]} pages
+ * @property {{page: number, kind: "working" | "samples" | "result", components: number}[]} images
+ * @property {PlanPass[]} passes
+ * @property {{step: string, count: number}[]} measures
+ * @property {number[]} values
+ * @property {Object<string, {size: [number, number, number], components: number, type: string, data: string, film?: Film}>} textures
+ * @property {string[]} server what of the style is left out here
+ */
+
+/**
+ * @typedef {object} Film the constants of `vidstyle.core.film_colors`
+ * @property {number} chroma
+ * @property {number} side
+ * @property {number} bins
+ * @property {[number, number]} rounds
+ * @property {number} settle
+ * @property {number} held
+ */
+
+/** @typedef {[number, number]} Size width and height */
+/** @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | VideoFrame | ImageData} Source */
+
+/**
+ * What this browser lacks to run plans: one sentence each, none if nothing is missing.
+ * @param {Plan} [plan] the plan in question
+ * @returns {string[]}
+ */
+export function missing(plan) {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) return ["this browser has no WebGL 2, or it is switched off"];
+  const lacks = [];
+  if (!floatTargets(gl)) lacks.push("this graphics card cannot draw into floating-point textures");
+  const most = Math.max(0, ...(plan ? plan.passes.map((pass) => pass.writes.length) : []));
+  if (most > gl.getParameter(gl.MAX_DRAW_BUFFERS)) lacks.push("this graphics card cannot draw into enough textures at once");
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return lacks;
+}
+
+/** A style that a runner has loaded: its plan, the values in use, and what was measured so far. */
+export class LoadedStyle {
+  /** @param {Plan} plan */
+  constructor(plan) {
+    this.plan = plan;
+    /** The numbers in use; assign others of the same plan to change them from the next picture on. */
+    this.values = plan.values;
+    /** @type {Smoother[]} */
+    this.smoothers = plan.measures.map(() => new Smoother());
+    /** The film's own colours, by the names of the textures that they fill. @type {Map<string, FilmColors>} */
+    this.films = new Map();
+    for (const [name, { size, film }] of Object.entries(plan.textures)) if (film) this.films.set(name, new FilmColors(size[0], film));
+    /** @type {Frame | null} */
+    this.frame = null;
+  }
+
+  /** Takes the next measurements as they are: a new scene or another film begins. */
+  restart() {
+    for (const smoother of this.smoothers) smoother.time = null;
+    for (const colors of this.films.values()) colors.restart();
+  }
+
+  /** Frees the textures; the style may be drawn again. */
+  release() {
+    this.frame?.release();
+    this.frame = null;
+  }
+}
+
+/** Draws styles with one WebGL context. */
+export class Runner {
+  /**
+   * @param {object} [options]
+   * @param {boolean} [options.half] half floats even where float32 is to be had
+   * @param {() => void} [options.onrestored] called after a lost context has come back: draw again
+   */
+  constructor(options = {}) {
+    this.half = options.half ?? false;
+    /** The canvas of the context: what was drawn last, in its upper left corner. */
+    this.canvas = document.createElement("canvas");
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      this.context = null;
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      this.open();
+      options.onrestored?.();
+    });
+    /** @type {Context | null} null while the context is lost */
+    this.context = null;
+    /** How many loaded styles need each shader. @type {Map<string, number>} */
+    this.users = new Map();
+    this.fitting = document.createElement("canvas");
+    this.open();
+  }
+
+  /** @private */
+  open() {
+    const options = { alpha: true, antialias: false, depth: false, stencil: false, powerPreference: "high-performance" };
+    const gl = /** @type {WebGL2RenderingContext | null} */ (this.canvas.getContext("webgl2", options));
+    if (!gl) throw new Error("this browser has no WebGL 2, or it is switched off");
+    this.context = new Context(gl, this.half);
+  }
+
+  /** The name of the graphics card, as far as the browser tells it. */
+  get device() {
+    const gl = this.context?.gl;
+    if (!gl) return "";
+    const info = gl.getExtension("WEBGL_debug_renderer_info");
+    return String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  }
+
+  /** Whether there is no graphics card behind it, so that a picture may take seconds. */
+  get isSoftware() {
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(this.device);
+  }
+
+  /**
+   * Loads a plan. What the browser can compile at the same time, it does; drawing goes on meanwhile.
+   * @param {Plan} plan
+   * @returns {Promise<LoadedStyle>}
+   */
+  async load(plan) {
+    if (plan.format !== FORMAT) throw new Error(`the plan has format ${plan.format}, this runner reads ${FORMAT}`);
+    for (const text of plan.shaders) {
+      this.users.set(text, (this.users.get(text) ?? 0) + 1);
+      this.context?.compile(plan.vertex, text);
+    }
+    while (this.context && !plan.shaders.every((text) => this.context?.isCompiled(text))) {
+      await new Promise((done) => setTimeout(done, 10));
+    }
+    for (const text of plan.shaders) this.context?.program(plan.vertex, text);
+    return new LoadedStyle(plan);
+  }
+
+  /** Frees a style and the programs that no other one needs. @param {LoadedStyle} style it is not drawn again */
+  unload(style) {
+    style.release();
+    for (const text of style.plan.shaders) {
+      const left = (this.users.get(text) ?? 1) - 1;
+      this.users.set(text, left);
+      if (left > 0) continue;
+      this.users.delete(text);
+      this.context?.forget(text);
+    }
+  }
+
+  /**
+   * Draws a picture in a style.
+   * @param {LoadedStyle} style
+   * @param {Source} source
+   * @param {HTMLCanvasElement | OffscreenCanvas} [canvas] where to; it keeps its size. Without one, the
+   *   result is in the upper left corner of `this.canvas` until the next call.
+   * @param {object} [options]
+   * @param {number | null} [options.time] presentation time in seconds; null: the picture stands alone
+   * @param {Size} [options.size] the size at which to work; else that of the source
+   * @returns {Size | null} the size of the result; null if there is no picture yet, or no context now
+   */
+  draw(style, source, canvas, options = {}) {
+    const own = sizeOf(source);
+    if (!this.context || this.context.gl.isContextLost() || !own) return null;
+    const size = options.size ?? own;
+    if (style.frame?.context !== this.context || !style.frame.fits(style, size)) {
+      style.release();
+      style.frame = new Frame(this.context, style, size);
+    }
+    style.frame.draw(style, this.fitted(source, own, size), options.time ?? null);
+    this.present(style.frame);
+    const target = /** @type {CanvasRenderingContext2D | null | undefined} */ (canvas?.getContext("2d"));
+    if (canvas && target) target.drawImage(this.canvas, 0, 0, ...size, 0, 0, canvas.width, canvas.height);
+    return size;
+  }
+
+  /** Frees the context and all that was made with it. */
+  release() {
+    this.context?.gl.getExtension("WEBGL_lose_context")?.loseContext();
+    this.context = null;
+  }
+
+  /**
+   * The source at the size wanted.
+   * @private
+   * @param {Source} source @param {Size} own @param {Size} size
+   * @returns {Source}
+   */
+  fitted(source, own, size) {
+    if (own[0] === size[0] && own[1] === size[1]) return source;
+    if (this.fitting.width !== size[0] || this.fitting.height !== size[1]) [this.fitting.width, this.fitting.height] = size;
+    const context = /** @type {CanvasRenderingContext2D} */ (this.fitting.getContext("2d"));
+    context.imageSmoothingQuality = "high";
+    context.drawImage(/** @type {CanvasImageSource} */ (source), 0, 0, ...size);
+    return this.fitting;
+  }
+
+  /**
+   * Copies the result to the context's own canvas, the right way up.
+   * @private
+   * @param {Frame} frame
+   */
+  present(frame) {
+    const gl = frame.context.gl;
+    const [width, height] = frame.size;
+    if (this.canvas.width < width) this.canvas.width = width;
+    if (this.canvas.height < height) this.canvas.height = height;
+    const { program, locations } = frame.context.program(frame.vertex, COPY);
+    gl.useProgram(program);
+    if (!locations.has("top")) locations.set("top", gl.getUniformLocation(program, "top"));
+    gl.uniform1i(/** @type {WebGLUniformLocation} */ (locations.get("top")), this.canvas.height - 1);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, frame.result);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    // Not by blitFramebuffer, which does not tell every browser that the canvas has changed.
+    gl.viewport(0, this.canvas.height - height, width, height);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+}
+
+/**
+ * The size of a picture; null while it has none.
+ * @param {any} source
+ * @returns {Size | null}
+ */
+function sizeOf(source) {
+  const width = source.videoWidth ?? source.naturalWidth ?? source.displayWidth ?? source.width;
+  const height = source.videoHeight ?? source.naturalHeight ?? source.displayHeight ?? source.height;
+  return width && height ? [width, height] : null;
+}
+
+/** Copies a picture to the canvas, whose first row is the lowest. */
+const COPY = `#version 300 es
+precision highp float;
+precision highp int;
+uniform sampler2D picture;
+uniform int top;
+out vec4 color;
+void main() {
+    color = texelFetch(picture, ivec2(int(gl_FragCoord.x), top - int(gl_FragCoord.y)), 0);
+}
+`;
