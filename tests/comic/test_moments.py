@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 from face_network import FACE, red_finder
+from faults import remux
 from media import make_picture, photograph
 from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
@@ -222,6 +223,14 @@ def test_a_folder_without_pictures_is_said(tmp_path: Path) -> None:
         find_moments(open_film(tmp_path))
 
 
+def test_pictures_of_a_folder_that_cannot_be_read_are_damage(tmp_path: Path) -> None:
+    make_picture(tmp_path / "good.png")
+    (tmp_path / "bad.png").write_bytes(b"no picture")
+    film = open_film(tmp_path)
+    film.survey()
+    assert film.damage.report() == "the input is damaged: 1 frame left out that could not be decoded"
+
+
 def test_one_picture_is_a_film(tmp_path: Path) -> None:
     path = make_picture(tmp_path / "picture.png")
     (moment,) = moments_of(path)
@@ -253,6 +262,21 @@ def test_of_a_long_film_only_key_frames_are_looked_at(
     assert len(moments) >= 4
     assert all(abs(each.time - round(each.time)) <= 0.8 for each in moments)
     assert doubles(seen_at(six_shots, moments)) == 0
+
+
+@pytest.mark.parametrize("kind", ["mkv", "mp4"])
+def test_of_a_long_film_that_is_cut_off_key_frames_tell_so(
+    kind: str, six_shots: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An MP4 has its index in front; of the frames between key frames nothing is known."""
+    monkeypatch.setattr(film_file, "WHOLE", 0)
+    monkeypatch.setattr(film_file, "SPARE", 0.1)
+    whole, cut = remux(six_shots, tmp_path / f"whole.{kind}", movflags="faststart"), tmp_path / f"cut.{kind}"
+    cut.write_bytes(whole.read_bytes()[:-20000])
+    for path, is_cut in ((whole, False), (cut, True)):
+        with open_film(path) as film:
+            film.survey()
+            assert film.damage.cut_off == film.damage.is_significant == is_cut
 
 
 def test_exact_frames_are_fetched(six_shots: Path) -> None:

@@ -73,7 +73,7 @@ class Film(Closing):
 
     Attributes:
         name: of the source.
-        damage: what `survey` found wrong, as far as it decoded every frame.
+        damage: what `survey` found wrong in what it decoded.
     """
 
     name: str
@@ -225,6 +225,7 @@ class FilmFile(Film):
             on_time(time)
             measured.append(time, partial(self._measured, sample))
             lumas.append(small_luma(sample.picture(_SHOT_SIDE)))
+        self.damage = self._sampler.damage
         candidates = measured.candidates()
         for each, luma in zip(candidates, lumas, strict=True):
             shots.push(each.time, luma, each.histogram)
@@ -330,7 +331,9 @@ class PictureFolder(Film):
             on_step(_STEP, number, len(self._paths))
             try:
                 candidates.append(each.result())
+                self.damage.decoded += 1
             except InputError as error:
+                self.damage.lost += 1
                 log.warning("left out: %s", error)
         if not candidates:
             raise InputError(self.name, "none of its pictures can be read")

@@ -126,7 +126,8 @@ class FilmSource:
     def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """Frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
-            self._gaps.look(packet)
+            if self._key_gap is None:
+                self._gaps.look(packet)
             # Broadcast streams count their packets; elsewhere the file has ended within this one.
             self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST
             if self._packet_clock.restamp(packet):
@@ -138,7 +139,9 @@ class FilmSource:
             elif packet.size:  # without content it is a frame like the one before it; a decoder would end
                 yield from self._decoder.decode(packet, after_gap=self._gaps.before_picture())
         yield from self._decoder.decode(None)
-        if self._from_start:
+        if self._key_gap is not None:
+            self.damage.cut_off |= self._header.shows_cut()
+        elif self._from_start:
             self._header.compare(self.damage)
 
     def close(self) -> None:

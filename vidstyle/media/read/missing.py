@@ -91,6 +91,14 @@ class HeaderCheck:
         self.packets += 1
         self._hidden += packet.is_discard
 
+    def shows_cut(self) -> bool:
+        """Whether the file ends before the last frame that it announces, known without reading frames."""
+        if self._file is None:
+            return False
+        size = self._file.stat().st_size
+        indexed = self._stream.index_entries if "mp4" in self._formats else ()
+        return any(each.pos + each.size > size for each in indexed) or ends_early(self._file, self._formats)
+
     def compare(self, damage: DecodeReport) -> None:
         """Report what is missing: a file that was cut off ends without an error; only its header knows."""
         if self._file is not None:

@@ -81,6 +81,7 @@ class FilmSampler(Closing):
         if not isinstance(self._source, FilmSource):
             yield from self._sampled(self._stepped(gap))
             return
+        self._source.damage.clear()
         self._seek(Fraction(0))
         self._source.decode_keys(gap)
         try:
@@ -112,7 +113,7 @@ class FilmSampler(Closing):
 
     @property
     def damage(self) -> DecodeReport:
-        """What was found wrong since all frames were asked for; complete when the last one has come."""
+        """What was found wrong since all frames, or key frames, were asked for; complete when the last has come."""
         return replace(self._source.damage)
 
     def warn_if_hdr(self) -> bool:
