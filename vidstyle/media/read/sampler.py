@@ -113,7 +113,7 @@ class FilmSampler(Closing):
 
     @property
     def damage(self) -> DecodeReport:
-        """What was found wrong since all frames, or key frames, were asked for; complete when the last has come."""
+        """What was found wrong since all frames or key frames were asked for; complete after the last one."""
         return replace(self._source.damage)
 
     def warn_if_hdr(self) -> bool:
