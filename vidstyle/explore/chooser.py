@@ -115,10 +115,6 @@ class Chooser:
         """Show nine tiles that follow from none: mutants of shipped styles, and wild cards."""
         return self._show(self._filled(FIRST, [], self._first_draws), None)
 
-    def first_styles(self) -> list[Style]:
-        """The styles that `new_screen` will try first."""
-        return [each.style for each in self._first_draws(0)]
-
     def more_like(self, place: int) -> TileScreen:
         """Take a tile of the screen, and show others like it."""
         self._learn(place)
