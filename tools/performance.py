@@ -5,7 +5,8 @@
     vidstyle bench --size 1920x1080 -o bench.md
     python -m tools.performance peers.md film.md bench.md
 
-The name of a file without its ending says which section it is for.
+The name of a file without its ending says which section it is for. The table of what styles move on a GPU is
+counted anew each time.
 """
 
 from __future__ import annotations
@@ -14,7 +15,14 @@ import re
 import sys
 from pathlib import Path
 
+from vidstyle.gpu.compile.explain import plan_traffic
+from vidstyle.gpu.compile.plan import plan_for_video
+from vidstyle.style import load_style, style_names
+
 PAGE = Path(__file__).parent.parent / "docs" / "performance.md"
+
+BANDWIDTHS = (320, 4800)
+"""GB/s of the cards in the table of styles on a GPU."""
 
 
 def with_tables(page: str, section: str, tables: str) -> str:
@@ -27,11 +35,25 @@ def with_tables(page: str, section: str, tables: str) -> str:
     if not place.search(page):
         raise ValueError(f"{PAGE} has no section {section}")
     deeper = re.sub(r"^##", "###", tables, flags=re.MULTILINE)
-    return place.sub(lambda _: f"{deeper.strip()}\n", page)
+    return place.sub(lambda _: f"{deeper.strip()}\n", page, count=1)
+
+
+def traffic_table() -> str:
+    """The passes of each style and the bytes that they move for each pixel of a 1920x1080 film, and their bound."""
+    plans = {name: plan_for_video(load_style(name), 1920, 1080, "compute") for name in style_names()}
+    traffic = {name: plan_traffic(plan) for name, plan in plans.items()}
+    moved = {name: each.read + each.written for name, each in traffic.items() if plans[name].passes}
+    cards = [f"at {each} GB/s, MP/s at most" for each in BANDWIDTHS]
+    lines = [f"| {' | '.join(('style', 'passes', 'bytes a pixel', *cards))} |", "|---|---:|---:|---:|---:|"]
+    for name in sorted(moved, key=lambda name: moved[name]):
+        bounds = (f"{1000 * each / moved[name]:,.0f}" for each in BANDWIDTHS)
+        cells = (name, str(len(plans[name].passes)), f"{moved[name]:.1f}", *bounds)
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":
+    page = with_tables(PAGE.read_text(encoding="utf-8"), "traffic", traffic_table())
     for name in sys.argv[1:]:
-        tables = Path(name).read_text(encoding="utf-8")
-        page = with_tables(PAGE.read_text(encoding="utf-8"), Path(name).stem, tables)
-        PAGE.write_text(page, encoding="utf-8")
+        page = with_tables(page, Path(name).stem, Path(name).read_text(encoding="utf-8"))
+    PAGE.write_text(page, encoding="utf-8")
