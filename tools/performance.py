@@ -39,7 +39,7 @@ def with_tables(page: str, section: str, tables: str) -> str:
 
 
 def traffic_table() -> str:
-    """The passes of each style and the bytes that they move for each pixel of a 1920x1080 film, and their bound."""
+    """For each style: passes, bytes that they move for each pixel of a 1920x1080 film, and their bounds."""
     plans = {name: plan_for_video(load_style(name), 1920, 1080, "compute") for name in style_names()}
     traffic = {name: plan_traffic(plan) for name, plan in plans.items()}
     moved = {name: each.read + each.written for name, each in traffic.items() if plans[name].passes}
