@@ -1,10 +1,10 @@
 // A pixel filtered with the filter selected for it. The bank holds, for each pair of opposite pixels, the
 // weight of their difference from the middle; `part_sums` are the responses of the parts to a constant 1.
-float filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
+channels filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
         float part_sums[8], float identity) {
     int number = clamp(int(chosen * 1024.0 + 0.5), 0, textureSize(bank, 0).y - 1);
     int radius = size / 2, pair = 0;
-    float middle = picture_at(at), total = identity * middle;
+    channels middle = picture_at(at), total = identity * middle;
     vec4 weights = vec4(0.0);
     for (int part = 0; part < bank_count; part++) {
         total += part_weights[part] * part_sums[part] * middle;

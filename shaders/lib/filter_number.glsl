@@ -12,7 +12,7 @@ float filter_number(vec3 tensor, vec3 bins, vec2 start, vec2 density) {
     float coherence = spread / (total + 2.0 * other + 1e-12);
     float strength = sqrt(0.5 * (total + spread));
     float orientation = floor(short_angle(direction) * bins.x / 6.28318531 + 0.5);
-    orientation += orientation < 0.0 ? bins.x : 0.0;
+    orientation = min(orientation + (orientation < 0.0 ? bins.x : 0.0), bins.x - 1.0);
     vec2 levels = floor(clamp((vec2(strength, coherence) - start) * density, vec2(0.0), bins.yz - 0.5));
     return ((orientation * bins.y + levels.x) * bins.z + levels.y) / 1024.0;
 }

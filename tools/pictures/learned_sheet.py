@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import skimage.data
 
-from vidstyle.blade.photographs import Photograph
+from vidstyle.blade.photographs import Photograph, luma_of
 from vidstyle.blade.reference_filter import reference_by_function
 from vidstyle.gallery.style_samples import encoded, labelled, sheet_of
 from vidstyle.renderer import stylize
@@ -27,11 +27,11 @@ def main() -> None:
     arguments = parser.parse_args()
     source = skimage.data.chelsea()
     reference = reference_by_function(arguments.function)
-    (luma,) = reference.apply(source / 255, Photograph(Path("chelsea"), 0))
+    (picture,) = reference.apply(source / 255, Photograph(Path("chelsea"), 0))
     step = Step("learned", {"bank": arguments.bank.name})
     learned = stylize(source, Style("learned", background=(step,), folder=arguments.bank.parent))
     ycrcb = cv2.cvtColor(source, cv2.COLOR_RGB2YCrCb)
-    ycrcb[..., 0] = (luma * 255 + 0.5).clip(0, 255)
+    ycrcb[..., 0] = (luma_of(picture) * 255 + 0.5).clip(0, 255)
     filtered = cv2.cvtColor(ycrcb, cv2.COLOR_YCrCb2RGB)
     pictures = {"source": source, arguments.function: filtered, "bank": learned}
     enlarged = {

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.assets import asset_folder
-from vidstyle.blade.structure_tensor import Bins
+from vidstyle.blade.structure_tensor import FEATURES, Bins, Feature
 from vidstyle.blade.symmetry import pair_weights
 from vidstyle.core.regular_file import read_regular_file
 from vidstyle.media.write.atomic import atomic_file
@@ -37,9 +37,13 @@ MAX_RHO = 8
 """The largest standard deviation of the tensor's window, in pixels: shaders hold 16 of its weights."""
 MAX_SLIDERS = 3
 """The most weights that a bank declares as sliders."""
+MAX_FEATURES = 2
+"""The most further features by which a bank's filters are chosen."""
 MAX_WEIGHT = 1024.0
 """The largest weight of a pixel; those of trained banks are below 1."""
 ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
+CHROMA = "chroma"
+"""The array of filters for chroma, which a bank may have."""
 _NPY_HEADER = re.compile(
     rb"\x93NUMPY\x01\x00..\{'descr': '(<[fi][48]|\|u1)', 'fortran_order': (True|False), "
     rb"'shape': \(((?:\d{1,9}, ?)*(?:\d{1,9})?)\), \} *\n",
@@ -67,6 +71,7 @@ class Bank:
         rho: standard deviation of the structure tensor's window, in pixels.
         filters: parts x bins x size x size float32. The result is the weighted sum of the parts; a
             block sets the weights.
+        chroma: of the same shape, for the two chroma planes; None if they stay as they are.
         about: how it was trained, as plain data: "imitates" (the reference filter), "parts" (names),
             "pictures" (names and checksums), "samples" and "residuals" (in levels of 255) of each filter,
             "sliders" and others.
@@ -76,6 +81,7 @@ class Bank:
     rho: float
     filters: np.ndarray
     about: dict[str, Any] = field(default_factory=dict)
+    chroma: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         problem = _problem(self)
@@ -86,6 +92,17 @@ class Bank:
     def size(self) -> int:
         """Rows and columns of a filter."""
         return int(self.filters.shape[2])
+
+    @cached_property
+    def of_chroma(self) -> Bank:
+        """The bank that filters the chroma planes.
+
+        Raises:
+            ValueError: it leaves them as they are.
+        """
+        if self.chroma is None:
+            raise ValueError("has no filters for chroma")
+        return replace(self, filters=self.chroma, chroma=None)
 
     @cached_property
     def packed(self) -> tuple[np.ndarray, ...]:
@@ -142,8 +159,10 @@ def save_bank(bank: Bank, path: str | Path) -> None:
         "bins": np.array(bank.bins.counts, np.int32),
         "ranges": np.array([bank.bins.strength_range, bank.bins.coherence_range]),
         "rho": np.float64(bank.rho),
-        "about": np.frombuffer(json.dumps(bank.about, sort_keys=True).encode(), np.uint8),
+        "about": np.frombuffer(json.dumps(_described(bank), sort_keys=True).encode(), np.uint8),
     }
+    if bank.chroma is not None:
+        arrays[CHROMA] = bank.chroma
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, array in arrays.items():
@@ -152,6 +171,12 @@ def save_bank(bank: Bank, path: str | Path) -> None:
                 np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
     with atomic_file(Path(path), overwrite=True) as write:
         write(content.getvalue())
+
+
+def _described(bank: Bank) -> dict[str, Any]:
+    """What a file tells of a bank beside its arrays."""
+    features = [[each.name, each.bins, each.rho, *each.range] for each in bank.bins.features]
+    return bank.about | {"features": features} if features else bank.about
 
 
 def load_bank(path: str | Path) -> Bank:
@@ -180,7 +205,8 @@ def _arrays_from_npz(content: bytes) -> dict[str, np.ndarray]:
             raise ValueError("it is packed in another way than NumPy does")
         if missing := {f"{name}.npy" for name in ARRAYS}.difference(entry.filename for entry in entries):
             raise ValueError(f"{', '.join(sorted(missing))} missing")
-        return {name: _array_from_npy(archive.read(f"{name}.npy")) for name in ARRAYS}
+        names = ARRAYS.union([CHROMA] if f"{CHROMA}.npy" in archive.namelist() else [])
+        return {name: _array_from_npy(archive.read(f"{name}.npy")) for name in names}
 
 
 def _array_from_npy(content: bytes) -> np.ndarray:
@@ -227,11 +253,28 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
         described = json.loads(about.tobytes().decode())
     except (ValueError, RecursionError):
         raise ValueError("is no bank: its description cannot be read") from None
-    ranges = [(float(low), float(high)) for low, high in arrays["ranges"]]
+    described = described if isinstance(described, dict) else {}
+    of_strength, of_coherence = ((float(low), float(high)) for low, high in arrays["ranges"])
     orientations, strengths, coherences = map(int, arrays["bins"])
-    bins = Bins(orientations, strengths, coherences, *ranges)
-    return Bank(
-        bins, float(arrays["rho"]), arrays["filters"], described if isinstance(described, dict) else {}
+    features = _features(described.pop("features", []))
+    bins = Bins(orientations, strengths, coherences, of_strength, of_coherence, features)
+    return Bank(bins, float(arrays["rho"]), arrays["filters"], described, arrays.get(CHROMA))
+
+
+def _features(declared: object) -> tuple[Feature, ...]:
+    """The further features of the choice, as `save_bank` writes them; ValueError if they are none."""
+    if not isinstance(declared, list) or len(declared) > MAX_FEATURES:
+        raise ValueError(f"declares features that are no list of at most {MAX_FEATURES}")
+    return tuple(map(_feature, declared))
+
+
+def _feature(declared: object) -> Feature:
+    match declared:
+        case [str(name), int(bins), int() | float() as rho, int() | float() as low, int() | float() as high]:
+            if name in FEATURES and 1 <= bins <= MAX_FILTERS and 0 < rho <= MAX_RHO and low < high:
+                return Feature(name, bins, rho, (low, high))
+    raise ValueError(
+        f"declares a feature that is not [name, bins, rho, low, high] with a name of {', '.join(FEATURES)}"
     )
 
 
@@ -253,7 +296,10 @@ def _problem(bank: Bank) -> str:
         return f"has {filters.shape[1]} filters for {bins.count} bins; there are at most {MAX_FILTERS}"
     if not _are_sliders(bank.about.get("sliders", []), len(filters) - 1):
         return "declares sliders that are not [name, low, high] of a part after the first"
-    wrong = filters.size - np.count_nonzero(np.abs(filters) <= MAX_WEIGHT)
+    if bank.chroma is not None and (bank.chroma.shape, bank.chroma.dtype) != (filters.shape, filters.dtype):
+        return f"has filters for chroma of shape {bank.chroma.shape}, for luma of {filters.shape}"
+    planes = filters if bank.chroma is None else np.stack([filters, bank.chroma])
+    wrong = planes.size - np.count_nonzero(np.abs(planes) <= MAX_WEIGHT)
     return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 
 import cv2
 import numpy as np
@@ -12,8 +13,8 @@ from vidstyle.blade.bank import Bank
 ZOOM = 8
 """Size of a coefficient in pixels."""
 GAP = 4
-LEFT, TOP, RIGHT = 150, 64, 90
-"""Room for the names of rows and columns, and for the scale."""
+LEFT, TOP, RIGHT, FEATURE = 150, 64, 90, 110
+"""Room for names of rows and columns, for the scale, and for each further feature in the name of a row."""
 NEGATIVE, ZERO, POSITIVE = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float32)
 """Colours of the most negative, zero and most positive coefficients."""
 EMPTY = (255, 220, 120)
@@ -23,7 +24,8 @@ EMPTY = (255, 220, 120)
 def draw_bank(bank: Bank) -> np.ndarray:
     """The filters of all parts, H x W x 3 uint8 RGB.
 
-    Orientations go to the right, strengths within coherences down, parts below one another. All filters of a
+    Orientations go to the right; strengths within coherences within further features down; parts below one
+    another, then those for chroma. All filters of a
     part share a scale, which ends at the largest coefficient that is not a middle one, which outshine others.
     Where the bank says how many samples a filter had and what error was left on them, two maps follow.
     """
@@ -36,6 +38,8 @@ def draw_bank(bank: Bank) -> np.ndarray:
         pages.append(_draw_part(bank, filters, str(title), samples))
         if number < len(residuals):
             pages.append(_draw_map(bank, np.asarray(residuals[number]), "residual, levels of 255", ".2f"))
+        if bank.chroma is not None:
+            pages.append(_draw_part(bank, bank.chroma[number], f"{title}, chroma", samples))
     if samples is not None:
         pages.append(_draw_map(bank, samples, "samples", ",.0f", 0.25))
     return np.concatenate(pages)
@@ -47,14 +51,25 @@ def _per_bin(bank: Bank, name: str) -> np.ndarray | None:
     return numbers if numbers.shape == (bank.bins.count,) else None
 
 
-def _rows(bank: Bank) -> Iterator[tuple[int, int, str]]:
-    """Strength, coherence and name of each row."""
+def _rows(bank: Bank) -> Iterator[tuple[int, str]]:
+    """The number of each row's bin within its orientation, and its name."""
     bins = bank.bins
-    for coherence in range(bins.coherences):
-        for strength in range(bins.strengths):
-            levels = _bin_text(strength, bins.strengths, bins.strength_range)
-            clear = _bin_text(coherence, bins.coherences, bins.coherence_range)
-            yield strength, coherence, f"s {levels}  c {clear}"
+    of_features = [[(each, number) for number in range(each.bins)] for each in bins.features]
+    for chosen in product(*of_features):
+        beside = [f"  {each.name} {_bin_text(number, each.bins, each.range)}" for each, number in chosen]
+        for coherence in range(bins.coherences):
+            for strength in range(bins.strengths):
+                levels = _bin_text(strength, bins.strengths, bins.strength_range)
+                clear = _bin_text(coherence, bins.coherences, bins.coherence_range)
+                number = strength * bins.coherences + coherence
+                for each, level in chosen:
+                    number = number * each.bins + level
+                yield number, f"s {levels}  c {clear}{''.join(beside)}"
+
+
+def _left(bank: Bank) -> int:
+    """Where the first column begins."""
+    return LEFT + FEATURE * len(bank.bins.features)
 
 
 def _bin_text(number: int, count: int, ends: tuple[float, float]) -> str:
@@ -70,13 +85,13 @@ def _bin_text(number: int, count: int, ends: tuple[float, float]) -> str:
 def _page(bank: Bank, cell_height: int, title: str) -> np.ndarray:
     """White, with the names of rows and columns."""
     bins, step = bank.bins, bank.size * ZOOM + GAP
-    height = TOP + bins.strengths * bins.coherences * cell_height + GAP
-    page = np.full((height, LEFT + bins.orientations * step + RIGHT, 3), 255, np.uint8)
-    _write(page, title, LEFT, 20, 0.55)
+    height, left = TOP + bins.count // bins.orientations * cell_height + GAP, _left(bank)
+    page = np.full((height, left + bins.orientations * step + RIGHT, 3), 255, np.uint8)
+    _write(page, title, left, 20, 0.55)
     for number in range(bins.orientations):
-        _write(page, f"{180 * number / bins.orientations:g}", LEFT + number * step + GAP, TOP - 12)
-    _write(page, "orientation, degrees", LEFT, TOP - 28)
-    for row, (_, _, name) in enumerate(_rows(bank)):
+        _write(page, f"{180 * number / bins.orientations:g}", left + number * step + GAP, TOP - 12)
+    _write(page, "orientation, degrees", left, TOP - 28)
+    for row, (_, name) in enumerate(_rows(bank)):
         _write(page, name, 6, TOP + row * cell_height + cell_height // 2 + 4)
     return page
 
@@ -84,10 +99,10 @@ def _page(bank: Bank, cell_height: int, title: str) -> np.ndarray:
 def _draw_part(bank: Bank, filters: np.ndarray, title: str, samples: np.ndarray | None) -> np.ndarray:
     bins, side, step = bank.bins, bank.size * ZOOM, bank.size * ZOOM + GAP
     page, largest = _page(bank, step, title), _scale_end(filters)
-    for row, (strength, coherence, _) in enumerate(_rows(bank)):
+    for row, (within, _) in enumerate(_rows(bank)):
         for column in range(bins.orientations):
-            number = (column * bins.strengths + strength) * bins.coherences + coherence
-            top, left = TOP + row * step, LEFT + column * step
+            number = column * (bins.count // bins.orientations) + within
+            top, left = TOP + row * step, _left(bank) + column * step
             drawn = _colored(filters[number] / largest)
             page[top : top + side, left : left + side] = drawn.repeat(ZOOM, axis=0).repeat(ZOOM, axis=1)
             if samples is not None and samples[number] == 0:
@@ -117,10 +132,10 @@ def _draw_map(bank: Bank, numbers: np.ndarray, title: str, form: str, power: flo
     ends = f"{title}: white {numbers.min():{form}}, black {numbers.max():{form}}"
     page = _page(bank, height, ends)
     shades = 255 - 255 * ((numbers - numbers.min()) / max(float(np.ptp(numbers)), 1e-12)) ** power
-    for row, (strength, coherence, _) in enumerate(_rows(bank)):
+    for row, (within, _) in enumerate(_rows(bank)):
         for column in range(bins.orientations):
-            shade = shades[(column * bins.strengths + strength) * bins.coherences + coherence]
-            top, left = TOP + row * height, LEFT + column * step
+            shade = shades[column * (bins.count // bins.orientations) + within]
+            top, left = TOP + row * height, _left(bank) + column * step
             page[top : top + height - 2, left : left + step - GAP] = int(shade)
     return page
 

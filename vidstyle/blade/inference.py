@@ -11,8 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from vidstyle.blade.bank import Bank
+from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.simd import filter_pixel_block, packed_filters
-from vidstyle.blade.structure_tensor import LANES, pad_edges, select_filters, window_radius
+from vidstyle.blade.structure_tensor import LANES, pad_edges
 from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
@@ -57,7 +58,7 @@ class BankRun:
     @property
     def radius(self) -> int:
         """How many pixels around its own a pixel of the result depends on, at the size at which it runs."""
-        of_pass, of_selection = self.bank.size // 2, window_radius(self.window)
+        of_pass, of_selection = self.bank.size // 2, choice_radius(self.bank.bins, self.window)
         if self.reselect:
             return self.passes * max(of_pass, of_selection)
         return (self.passes - 1) * of_pass + max(of_pass, of_selection)
@@ -65,8 +66,10 @@ class BankRun:
     @property
     def work(self) -> int:
         """Multiplications for each pixel at the size at which it runs, roughly."""
-        selection = 12 * window_radius(self.window) + 50
-        return self.passes * self.bank.size**2 + selection * (self.passes if self.reselect else 1)
+        selection = 12 * choice_radius(self.bank.bins, self.window) + 50
+        selection *= 1 + len(self.bank.bins.features)
+        planes = 1 if self.bank.chroma is None else 3
+        return planes * self.passes * self.bank.size**2 + selection * (self.passes if self.reselect else 1)
 
     def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
         """The height and width at which it runs on a picture of this size."""
@@ -75,14 +78,21 @@ class BankRun:
     @cached_property
     def filters(self) -> np.ndarray:
         """The filters of a pass: bins x size x size float32."""
-        filters = self.bank.combined(self.weights)
-        middle = self.bank.size // 2
+        return self._filters_of(self.bank)
+
+    def _filters_of(self, bank: Bank) -> np.ndarray:
+        filters = bank.combined(self.weights)
+        middle = bank.size // 2
         filters[:, middle, middle] += np.float32(self.identity)
         return filters
 
     @cached_property
     def _packed(self) -> np.ndarray:
         return packed_filters(self.filters)
+
+    @cached_property
+    def _packed_for_chroma(self) -> np.ndarray:
+        return packed_filters(self._filters_of(self.bank.of_chroma))
 
     def run(self, luma: np.ndarray, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
         """The result at the size of the picture.
@@ -91,15 +101,32 @@ class BankRun:
             luma: H x W float32; beyond its border the border is repeated.
             margin: first and last rows that are only there to be read.
         """
+        return self._passes(luma, (), margin)[0]
+
+    def run_chroma(
+        self, luma: np.ndarray, chroma: tuple[np.ndarray, ...], margin: tuple[int, int] = (0, 0)
+    ) -> tuple[np.ndarray, ...]:
+        """The chroma planes, for which filters are selected as for luma; arguments are those of `run`."""
+        return tuple(self._passes(luma, chroma, margin)[1:])
+
+    def _passes(
+        self, luma: np.ndarray, chroma: tuple[np.ndarray, ...], margin: tuple[int, int]
+    ) -> list[np.ndarray]:
+        """Luma and the chroma planes; luma is undefined if chroma is wanted."""
         step = self.radius // self.passes if self.reselect else self.bank.size // 2
         selected: np.ndarray | None = None
         for left in range(self.passes - 1, -1, -1):
             # The passes still to come read rows around those that are needed.
-            above, below = (max(0, rows - left * step) for rows in margin)
+            rows = max(0, margin[0] - left * step), max(0, margin[1] - left * step)
             if selected is None or self.reselect:
-                selected = select_filters(luma, self.bank.bins, self.window, (above, below))
-            luma = apply_filters(luma, selected, self._packed, self.bank.size, self.limits, (above, below))
-        return luma
+                selected = choose_filters(luma, self.bank.bins, self.window, rows)
+            chroma = tuple(
+                apply_filters(each, selected, self._packed_for_chroma, self.bank.size, RANGES["chroma"], rows)
+                for each in chroma
+            )
+            if not chroma or (left and self.reselect):
+                luma = apply_filters(luma, selected, self._packed, self.bank.size, self.limits, rows)
+        return [luma, *chroma]
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
         """The result on a picture that it is reduced for and enlarged from, as in a style."""

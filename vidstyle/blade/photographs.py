@@ -55,9 +55,21 @@ class Photograph:
         raise InputError(self.path, "holds no picture", "remove it from the folder")
 
 
-def luma_of(color: np.ndarray) -> np.ndarray:
-    """Luma of RGB, H x W float32, with the weights of BT.709."""
-    return np.asarray(color @ np.array([0.2126, 0.7152, 0.0722], np.float32), np.float32)
+WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
+"""Of red, green and blue in luma: BT.709."""
+
+
+def luma_of(picture: np.ndarray) -> np.ndarray:
+    """Luma of RGB, H x W float32; of luma itself, H x W, the same."""
+    return np.asarray(picture @ WEIGHTS if picture.ndim == 3 else picture, np.float32)
+
+
+def chroma_of(picture: np.ndarray) -> list[np.ndarray]:
+    """Blue and red difference of RGB, H x W float32 -0.5..0.5; of luma itself 0."""
+    luma = luma_of(picture)
+    if picture.ndim == 2:
+        return [np.zeros_like(luma)] * 2
+    return [(picture[..., channel] - luma) / (2 - 2 * WEIGHTS[channel]) for channel in (2, 0)]
 
 
 def photographs_in(folder: Path, long_side: int) -> list[Photograph]:

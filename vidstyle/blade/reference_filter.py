@@ -37,7 +37,7 @@ class ReferenceFilter:
     Attributes:
         name: names it in the bank.
         apply: from RGB, H x W x 3 float32 0..1, and the photograph it comes from, to the target of each
-            part, H x W float32.
+            part, float32: RGB, or luma, H x W.
         parts: the names of the bank's parts; a bank has filters for each.
         sums: for each part the response to a constant 1: 1 where a constant stays, 0 where it vanishes.
         settings: the filter's own settings, for the record.
@@ -102,7 +102,7 @@ def reference_by_command(command: str) -> ReferenceFilter:
             _run([word.replace("{in}", str(source)).replace("{out}", str(target)) for word in words])
             if not target.exists():
                 raise InputError(words[0], f"wrote no picture for {photograph.path.name}", "try it by hand")
-            return [_luma_of_result(Photograph(target, 1 << 20).color(), color, words[0], "command")]
+            return [_checked(Photograph(target, 1 << 20).color(), color, words[0], "command")]
 
     return ReferenceFilter(command, apply)
 
@@ -135,7 +135,7 @@ def reference_by_function(name: str, sliders: Sequence[str] = ()) -> ReferenceFi
             raise InputError(name, reason, "return one for each --slider besides the first")
         scales = (np.float32(1 / 255 if each.dtype == np.uint8 else 1) for each in results)
         scaled = (each.astype(np.float32) * scale for each, scale in zip(results, scales, strict=True))
-        return [_luma_of_result(each, color, name, "function") for each in scaled]
+        return [_checked(each, color, name, "function") for each in scaled]
 
     sums = (1, *[0] * len(sliders))
     return ReferenceFilter(name, apply, ("result", *sliders) if sliders else ("all",), sums)
@@ -146,7 +146,7 @@ def reference_by_pairs(folder: Path) -> ReferenceFilter:
 
     def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         target = folder / photograph.path.name
-        return [_luma_of_result(Photograph(target, photograph.long_side).color(), color, str(target), "pair")]
+        return [_checked(Photograph(target, photograph.long_side).color(), color, str(target), "pair")]
 
     return ReferenceFilter(f"the pictures in {folder.name}", apply)
 
@@ -163,10 +163,10 @@ def _run(words: list[str]) -> None:
         raise InputError(words[0], f"failed with exit code {run.returncode} ({said})", "try it by hand")
 
 
-def _luma_of_result(result: np.ndarray, color: np.ndarray, name: str, what: str) -> np.ndarray:
-    """Its luma; raises InputError if its size is not that of the original."""
+def _checked(result: np.ndarray, color: np.ndarray, name: str, what: str) -> np.ndarray:
+    """RGB, or luma; raises InputError if its size is not that of the original."""
     if result.shape[:2] != color.shape[:2]:
         returned, given = (f"{each.shape[1]}x{each.shape[0]}" for each in (result, color))
         reason = f"'{name}' returned {returned} for a picture of {given}"
         raise InputError(name, reason, f"the {what} must keep the size")
-    return luma_of(result[..., :3]) if result.ndim == 3 else result.astype(np.float32)
+    return np.asarray(result[..., :3] if result.ndim == 3 else result, np.float32)

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
+from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.inference import RESAMPLING
-from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius
+from vidstyle.blade.structure_tensor import Bins
 from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrized
 from vidstyle.core.kernels import compiled
 from vidstyle.core.resample import resample, scaled_shape
@@ -41,7 +42,7 @@ class TrainingConfig:
     bins: Bins
     rho: float
     size: int
-    sums: tuple[int, ...] = (1,)
+    sums: tuple[float, ...] = (1,)
     smoothness: float = 1e-4
     prior_samples: float = 50.0
     scale: float = 1.0
@@ -83,7 +84,11 @@ class NormalEquations:
 
 
 def accumulate(
-    config: TrainingConfig, luma: np.ndarray, targets: Sequence[np.ndarray], pool: Executor
+    config: TrainingConfig,
+    luma: np.ndarray,
+    targets: Sequence[np.ndarray],
+    pool: Executor,
+    plane: np.ndarray | None = None,
 ) -> NormalEquations:
     """The normal equations of one picture.
 
@@ -92,17 +97,19 @@ def accumulate(
         targets: the target of each part, H x W; pixels near the border are left out.
             Both of the whole size, whatever the scale.
         pool: runs the stripes of the picture in parallel.
+        plane: what is filtered, if it is not luma, which then chooses the filters only.
     """
-    margin = max(config.size // 2, window_radius(config.rho)) + 1
+    margin = max(config.size // 2, choice_radius(config.bins, config.rho)) + 1
     height, width = shape = scaled_shape(luma.shape, config.scale)
     luma = resample(luma, shape, RESAMPLING)
+    plane = luma if plane is None else resample(plane, shape, RESAMPLING)
     targets = [before_enlarging(target, shape) for target in targets]
     total = NormalEquations.empty(config)
     if min(height, width) <= 2 * margin:
         return total
-    selected = select_filters(luma, config.bins, config.rho)
+    selected = choose_filters(luma, config.bins, config.rho)
     wanted = np.stack(
-        [target - constant * luma for target, constant in zip(targets, config.sums, strict=True)]
+        [target - constant * plane for target, constant in zip(targets, config.sums, strict=True)]
     ).astype(np.float32)
     offsets = np.array(pixel_pairs(config.size), np.int64)
     edges = np.linspace(margin, height - margin, STRIPES + 1).astype(int)
@@ -110,12 +117,36 @@ def accumulate(
     def run(stripe: int) -> NormalEquations:
         sums = NormalEquations.empty(config)
         rows = int(edges[stripe]), int(edges[stripe + 1])
-        _sum_up(luma, wanted, selected, offsets, margin, rows, np.empty(len(offsets)), *sums.arrays)
+        _sum_up(plane, wanted, selected, offsets, margin, rows, np.empty(len(offsets)), *sums.arrays)
         return sums
 
     for sums in pool.map(run, range(STRIPES)):
         total.add(sums)
     return total
+
+
+def with_gains(config: TrainingConfig, sums: NormalEquations) -> tuple[TrainingConfig, NormalEquations]:
+    """The equations of parts whose sums are learned, and the configuration with these sums.
+
+    Args:
+        sums: of n targets, the filtered plane as a target, and the n sums of both, all with sums of 0.
+    """
+    count = sums.vectors.shape[1] // 2
+    vectors, middle = sums.vectors[:, :count], sums.vectors[:, count : count + 1]
+    energies, own = sums.energies[:, :count], sums.energies[:, count : count + 1]
+    products = (sums.energies[:, count + 1 :] - energies - own) / 2
+    # One filter and one gain for all bins: the gain alone would take what smoothing changes for its own.
+    side = middle.sum(axis=0)
+    matrix = np.block([[sums.matrices.sum(axis=0), side.T], [side, own.sum(axis=0)]])
+    matrix += 1e-9 * (np.trace(matrix) + 1e-12) / len(matrix) * np.eye(len(matrix))
+    gains = np.linalg.solve(matrix, np.concatenate([vectors.sum(axis=0).T, products.sum(axis=0)[None]]))[-1]
+    found = NormalEquations(
+        sums.matrices,
+        vectors - gains[None, :, None] * middle,
+        energies - 2 * gains * products + gains**2 * own,
+        sums.samples,
+    )
+    return replace(config, sums=tuple(map(float, gains))), found
 
 
 def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

@@ -24,6 +24,46 @@ EPSILON = 1e-12
 
 
 @dataclass(frozen=True)
+class Feature:
+    """A further feature by which filters are chosen.
+
+    Attributes:
+        name: "mean", the local mean of luma, a Gaussian; or "strength" or "coherence" as in `Bins`, of a
+            tensor with a window of its own.
+        bins: their number.
+        rho: standard deviation of the window in pixels.
+        ends: of the range of the uniform bins, in levels of 255 but for coherence; None for `FEATURES`.
+    """
+
+    name: str
+    bins: int
+    rho: float
+    ends: tuple[float, float] | None = None
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The ends of its bins."""
+        return FEATURES[self.name] if self.ends is None else self.ends
+
+    @property
+    def start_and_density(self) -> tuple[np.float32, np.float32]:
+        """Of the bins of a mean: where they start, from 0 to 1, and their number per unit."""
+        low, high = self.range
+        return np.float32(low / 255), np.float32(255 * self.bins / (high - low))
+
+    @property
+    def tensor_bins(self) -> Bins:
+        """The bins of this feature of a tensor alone."""
+        if self.name == "strength":
+            return Bins(1, self.bins, 1, strength_range=self.range)
+        return Bins(1, 1, self.bins, coherence_range=self.range)
+
+
+FEATURES = {"mean": (0.0, 255.0), "strength": (10.0, 40.0), "coherence": (0.2, 0.8)}
+"""Names of features, and the ranges of their bins where nothing else is said."""
+
+
+@dataclass(frozen=True)
 class Bins:
     """The quantization of the features. Values outside a range fall into the bin at its end.
 
@@ -32,13 +72,15 @@ class Bins:
         strengths: bins of the square root of the larger eigenvalue, in levels of 255 per pixel.
         coherences: bins of (a - b) / (a + b), where a and b are the roots of the two eigenvalues.
         strength_range, coherence_range: the ranges of the uniform bins.
+        features: further features, each of which divides every bin into its own.
     """
 
     orientations: int = 24
     strengths: int = 1
     coherences: int = 3
-    strength_range: tuple[float, float] = (10.0, 40.0)
-    coherence_range: tuple[float, float] = (0.2, 0.8)
+    strength_range: tuple[float, float] = FEATURES["strength"]
+    coherence_range: tuple[float, float] = FEATURES["coherence"]
+    features: tuple[Feature, ...] = ()
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -47,13 +89,14 @@ class Bins:
 
     @property
     def count(self) -> int:
-        """The number of filters: orientation x strength x coherence, the last varying fastest."""
-        return math.prod(self.counts)
+        """The number of filters: orientation x strength x coherence x features, the last varying fastest."""
+        return math.prod((*self.counts, *(each.bins for each in self.features)))
 
     @property
     def is_finite(self) -> bool:
         """Whether kernels can work with the ranges."""
-        return bool(np.isfinite(self.as_array).all())
+        arrays = (self.as_array, *(each.tensor_bins.as_array for each in self.features))
+        return all(bool(np.isfinite(each).all()) for each in arrays)
 
     @property
     def as_array(self) -> np.ndarray:

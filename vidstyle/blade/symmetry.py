@@ -31,7 +31,7 @@ class Symmetry:
 
     def bin_of(self, bins: Bins, number: int) -> int:
         """The image of a bin."""
-        rest = bins.strengths * bins.coherences
+        rest = bins.count // bins.orientations
         orientation = number // rest
         (a, b), (c, d) = self.matrix
         mirrored = a * d - b * c < 0

@@ -5,16 +5,23 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.inference import BankRun
-from vidstyle.blade.photographs import Photograph, luma_of
+from vidstyle.blade.photographs import Photograph, chroma_of, luma_of
 from vidstyle.blade.reference_filter import ReferenceFilter
-from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
+from vidstyle.blade.regression import (
+    NormalEquations,
+    TrainingConfig,
+    accumulate,
+    residuals,
+    solve,
+    with_gains,
+)
 
 SSIM_WINDOW = 11
 """Side of the window of structural similarity in pixels, as in Wang et al. 2004."""
@@ -47,18 +54,27 @@ def train(
     reference: ReferenceFilter,
     photographs: Sequence[Photograph],
     on_picture: OnPicture = lambda *_: None,
+    chroma: bool = False,
 ) -> tuple[Bank, TrainingReport]:
-    """Train a bank.
+    """Train a bank, with `chroma` for the chroma planes as well.
 
     Raises:
         InputError: a picture cannot be read, or the reference filter fails.
         UsageError: the reference filter's settings are invalid.
     """
     sums = NormalEquations.empty(config)
+    # For `with_gains`, which takes each target, the plane itself, and both together.
+    free = replace(config, sums=(0.0,) * (2 * len(config.sums) + 1))
+    of_chroma = NormalEquations.empty(free) if chroma else None
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         for number, photograph in enumerate(photographs, 1):
             color = photograph.color()
-            sums.add(accumulate(config, luma_of(color), reference.apply(color, photograph), pool))
+            luma, targets = luma_of(color), reference.apply(color, photograph)
+            sums.add(accumulate(config, luma, [luma_of(each) for each in targets], pool))
+            for plane, *wanted in zip(chroma_of(color), *map(chroma_of, targets), strict=True):
+                if of_chroma is not None:
+                    both = [*wanted, plane, *(each + plane for each in wanted)]
+                    of_chroma.add(accumulate(free, luma, both, pool, plane))
             on_picture("learning", number, len(photographs))
     filters = solve(config, sums)
     errors = 255 * np.sqrt(np.maximum(np.nan_to_num(residuals(config, sums, filters)), 0))
@@ -73,7 +89,8 @@ def train(
         "samples": sums.samples.tolist(),
         "residuals": errors.round(3).tolist(),
     }
-    return Bank(config.bins, config.rho, filters, about), _report(sums, errors)
+    for_chroma = None if of_chroma is None else solve(*with_gains(config, of_chroma))
+    return Bank(config.bins, config.rho, filters, about, for_chroma), _report(sums, errors)
 
 
 def measure(
@@ -92,22 +109,35 @@ def measure(
 
     Returns:
         the means of "psnr" (dB) and "mssim", and of "untouched psnr" and "untouched mssim", those of the
-        unfiltered pictures; "explained", the part of the change, as squares, that is the same: 1 for a bank
-        that does what the reference does, 0 or less for one that does no better than nothing.
+        unfiltered pictures, and for a bank with chroma "chroma psnr" and "untouched chroma psnr";
+        "explained", the part of the change of luma, as squares, that is the same: 1 for a bank that does what
+        the reference does, 0 or less for one that does no better than nothing.
     """
     rows = []
     errors = changes = 0.0
     for number, photograph in enumerate(photographs, 1):
         color = photograph.color()
         luma, parts = luma_of(color), reference.apply(color, photograph)
-        target = np.tensordot(np.asarray(weights, np.float32), np.stack(parts), 1) + identity * luma
+
+        def mixed(planes: list[np.ndarray], plane: np.ndarray) -> np.ndarray:
+            return np.tensordot(np.asarray(weights, np.float32), np.stack(planes), 1) + identity * plane
+
+        target = mixed([luma_of(part) for part in parts], luma)
         result = run.whole(luma)
-        rows.append((psnr(result, target), mssim(result, target), psnr(luma, target), mssim(luma, target)))
+        row = [psnr(result, target), mssim(result, target), psnr(luma, target), mssim(luma, target)]
+        if run.bank.chroma is not None:
+            planes = chroma_of(color)
+            wanted = [
+                mixed(list(each), plane) for plane, *each in zip(planes, *map(chroma_of, parts), strict=True)
+            ]
+            found = run.run_chroma(luma, tuple(planes))
+            row += [psnr(np.stack(each), np.stack(wanted)) for each in (found, planes)]
+        rows.append(row)
         errors += float(np.square(result - target).mean())
         changes += float(np.square(luma - target).mean())
         on_picture("measuring", number, len(photographs))
-    names = ("psnr", "mssim", "untouched psnr", "untouched mssim")
-    fidelity = dict(zip(names, np.mean(rows, axis=0), strict=True))
+    names = ("psnr", "mssim", "untouched psnr", "untouched mssim", "chroma psnr", "untouched chroma psnr")
+    fidelity = dict(zip(names, np.mean(rows, axis=0), strict=False))
     fidelity["explained"] = 1 - errors / changes if changes else 1.0
     return {name: round(float(value), 4) for name, value in fidelity.items()}
 

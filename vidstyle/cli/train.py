@@ -16,6 +16,7 @@ from vidstyle.pipeline.progress import StepProgress
 if TYPE_CHECKING:
     from vidstyle.blade.reference_filter import ReferenceFilter
     from vidstyle.blade.regression import TrainingConfig
+    from vidstyle.blade.structure_tensor import Feature
 
 LEARNABLE = 0.4
 """The part of a filter's change below which a bank is not worth its name."""
@@ -37,6 +38,9 @@ LEARNABLE = 0.4
               help="Weight of a further picture that the function returns.")  # fmt: skip
 @click.option("--bins", metavar="OxSxC", default="16x5x3",
               help="Bins of orientation, strength and coherence.")  # fmt: skip
+@click.option("--feature", "features", metavar="NAME=BINS@RHO", multiple=True,
+              help="Choose by the mean, or by strength or coherence at another scale, too.")  # fmt: skip
+@click.option("--chroma", is_flag=True, help="Learn what the filter does to chroma, too.")
 @click.option("--size", type=number(3, 15, whole=True), default=7, help="Filter size in pixels, odd.")
 @click.option("--rho", type=number(0.3, 8), default=1.5,
               help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
@@ -82,7 +86,8 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     held_out = min(options["hold_out"], len(pictures) - 1)
     with display(options["progress"]) as show:
         on_picture = StepProgress(show)
-        bank, report = train_bank(config, reference, pictures[: len(pictures) - held_out], on_picture)
+        learned_from = pictures[: len(pictures) - held_out]
+        bank, report = train_bank(config, reference, learned_from, on_picture, options["chroma"])
         fidelity = None
         bank.about["sliders"] = [list(slider) for slider in sliders]
         if held_out > 0:
@@ -119,6 +124,26 @@ def _sliders(texts: tuple[str, ...]) -> list[tuple[str, float, float]]:
     return found
 
 
+def _features(texts: tuple[str, ...]) -> tuple[Feature, ...]:
+    from vidstyle.blade.bank import MAX_FEATURES, MAX_FILTERS, MAX_RHO
+    from vidstyle.blade.structure_tensor import FEATURES, Feature
+
+    found = []
+    for text in texts:
+        name, _, scale = text.partition("=")
+        try:
+            bins, rho = int(scale.partition("@")[0]), float(scale.partition("@")[2])
+        except ValueError:
+            bins, rho = 0, 0.0
+        if name not in FEATURES or not (1 <= bins <= MAX_FILTERS and 0.3 <= rho <= MAX_RHO):
+            remedy = f"write it so, as --feature mean=4@2; names are {', '.join(FEATURES)}"
+            raise UsageError(text, "is not NAME=BINS@RHO", remedy)
+        found.append(Feature(name, bins, rho))
+    if len(found) > MAX_FEATURES:
+        raise UsageError("--feature", f"is given {len(found)} times", f"there is room for {MAX_FEATURES}")
+    return tuple(found)
+
+
 def _reference(options: dict[str, Any], sliders: list[str]) -> ReferenceFilter:
     from vidstyle.blade import reference_filter
 
@@ -142,6 +167,7 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
 
 
 def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConfig:
+    from vidstyle.blade.bank import MAX_FILTERS
     from vidstyle.blade.regression import TrainingConfig
     from vidstyle.blade.structure_tensor import Bins
 
@@ -155,7 +181,10 @@ def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConf
         raise UsageError("--bins", reason)
     if size % 2 == 0:
         raise UsageError("--size", f"{size} is not odd", f"choose {size - 1} or {size + 1}")
-    return TrainingConfig(Bins(orientations, strengths, coherences), rho, size, reference.sums)
+    bins = Bins(orientations, strengths, coherences, features=_features(options["features"]))
+    if bins.count > MAX_FILTERS:
+        raise UsageError("--bins", f"make {bins.count} filters", f"there are at most {MAX_FILTERS}")
+    return TrainingConfig(bins, rho, size, reference.sums)
 
 
 def _show(path: Path, target: Path) -> None:
@@ -173,8 +202,12 @@ def _show(path: Path, target: Path) -> None:
 
 
 def _fidelity_text(fidelity: dict[str, float], held_out: int) -> str:
+    chroma = ""
+    if "chroma psnr" in fidelity:
+        found, untouched = fidelity["chroma psnr"], fidelity["untouched chroma psnr"]
+        chroma = f", chroma {found:.1f} dB (untouched: {untouched:.1f} dB)"
     return (
         f"on {held_out} pictures not learned from: {fidelity['psnr']:.1f} dB, MSSIM {fidelity['mssim']:.4f} "
-        f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f}); "
+        f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f}){chroma}; "
         f"explains {fidelity['explained']:.0%} of the change"
     )

@@ -140,9 +140,7 @@ class FrameExecutor:
         if node.block is not None:
             return self._run_block(node, inputs, top, bottom)
         if node.op == "filter_bank":
-            above, below = _margin(node, top, bottom)
-            luma = node.values["run"].run(inputs["luma"], (above, below))
-            return luma[above : above + bottom - top]
+            return _run_bank(node, inputs, top, bottom)
         if node.op == "upsample":
             chroma = node.inputs["chroma"]
             assert chroma.grid is not None
@@ -194,6 +192,15 @@ class FrameExecutor:
         if node.op == "luma_from_rgb" and node not in self._stored:
             return yuv_from_rgb(self._sampled(node.inputs["color"]), encoding_of(node.matrix))[0]
         return sampled(self._stored[node])
+
+
+def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int) -> Value:
+    above, below = _margin(node, top, bottom)
+    run, wanted = node.values["run"], slice(above, above + bottom - top)
+    if node.kind == "chroma":
+        planes = run.run_chroma(inputs["luma"], inputs["chroma"], (above, below))
+        return tuple(plane[wanted] for plane in planes)
+    return run.run(inputs["luma"], (above, below))[wanted]
 
 
 def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:

@@ -219,8 +219,7 @@ class GraphBuilder:
             self.sizes.setdefault(size, (image.shape, step.values["factor"]))
             return replace(self.at_size(image, size, step.values["method"]), back=step.values["back"])
         if block.kind == "learned":
-            luma = self._run_bank(self.luma(image), block.function(**step.values))
-            return self._with_luma(block, image, luma, {})
+            return self._run_bank(image, block.function(**step.values))
         measure = None
         if block.kind == "measured":
             percentages, time_constant = block.percentiles_for(step.values), step.values.get("settle", 0.0)
@@ -238,9 +237,9 @@ class GraphBuilder:
             luma = self._call(step, block, luma, pictures, measure)
         return self._with_luma(block, image, luma, pictures)
 
-    def _run_bank(self, luma: Node, run: BankRun) -> Node:
-        """Luma after a bank, which may run at a smaller size."""
-        small = luma
+    def _run_bank(self, image: ImageValue, run: BankRun) -> ImageValue:
+        """The picture after a bank, which may run at a smaller size, and may leave chroma as it is."""
+        small = luma = self.luma(image)
         if run.scale != 1:
             small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING)
             self.sizes.setdefault(small.shape, (luma.shape, run.scale))
@@ -248,7 +247,20 @@ class GraphBuilder:
             "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius,
             is_wide=run.is_wide,
         )  # fmt: skip
-        return self.resampled(filtered, luma.shape, RESAMPLING)
+        chroma = self.stored_chroma(image)
+        if run.bank.chroma is not None and chroma is not None:
+            chroma = self._run_bank_on_chroma(image, small, run)
+        return ImageValue(self.resampled(filtered, luma.shape, RESAMPLING), chroma, back=image.back)
+
+    def _run_bank_on_chroma(self, image: ImageValue, luma: Node, run: BankRun) -> Node:
+        """Its chroma after a bank; luma, at the size at which the bank runs, chooses the filters."""
+        chroma = self.chroma(image)
+        assert chroma is not None
+        inputs = {"luma": luma, "chroma": self.resampled(chroma, luma.shape, RESAMPLING)}
+        filtered = self.node(
+            "filter_bank", "chroma", luma.shape, inputs, values={"run": run}, radius=run.radius
+        )
+        return self.resampled(filtered, chroma.shape, RESAMPLING)
 
     def _call(
         self,

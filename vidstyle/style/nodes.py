@@ -15,7 +15,7 @@ Operations (`Node.op`), with the names of their inputs and values:
 | upsample         | chroma                |          | chroma of a subsampled grid at every pixel, linear   |
 | resample         | image                 | method   | the image at this node's shape, see `core.resample`  |
 | block            | image, saved pictures | its own  | the function of `block`                              |
-| filter_bank      | luma                  | run      | all passes of a `BankRun` at the size of its input   |
+| filter_bank      | luma, chroma          | run      | all passes of a `BankRun`; without chroma, of luma   |
 | constant_luma    |                       | level    | the same luma everywhere                             |
 | constant_chroma  |                       | tint     | the same chroma everywhere                           |
 | on_paper         | color                 | paper    | color * paper, clipped to 0..1                       |

@@ -7,9 +7,11 @@ from dataclasses import replace
 from typing import Any, cast
 
 from vidstyle.blade.bank import MAX_RHO
+from vidstyle.blade.choice import feature_radius
 from vidstyle.blade.inference import BankRun
-from vidstyle.blade.structure_tensor import window_radius, window_weights
+from vidstyle.blade.structure_tensor import Bins, Feature, window_radius, window_weights
 from vidstyle.block import Block, Choice, LumaWeights
+from vidstyle.core.picture import RANGES
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import Form, functions_of_block, signatures
 from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
@@ -147,34 +149,73 @@ class ShaderGraph:
         return self._measures[measure]
 
     def _filter_bank(self, node: Node) -> ShaderNode:
-        """Luma after all passes of a bank."""
+        """Luma or chroma after all passes of a bank."""
         run: BankRun = node.values["run"]
         luma = self[node.inputs["luma"]]
+        filtered = self[node.inputs[node.kind]]
         chosen: ShaderNode | None = None
-        for _ in range(run.passes):
+        for left in range(run.passes - 1, -1, -1):
             if chosen is None or run.reselect:
                 chosen = self._chosen(luma, run)
-            call = ShaderNode(
-                "luma",
-                luma.shape,
-                Function("blade/filtered.glsl", "filtered"),
+            if node.kind == "chroma":
+                filtered = self._filtered(filtered, chosen, replace(run, bank=run.bank.of_chroma))
+            if node.kind == "luma" or (left and run.reselect):
+                luma = self._filtered(luma, chosen, run)
+        return luma if node.kind == "luma" else filtered
+
+    def _filtered(self, image: ShaderNode, chosen: ShaderNode, run: BankRun) -> ShaderNode:
+        """Luma or chroma after one pass."""
+        is_luma = image.kind == "luma"
+        return self.node(
+            ShaderNode(
+                image.kind,
+                image.shape,
+                Function("blade/filtered.glsl", "filtered", CHANNELS[image.kind]),
                 {"chosen": chosen},
-                around=luma,
+                around=image,
                 radius=run.bank.size // 2,
                 values=filter_values(run),
-                is_wide=run.is_wide,
-                limits=run.limits,
+                is_wide=is_luma and run.is_wide,
+                limits=run.limits if is_luma else RANGES[image.kind],
             )
-            luma = self.node(call)
-        return luma
+        )
 
     def _chosen(self, luma: ShaderNode, run: BankRun) -> ShaderNode:
-        """The number of each pixel's filter.
+        """The number of each pixel's filter."""
+        chosen = self._of_tensor(luma, run.bank.bins, run.window)
+        for feature in run.bank.bins.features:
+            level = (
+                self._of_mean(luma, feature)
+                if feature.name == "mean"
+                else self._of_tensor(luma, feature.tensor_bins, feature.rho)
+            )
+            function = Function("blade/mean_level.glsl", "divided_choice")
+            inputs = {"chosen": chosen, "level": level}
+            values = {"levels": float(feature.bins)}
+            chosen = self.node(ShaderNode("luma", luma.shape, function, inputs, values=values))
+        return chosen
+
+    def _of_mean(self, luma: ShaderNode, feature: Feature) -> ShaderNode:
+        """The bin of each pixel's local mean, from the filter of the block `gaussian`."""
+        mean, radius = luma, feature_radius(feature)
+        for name in ("gaussian_across", "gaussian"):
+            function = Function("blocks/gaussian.glsl", name)
+            values = {"sigma": feature.rho}
+            mean = self.node(
+                ShaderNode("luma", luma.shape, function, around=mean, radius=radius, values=values)
+            )
+        start, density = map(float, feature.start_and_density)
+        values = {"start": start, "density": density, "levels": float(feature.bins)}
+        function = Function("blade/mean_level.glsl", "mean_level")
+        return self.node(ShaderNode("luma", luma.shape, function, {"mean": mean}, values=values))
+
+    def _of_tensor(self, luma: ShaderNode, bins: Bins, rho: float) -> ShaderNode:
+        """The bin of each pixel's structure tensor.
 
         A compute group shares what it reads; fragments do not, so there one chooses for 2 x 2 pixels, in a
         pass of its own.
         """
-        radius, values = window_radius(run.window), choice_values(run)
+        radius, values = window_radius(rho), choice_values(bins, rho)
         if self._form == "compute":
             function = Function("blade/chosen_filter.glsl", "chosen_filter")
             return self.node(
@@ -223,14 +264,14 @@ def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dic
     return numbered, options
 
 
-def choice_values(run: BankRun) -> dict[str, Any]:
+def choice_values(bins: Bins, rho: float) -> dict[str, Any]:
     """The values of `chosen_filter`."""
-    radius = window_radius(run.window)
-    half = [float(weight) for weight in window_weights(run.window)[:radius]]
-    orientations, strengths, coherences, *ranges = (float(number) for number in run.bank.bins.as_array)
+    radius = window_radius(rho)
+    half = tuple(float(weight) for weight in window_weights(rho)[:radius])
+    orientations, strengths, coherences, *ranges = (float(number) for number in bins.as_array)
     return {
         "radius": radius,
-        "window": half + [0.0] * (MAX_TAPS - len(half)),
+        "window": half + (0.0,) * (MAX_TAPS - len(half)),
         "bins": (orientations, strengths, coherences),
         "start": (ranges[0], ranges[2]),
         "density": (ranges[1], ranges[3]),
@@ -239,12 +280,12 @@ def choice_values(run: BankRun) -> dict[str, Any]:
 
 def filter_values(run: BankRun) -> dict[str, Any]:
     """The values of `filtered`."""
-    padding = [0.0] * (MAX_PARTS - len(run.weights))
+    padding = (0.0,) * (MAX_PARTS - len(run.weights))
     return {
         # Weights of twenty and more would make the rounding of half floats visible.
         "bank": run.bank.packed if run.is_wide else run.bank.packed_in_half,
         "size": run.bank.size,
-        "part_weights": [float(weight) for weight in run.weights] + padding,
-        "part_sums": [*run.bank.sums, *padding],
+        "part_weights": (*map(float, run.weights), *padding),
+        "part_sums": (*run.bank.sums, *padding),
         "identity": float(run.identity),
     }

@@ -1,0 +1,41 @@
+"""The choice of a filter at each pixel: by the structure tensor and by a bank's further features."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from vidstyle.blade.structure_tensor import Bins, Feature, select_filters, window_radius
+
+
+def choose_filters(luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
+    """The index of the filter for each pixel; arguments and result are those of `select_filters`."""
+    selected = select_filters(luma, bins, rho, margin)
+    for feature in bins.features:
+        selected *= feature.bins
+        selected += levels_of(feature, luma, margin)
+    return selected
+
+
+def choice_radius(bins: Bins, rho: float) -> int:
+    """How many pixels around its own a choice depends on."""
+    return max(window_radius(rho), *(feature_radius(each) for each in bins.features), 0)
+
+
+def feature_radius(feature: Feature) -> int:
+    """How many pixels around its own a feature depends on."""
+    return math.ceil(3 * feature.rho) if feature.name == "mean" else window_radius(feature.rho)
+
+
+def levels_of(feature: Feature, luma: np.ndarray, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
+    """The bin of the feature at each pixel, H x W int32; undefined in the margin."""
+    if feature.name != "mean":
+        return select_filters(luma, feature.tensor_bins, feature.rho, margin)
+    size = 2 * feature_radius(feature) + 1
+    mean = cv2.GaussianBlur(luma, (size, size), feature.rho, borderType=cv2.BORDER_REPLICATE)
+    start, density = feature.start_and_density
+    # Of two numbers of which one is NaN these take the other.
+    levels = np.fmax(np.fmin((mean - start) * density, np.float32(feature.bins - 0.5)), np.float32(0))
+    return np.asarray(levels, np.int32)
