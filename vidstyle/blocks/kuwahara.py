@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.block import SavedRef, Slider, block
 from vidstyle.core.kernels import compiled, index_at, interleaved
-from vidstyle.core.kernels.weighted_sums import weighted_sums
+from vidstyle.core.kernels.sector_means import sector_means
 
 ORIENTATIONS, ANISOTROPIES, SECTORS = 32, 8, 8
 """Kernels for which weights are tabulated, and sectors of each kernel."""
@@ -47,12 +47,10 @@ def kuwahara(
     with_squares = np.empty((height, width, 4), np.float32)
     _add_squares(interleaved(picture), interleaved(with_squares))
     around = cv2.copyMakeBorder(with_squares, *(margin,) * 4, cv2.BORDER_REPLICATE)
-    offsets = (places[:, 0] * around.shape[1] + places[:, 1]) * 4
-    out, sums = np.empty((height, width, 3), np.float32), np.empty((4, SECTORS), np.float32)
-    kernels = starts, offsets, weights
-    squarings = (0,) * (1 + sharpness)
-    way = around.shape[1], margin
-    _filter(around.reshape(-1), way, _chosen_kernels(flow), kernels, squarings, sums, out)
+    offsets = (places[..., 0] * around.shape[1] + places[..., 1]) * 4
+    out, kernels = np.empty((height, width, 3), np.float32), (starts, offsets, weights)
+    way, squarings = (around.shape[1], margin), (0,) * (1 + sharpness)
+    _filter(around.reshape(-1), way, _chosen_kernels(flow), kernels, squarings, out.reshape(-1))
     return out
 
 
@@ -89,14 +87,38 @@ def _choose(phase, clearness, chosen):  # type: ignore[no-untyped-def]
 
 @lru_cache(maxsize=8)
 def _kernels(radius: float, stretch: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the samples of each kernel begin; their rows and columns; their weights in each sector."""
+    """Where the samples of each kernel begin; their rows and columns, n x 2 x 2, and weights, n x 2 x 4.
+
+    They are two lists side by side, as `sector_means` reads them.
+    """
     kernels = [
-        _kernel(radius, stretch, orientation, shape)
+        _in_two_lists(*_kernel(radius, stretch, orientation, shape))
         for orientation in range(ORIENTATIONS)
         for shape in range(ANISOTROPIES)
     ]
     places, weights = (np.concatenate(parts) for parts in zip(*kernels, strict=True))
     return np.cumsum([0] + [len(each) for each, _ in kernels]), places, weights.astype(np.float32)
+
+
+def _in_two_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Samples by whether the sectors that they lie in are among 0 to 3, or 2 to 5.
+
+    Those among the opposite four are turned round. One that lies in more sectors counts as two.
+    """
+    lists: list[list[tuple[np.ndarray, np.ndarray]]] = [[], []]
+    for place, own in zip(places, weights, strict=True):
+        fitting = [turn for turn in (0, 2, 4, 6) if not np.roll(own, -turn)[4:].any()]
+        if fitting:
+            turn = min(fitting, key=lambda turn: len(lists[turn // 2 % 2]))
+            turns = [turn]
+        else:
+            turns = [turn := min((0, 2), key=lambda turn: len(lists[turn // 2])), turn + 4]
+        for turn in turns:
+            lists[turn // 2 % 2].append((place if turn < 4 else -place, np.roll(own, -turn)[:4]))
+    length = max(map(len, lists))
+    filled = [each + [(np.zeros(2, np.int64), np.zeros(4))] * (length - len(each)) for each in lists]
+    columns = [tuple(map(np.array, zip(*each, strict=True))) for each in filled]
+    return np.stack([each[0] for each in columns], axis=1), np.stack([each[1] for each in columns], axis=1)
 
 
 def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tuple[np.ndarray, np.ndarray]:
@@ -134,33 +156,14 @@ def _add_squares(picture, out):  # type: ignore[no-untyped-def]
             out[row, 4 * x + 3] = red * red + green * green + blue * blue
 
 
-@compiled(fastmath=True)
-def _filter(around, way, chosen, kernels, squarings, sums, out):  # type: ignore[no-untyped-def]
-    """Each channel's mean over the sectors of the chosen kernel; `around` holds four numbers a pixel.
-
-    Args:
-        squarings: a tuple with one number more than the variance is squared: the compiler knows its length,
-            and so makes vectors of the sectors.
-    """
-    zero, one, levels = np.float32(0), np.float32(1), np.float32(255)
-    (columns, margin), (starts, offsets, weights) = way, kernels
-    for row in range(out.shape[0]):
-        for x in range(out.shape[1]):
+@compiled
+def _filter(around, way, chosen, kernels, squarings, out):  # type: ignore[no-untyped-def]
+    """A mean over the sectors of the kernel that is chosen for each pixel; see `sector_means`."""
+    (columns, margin), (starts, offsets, weights), width = way, kernels, chosen.shape[1]
+    for row in range(chosen.shape[0]):
+        for x in range(width):
             kernel, pixel = chosen[row, x], 4 * ((row + margin) * columns + x + margin)
-            weighted_sums(around, pixel, offsets, weights, starts[kernel], starts[kernel + 1], sums)
-            total, red, green, blue = zero, zero, zero, zero
-            for sector in range(SECTORS):
-                r, g, b = sums[0, sector], sums[1, sector], sums[2, sector]
-                variance = levels * abs(sums[3, sector] - r * r - g * g - b * b)
-                if len(squarings) > 1:
-                    variance *= variance
-                if len(squarings) > 2:
-                    variance *= variance
-                if len(squarings) > 3:
-                    variance *= variance
-                share = one / (one + variance)
-                total += share
-                red += share * r
-                green += share * g
-                blue += share * b
-            out[row, x, 0], out[row, x, 1], out[row, x, 2] = red / total, green / total, blue / total
+            place = 3 * (row * width + x)
+            sector_means(
+                around, pixel, offsets, weights, starts[kernel], starts[kernel + 1], squarings, out, place
+            )

@@ -1,0 +1,148 @@
+"""Means of scattered pixels in the sectors around a point, as SIMD instructions."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+from vidstyle.core.kernels.intrinsic import Intrinsic
+
+SECTORS, CHANNELS = 8, 4
+HALF = SECTORS // 2
+"""Sectors side by side that a weight is given for: most samples lie in no more."""
+LANES = HALF * CHANNELS
+
+
+class SectorMeans(Intrinsic):
+    """`sector_means(pixels, at, offsets, weights, first, last, squarings, out, place)` for compiled functions.
+
+    A mean of the means of red, green and blue in eight sectors, each weighted by 1 / (1 + (255 v) ^ (2 ^ n)),
+    where v is the sector's variance, summed over channels.
+
+    For all numbers first..last - 1 and both columns of `offsets`, the pixel that begins at number
+    `at + offset` counts by four weights in the sectors 0 to 3 (first column) or 2 to 5 (second), and the one at
+    `at - offset` by the same weights in the four sectors opposite to them. LLVM keeps the sums of this loop in
+    scalars.
+
+    Args of the compiled call:
+        pixels: float32, one row; red, green, blue and the sum of their squares of each pixel lie side by side.
+        at, first, last, place: int64.
+        offsets: numbers x 2 int64.
+        weights: numbers x 2 x 4 float32; those of each sector add up to 1.
+        squarings: a tuple of n + 1 numbers: its length is known to the compiler.
+        out: float32, one row; three numbers are written from number `place` on.
+    """
+
+    def typed(self, void: Any) -> Callable[..., Any]:
+        def sector_means(
+            typing_context: Any, pixels: Any, at: Any, offsets: Any, weights: Any, first: Any, last: Any,
+            squarings: Any, out: Any, place: Any,
+        ) -> Any:  # fmt: skip
+            return void(pixels, at, offsets, weights, first, last, squarings, out, place), _emit
+
+        return sector_means
+
+
+def _emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    numba: Any = importlib.import_module("numba.core.cgutils")
+    pixels, at, offsets, weights, first, last, _, out, place = (
+        numba.create_struct_proxy(kind)(context, builder, value).data if hasattr(kind, "ndim") else value
+        for kind, value in zip(signature.args, arguments, strict=True)
+    )
+    emitter = _Emitter(builder)
+    sums = emitter.sums(numba, (pixels, at), offsets, weights, (first, last))
+    means = emitter.mean(*sums, squarings=len(signature.args[6]) - 1)
+    target = builder.bitcast(builder.gep(out, [place]), means.type.as_pointer())
+    builder.store(means, target).align = 4
+    return context.get_dummy_value()
+
+
+class _Emitter:
+    """Emits the two halves of the function: the loop over samples, and what follows from its sums."""
+
+    def __init__(self, builder: Any) -> None:
+        self._ir: Any = importlib.import_module("llvmlite.ir")
+        self._builder, self._float, self._index = builder, self._ir.FloatType(), self._ir.IntType(64)
+
+    def sums(
+        self, numba: Any, pixel: tuple[Any, Any], offsets: Any, weights: Any, numbers: tuple[Any, Any]
+    ) -> list[Any]:
+        """Red, green, blue and squares in eight sectors, each."""
+        builder, vector = self._builder, self._ir.VectorType(self._float, LANES)
+        totals = [numba.alloca_once(builder, vector) for _ in range(4)]
+        for total in totals:
+            builder.store(self._constant(0.0, LANES), total)
+        step = self._ir.Constant(self._index, 1)
+        with numba.for_range_slice(builder, *numbers, step, inc=True) as (number, _):
+            for column in range(2):
+                place = builder.add(builder.shl(number, step), self._ir.Constant(self._index, column))
+                start = builder.mul(place, self._ir.Constant(self._index, HALF))
+                weight = self._spread(weights, start, [lane % HALF for lane in range(LANES)])
+                offset = builder.load(builder.gep(offsets, [place]))
+                self._add_pixel(pixel[0], builder.add(pixel[1], offset), weight, totals[column])
+                self._add_pixel(pixel[0], builder.sub(pixel[1], offset), weight, totals[2 + column])
+        # In each group of four lanes, one channel: the sectors 0 to 3, 2 to 5, 4 to 7, and 6 to 1.
+        from_0, from_2, from_4, from_6 = map(builder.load, totals)
+        crossing = [
+            lane
+            for group in range(0, LANES, HALF)
+            for lane in (group + 2, group + 3, LANES + group, LANES + group + 1)
+        ]
+        low = builder.fadd(from_0, self._lanes(from_6, from_2, crossing))
+        high = builder.fadd(from_4, self._lanes(from_2, from_6, crossing))
+        return [
+            self._lanes(
+                low, high, [side + HALF * channel + lane for side in (0, LANES) for lane in range(HALF)]
+            )
+            for channel in range(CHANNELS)
+        ]
+
+    def mean(self, red: Any, green: Any, blue: Any, squares: Any, squarings: int) -> Any:
+        """Red, green and blue of the mean over all sectors, three lanes."""
+        builder, fast = self._builder, ["fast"]
+        variance = squares
+        for mean in (red, green, blue):
+            variance = builder.fsub(variance, builder.fmul(mean, mean, flags=fast), flags=fast)
+        variance = builder.fmul(variance, self._constant(255.0, SECTORS), flags=fast)
+        one, zero = self._constant(1.0, SECTORS), self._constant(0.0, SECTORS)
+        if squarings == 0:  # rounding may leave it below 0
+            variance = builder.select(builder.fcmp_ordered("<", variance, zero), zero, variance)
+        for _ in range(squarings):
+            variance = builder.fmul(variance, variance, flags=fast)
+        shares = builder.fdiv(one, builder.fadd(one, variance, flags=fast), flags=fast)
+        parts = [shares, *(builder.fmul(shares, mean, flags=fast) for mean in (red, green, blue))]
+        halves = [
+            builder.fadd(self._lanes(part, part, [0, 1, 2, 3]), self._lanes(part, part, [4, 5, 6, 7]))
+            for part in parts
+        ]
+        pairs = [self._added(halves[k], halves[k + 1], [0, 4, 1, 5], [2, 6, 3, 7]) for k in (0, 2)]
+        sums = self._added(*pairs, [0, 1, 4, 5], [2, 3, 6, 7])
+        total = self._lanes(sums, sums, [0, 0, 0])
+        return builder.fdiv(self._lanes(sums, sums, [1, 2, 3]), total, flags=fast)
+
+    def _added(self, one: Any, other: Any, first: list[int], second: list[int]) -> Any:
+        return self._builder.fadd(self._lanes(one, other, first), self._lanes(one, other, second))
+
+    def _constant(self, value: float, lanes: int) -> Any:
+        return self._ir.Constant(self._ir.VectorType(self._float, lanes), [value] * lanes)
+
+    def _lanes(self, one: Any, other: Any, numbers: list[int]) -> Any:
+        mask = self._ir.Constant(self._ir.VectorType(self._ir.IntType(32), len(numbers)), numbers)
+        return self._builder.shuffle_vector(one, other, mask)
+
+    def _spread(self, data: Any, start: Any, numbers: list[int]) -> Any:
+        """Four numbers of an array in the lanes of a vector."""
+        four = self._ir.VectorType(self._float, HALF).as_pointer()
+        values = self._builder.load(self._builder.bitcast(self._builder.gep(data, [start]), four))
+        values.align = 4
+        return self._lanes(values, values, numbers)
+
+    def _add_pixel(self, pixels: Any, start: Any, weight: Any, total: Any) -> None:
+        builder = self._builder
+        pixel = self._spread(pixels, start, [lane // HALF for lane in range(LANES)])
+        product = builder.fmul(weight, pixel, flags=["contract"])
+        builder.store(builder.fadd(builder.load(total), product, flags=["contract"]), total)
+
+
+sector_means: Any = SectorMeans()
