@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import Choice, SavedRef, Slider, block
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, interleaved
 
 MODES = (
     "normal", "multiply", "screen", "overlay", "hard_light", "soft_light", "darken", "lighten", "add",
@@ -28,18 +28,10 @@ def blend(
 ) -> np.ndarray:
     """Blend a saved picture over the current one; over a gray one, its luma."""
     out = np.empty(picture.shape, np.float32)
-    rows, channels = picture.shape[0], 1 if picture.ndim == 2 else 3
-    below, above = (np.ascontiguousarray(each).reshape(rows, -1) for each in (picture, other))
     weights = np.empty((0, 0), np.float32) if mask is None else np.ascontiguousarray(mask)
-    _blend(
-        below,
-        above,
-        weights,
-        channels,
-        (0,) * (1 + MODES.index(mode)),
-        np.float32(opacity),
-        out.reshape(rows, -1),
-    )
+    line = np.empty(out[0].size, np.float32)
+    pictures = interleaved(picture), interleaved(other)
+    _blend(*pictures, weights, (0,) * (1 + MODES.index(mode)), np.float32(opacity), line, interleaved(out))
     return out
 
 
@@ -87,13 +79,14 @@ def _mixed(mode, below, above):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _blend(below, above, mask, channels, mode, opacity, out):  # type: ignore[no-untyped-def]
+def _blend(below, above, mask, mode, opacity, line, out):  # type: ignore[no-untyped-def]
     """Row by row.
 
     Args:
         mask: a number for each pixel, or none.
         mode: a tuple with one number for the mode and each before it: the compiler knows its length, and so
             makes vectors of this mode alone.
+        line: scratch, the weight of each number of a row.
     """
     for row in range(out.shape[0]):
         if mask.size == 0:
@@ -102,9 +95,13 @@ def _blend(below, above, mask, channels, mode, opacity, out):  # type: ignore[no
                 part = below[row, x] + opacity * (mixed - below[row, x])
                 out[row, x] = mixed if opacity == np.float32(1) else part
         else:
-            for channel in range(channels):
-                for i in range(mask.shape[1]):
-                    x = channels * i + channel
-                    weight = opacity * mask[row, i]
-                    mixed = _mixed(len(mode) - 1, below[row, x], above[row, x])
-                    out[row, x] = below[row, x] + weight * (mixed - below[row, x])
+            if mask.shape[1] == line.size:
+                for x in range(line.size):
+                    line[x] = opacity * mask[row, x]
+            else:
+                for x in range(mask.shape[1]):
+                    weight = opacity * mask[row, x]
+                    line[3 * x], line[3 * x + 1], line[3 * x + 2] = weight, weight, weight
+            for x in range(line.size):
+                mixed = _mixed(len(mode) - 1, below[row, x], above[row, x])
+                out[row, x] = below[row, x] + line[x] * (mixed - below[row, x])

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import LumaWeights, Slider, block
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import compiled, interleaved
 
 
 @block("pixel", on="color")
@@ -24,17 +24,20 @@ def colorize(
     """
     pure = np.array(colorsys.hls_to_rgb(hue / 360, 0.5, 1), np.float32) - np.float32(0.5)
     out = np.empty(picture.shape, np.float32)
-    _color(picture, weights, np.float32(saturation) * pure, out)
+    _color(interleaved(picture), weights, np.float32(saturation) * pure, interleaved(out))
     return out
 
 
 @compiled
 def _color(picture, weights, pure, out):  # type: ignore[no-untyped-def]
     zero, one, two = np.float32(0), np.float32(1), np.float32(2)
+    of_red, of_green, of_blue = weights[0], weights[1], weights[2]
+    red, green, blue = pure[0], pure[1], pure[2]
     for row in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            luma = weights[0] * picture[row, x, 0] + weights[1] * picture[row, x, 1]
-            luma = min(max(luma + weights[2] * picture[row, x, 2], zero), one)
+        for x in range(out.shape[1] // 3):
+            luma = of_red * picture[row, 3 * x] + of_green * picture[row, 3 * x + 1]
+            luma = min(max(luma + of_blue * picture[row, 3 * x + 2], zero), one)
             span = one - abs(two * luma - one)
-            for channel in range(3):
-                out[row, x, channel] = luma + span * pure[channel]
+            out[row, 3 * x] = luma + span * red
+            out[row, 3 * x + 1] = luma + span * green
+            out[row, 3 * x + 2] = luma + span * blue
