@@ -78,9 +78,9 @@ def strokes(
     _sort_into_blocks(strokes_, size[0] + size[1] + np.float32(0.5), rows[0], lists, counts)
     looks = np.float32(variation), np.float32(colors), np.float32(bristles)
     scratch, out = (np.empty(11 * PIXELS, np.float32), lists, counts), np.empty(picture.shape, np.float32)
-    marks = _bristle_marks()
-    directions = stroke_directions(flow, angle)
-    _paint(strokes_, size, looks, marks, directions, (picture, under), scratch, rows, out)
+    directions, pictures = stroke_directions(flow, angle), (picture, under)
+    led = (0, 0) if bristles or length > width else (0,)
+    _paint(strokes_, size, looks, _bristle_marks(), directions, pictures, led, scratch, rows, out)
     return out
 
 
@@ -135,8 +135,12 @@ def _sort_into_blocks(strokes_, edge, top, lists, counts):  # type: ignore[no-un
 
 
 @compiled(fastmath=True)
-def _paint(strokes_, size, looks, marks, directions, pictures, scratch, rows, out):  # type: ignore[no-untyped-def]
-    """Block by block, from the uppermost stroke down."""
+def _paint(strokes_, size, looks, marks, directions, pictures, led, scratch, rows, out):  # type: ignore[no-untyped-def]
+    """Block by block, from the uppermost stroke down.
+
+    Args:
+        led: a tuple of two where directions matter, of one for plain dots: the compiler knows its length.
+    """
     (picture, under), (pixels, lists, counts), height, width = pictures, scratch, out.shape[0], out.shape[1]
     (variation, colors, bristles), half, edge = looks, np.float32(0.5), size[0] + size[1] + np.float32(0.5)
     for block_row in range(counts.shape[0]):
@@ -149,7 +153,7 @@ def _paint(strokes_, size, looks, marks, directions, pictures, scratch, rows, ou
                 down = y - np.float32(place[0])
                 first, last = max(int(down - edge), 0), min(int(down + edge) + 1, SIDE)
                 part, number = pixels[first * SIDE :], (last - first) * SIDE
-                if _find(x, y, size, part, number) == 0:
+                if _find(x, y, size, led, part, number) == 0:
                     continue
                 color = picture[min(max(int(y), 0), height - 1), min(max(int(x), 0), width - 1)]
                 more, less = tone * np.float32(7), tone * np.float32(13)
@@ -157,7 +161,9 @@ def _paint(strokes_, size, looks, marks, directions, pictures, scratch, rows, ou
                 change = variation * (tone - half)
                 red, green, blue = color[0] + more, color[1] - half * (more + less), color[2] + less
                 shade = red + change, green + change, blue + change
-                still_open -= _lay(tone, size[1], shade, bristles, marks, part, number)
+                if len(led) > 1:
+                    _mark(tone * np.float32(MARKS), bristles, marks, part, number)
+                still_open -= _lay(size[1], shade, led, part, number)
                 if still_open == 0:
                     break
             _end(place, rows, under, pixels, out)
@@ -177,34 +183,32 @@ def _begin(place, directions, pixels):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _find(x, y, size, pixels, number):  # type: ignore[no-untyped-def]
+def _find(x, y, size, led, pixels, number):  # type: ignore[no-untyped-def]
     """Where the first pixels lie on a stroke; returns how many of them it changes."""
     (half_length, half_width), zero, found = size, np.float32(0), np.int32(0)
     edge, least_share = half_width + np.float32(0.5), np.float32(LEAST_SHARE)
     for i in range(number):
         dx, dy = pixels[X + i] - x, pixels[Y + i] - y
-        cosine, sine = pixels[COSINE + i], pixels[SINE + i]
-        # The same for the opposite direction, which is the same direction.
-        along, across = abs(dx * cosine + dy * sine), abs(dy * cosine - dx * sine)
-        beyond = max(along - half_length, zero)
-        squared = beyond * beyond + across * across
-        pixels[ALONG + i], pixels[ACROSS + i], pixels[SQUARED + i] = along, across, squared
+        squared = dx * dx + dy * dy
+        if len(led) > 1:
+            cosine, sine = pixels[COSINE + i], pixels[SINE + i]
+            # The same for the opposite direction, which is the same direction.
+            along, across = abs(dx * cosine + dy * sine), abs(dy * cosine - dx * sine)
+            beyond = max(along - half_length, zero)
+            squared = beyond * beyond + across * across
+            pixels[ALONG + i], pixels[ACROSS + i] = along, across
+        pixels[SQUARED + i] = squared
         found = np.int32(found + np.int32((squared < edge * edge) & (pixels[SHOWN + i] >= least_share)))
     return found
 
 
 @compiled(fastmath=True)
-def _lay(tone, half_width, shade, bristles, marks, pixels, number):  # type: ignore[no-untyped-def]
+def _lay(half_width, shade, led, pixels, number):  # type: ignore[no-untyped-def]
     """Add a stroke to the first pixels; returns how many of them it hides the last of what lies below."""
     (red, green, blue), zero, half, one = shade, np.float32(0), np.float32(0.5), np.float32(1)
     least_share, hidden = np.float32(LEAST_SHARE), np.int32(0)
-    if bristles != zero:
-        _mark(tone * np.float32(MARKS), bristles, marks, pixels, number)
-    else:
-        for i in range(number):
-            pixels[ALONG + i] = zero
     for i in range(number):
-        mark, shown = pixels[ALONG + i], pixels[SHOWN + i]
+        shown, mark = pixels[SHOWN + i], pixels[ALONG + i] if len(led) > 1 else zero
         cover = min(max(half_width + half - np.sqrt(pixels[SQUARED + i]), zero), one)
         share = shown * cover if shown >= least_share else zero
         pixels[RED + i] += share * min(max(red + mark, zero), one)
