@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, SavedRef, Slider, block, drawing_at
 from vidstyle.core.kernels import cached, compiled, look_up_at
 from vidstyle.core.stroke_directions import stroke_directions
-from vidstyle.core.white_noise import APART, white_noise
+from vidstyle.core.white_noise import APART, PAIR_CODES, between_pair, pairs_of, white_noise
 
 NUMBERS = 4
 """Random numbers of a stroke: its place across and down, which one it lies above, its tone."""
@@ -106,13 +106,12 @@ def _strokes_in(
 
 @cache
 def _bristle_marks() -> np.ndarray:
-    """White noise along the diagonal: for each column its rows, with 16 bits of it and of the next column."""
+    """White noise along the diagonal: for each column its rows, in pairs with the next column."""
     columns = np.arange(FIRST_MARK, FIRST_MARK + MARKS + MARKS_BEHIND + 1)
     noise = white_noise(np.arange(columns[-1] + MARKS_BEHIND), columns)
-    numbers = np.rint(noise * 65535).astype(np.uint32)
-    pairs = numbers[:, :-1] | numbers[:, 1:] << np.uint32(16)
+    pairs = pairs_of(noise)
     rows = columns[:-1, None] + np.arange(-MARKS_BEFORE, MARKS_BEHIND)
-    return np.ascontiguousarray(pairs[rows, np.arange(len(rows))[:, None]]).reshape(-1).view(np.int32)
+    return np.ascontiguousarray(pairs[rows, np.arange(len(rows))[:, None]]).reshape(-1)
 
 
 @compiled
@@ -223,7 +222,7 @@ def _lay(half_width, shade, led, pixels, number):  # type: ignore[no-untyped-def
 def _mark(own, bristles, marks, pixels, number):  # type: ignore[no-untyped-def]
     """Replace places along the stroke by the lightness of bristles: noise between its points."""
     along_scale, across_scale = np.float32(1 / BRISTLE[0]), np.float32(1 / BRISTLE[1])
-    half, low, last = np.float32(0.5), np.int32(65535), np.int32(marks.size - 2)
+    half, last = np.float32(0.5), np.int32(marks.size - 2)
     for i in range(number):
         x, y = own + pixels[ALONG + i] * along_scale, own + pixels[ACROSS + i] * across_scale
         column, row = np.int32(x), np.int32(y)
@@ -231,12 +230,9 @@ def _mark(own, bristles, marks, pixels, number):  # type: ignore[no-untyped-def]
         # Those of pixels beyond the stroke, which are not used, may lie outside.
         first = np.int32(column * np.int32(MARKS_BEFORE + MARKS_BEHIND))
         at = look_up_at(min(np.int32(first + np.int32(row - column + MARKS_BEFORE)), last))
-        upper, lower = marks[at], marks[1:][at]
-        left, right = np.float32(np.int32(upper & low)), np.float32(np.int32((upper >> 16) & low))
-        above = left + beside * (right - left)
-        left, right = np.float32(np.int32(lower & low)), np.float32(np.int32((lower >> 16) & low))
-        mark = above + below * (left + beside * (right - left) - above)
-        pixels[ALONG + i] = bristles * (mark * np.float32(1 / 65535) - half)
+        upper, lower = between_pair(marks[at], beside), between_pair(marks[1:][at], beside)
+        mark = upper + below * (lower - upper)
+        pixels[ALONG + i] = bristles * (mark * np.float32(1 / PAIR_CODES) - half)
 
 
 @compiled(fastmath=True)

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from vidstyle.core.kernels import compiled
+
+PAIR_CODES = 65535
+"""The highest code of the numbers in a pair."""
 APART = 10007
 """Points between the parts of the lattice that two drawings, or two octaves, take."""
 
@@ -23,3 +27,17 @@ def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     for shift, factor in ((15, 0x2C1B3C6D), (12, 0x297A2D39)):
         bits = (bits ^ (bits >> np.uint32(shift))) * np.uint32(factor)
     return ((bits ^ (bits >> np.uint32(15))) >> np.uint32(8)).astype(np.float32) * np.float32(2.0**-24)
+
+
+def pairs_of(noise: np.ndarray) -> np.ndarray:
+    """Two numbers side by side as 16-bit codes in one, so that there is one look-up: n x m - 1 int32."""
+    codes = np.rint(noise * np.float32(PAIR_CODES)).astype(np.uint32)
+    return (codes[:, :-1] | codes[:, 1:] << np.uint32(16)).view(np.int32)
+
+
+@compiled(fastmath=True)
+def between_pair(pair, beside):  # type: ignore[no-untyped-def]
+    """The code between those of a pair; `beside` is the weight of the right one."""
+    low = np.int32(PAIR_CODES)
+    left, right = np.float32(np.int32(pair & low)), np.float32(np.int32((pair >> np.int32(16)) & low))
+    return left + beside * (right - left)
