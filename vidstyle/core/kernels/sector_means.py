@@ -15,18 +15,18 @@ LANES = HALF * CHANNELS
 
 
 class SectorMeans(Intrinsic):
-    """`sector_means(pixels, at, offsets, weights, first, last, squarings, out, place)` for compiled functions.
+    """`sector_means(pixels, at, offsets, weights, first, last, squarings, out, place)` for kernels.
 
     A mean of the means of red, green and blue in eight sectors, each weighted by 1 / (1 + (255 v) ^ (2 ^ n)),
     where v is the sector's variance, summed over channels.
 
     For all numbers first..last - 1 and both columns of `offsets`, the pixel that begins at number
-    `at + offset` counts by four weights in the sectors 0 to 3 (first column) or 2 to 5 (second), and the one at
-    `at - offset` by the same weights in the four sectors opposite to them. LLVM keeps the sums of this loop in
-    scalars.
+    `at + offset` counts by four weights in the sectors 0 to 3 (first column) or 2 to 5 (second), and the
+    one at `at - offset` by the same weights in the four sectors opposite to them. LLVM keeps the sums of
+    this loop in scalars.
 
     Args of the compiled call:
-        pixels: float32, one row; red, green, blue and the sum of their squares of each pixel lie side by side.
+        pixels: float32, one row; red, green, blue and the sum of their squares lie side by side.
         at, first, last, place: int64.
         offsets: numbers x 2 int64.
         weights: numbers x 2 x 4 float32; those of each sector add up to 1.
