@@ -14,9 +14,6 @@ from vidstyle.core.kernels import compiled, look_up_at
 from vidstyle.core.stroke_directions import STILL, stroke_directions
 from vidstyle.core.white_noise import APART, PAIR_CODES, between_pair, pairs_of, white_noise
 
-DIRECTION_CODES = 32767
-"""The code of a whole step to the right or down, of 16 bits."""
-
 
 def _steps(length: float, size: float) -> int:
     return math.ceil(length / 2 / size)
@@ -47,8 +44,7 @@ def lic(
     size = float(np.float32(size))
     reach, (height, width) = _radius(length, size), picture.shape[:2]
     # Beyond the picture, so that no step has to look for its border.
-    directions = np.empty((height, width), np.int32)
-    _pack(*stroke_directions(picture, angle, angle_strength), directions)
+    directions = cv2.merge(stroke_directions(picture, angle, angle_strength))
     around = cv2.copyMakeBorder(directions, *(reach,) * 4, cv2.BORDER_REPLICATE)
     lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
@@ -79,27 +75,6 @@ def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray,
     return points - np.int32(lead), (places - points + lead).astype(np.float32)
 
 
-@compiled
-def _pack(right, down, out):  # type: ignore[no-untyped-def]
-    """Both parts of a direction as 16-bit numbers in one, so that there is one look-up."""
-    most, half, bias = np.float32(DIRECTION_CODES), np.float32(0.5), np.int32(DIRECTION_CODES + 1)
-    for row in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            low = np.int32(right[row, x] * most + np.float32(bias) + half) - bias
-            high = np.int32(down[row, x] * most + np.float32(bias) + half) - bias
-            out[row, x] = np.int32(low & np.int32(0xFFFF)) | np.int32(high << np.int32(16))
-
-
-@compiled
-def _low(code):  # type: ignore[no-untyped-def]
-    return np.float32(np.int32(np.int32(code << np.int32(16)) >> np.int32(16)))
-
-
-@compiled
-def _high(code):  # type: ignore[no-untyped-def]
-    return np.float32(np.int32(code >> np.int32(16)))
-
-
 @compiled(fastmath=True)
 def _noise_at(noise, columns, first, y, x):  # type: ignore[no-untyped-def]
     """Noise between the points of its lattice, which begins at its number `first`: 0..`PAIR_CODES`."""
@@ -121,13 +96,12 @@ def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type:
             of the noise on the way.
     """
     (directions, noise), (steps, size, reach) = flat, way
-    step = size * np.float32(1 / DIRECTION_CODES)
     half, one, total = np.float32(0.5), np.float32(1), np.float32(steps + 1)
     right, down, across, along, mean = lines[0], lines[1], lines[2], lines[3], lines[4]
     starts, x = columns
     for row in range(margin[0], out.shape[0] - margin[1]):
         first, y = (rows[0][row] - rows[0][0]) * widths[1] - starts[0], rows[1][row]
-        own = directions[(row + reach) * widths[0] + reach :]
+        own = directions[2 * ((row + reach) * widths[0] + reach) :]
         lattice, place = (widths[1], first, y), (widths[0], row, reach)
         for i in range(out.shape[1]):
             mean[i] = 0
@@ -136,11 +110,11 @@ def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type:
         for side in range(2):
             turn, weight = one if side == 0 else -one, one
             for i in range(out.shape[1]):
-                right[i], down[i] = turn * _low(own[i]), turn * _high(own[i])
-                across[i], along[i] = step * right[i], step * down[i]
+                right[i], down[i] = turn * own[2 * i], turn * own[2 * i + 1]
+                across[i], along[i] = size * right[i], size * down[i]
             for number in range(steps):
                 if number > 0:
-                    _turn(directions, place, step, lines)
+                    _turn(directions, place, size, lines)
                 weight -= one / total
                 _add_noise(noise, lattice, starts, x, (one / size, weight), lines)
         for i in range(out.shape[1]):
@@ -159,7 +133,7 @@ def _add_noise(noise, lattice, starts, x, scale, lines):  # type: ignore[no-unty
 
 
 @compiled(fastmath=True, noalias=True)
-def _turn(directions, place, step, lines):  # type: ignore[no-untyped-def]
+def _turn(directions, place, size, lines):  # type: ignore[no-untyped-def]
     """Go on by one step where the edge leads, but not back."""
     right, down, across, along, (columns, row, reach) = lines[0], lines[1], lines[2], lines[3], place
     width, above, middle = np.int32(columns), np.int32(row), np.float32(reach) + np.float32(0.5)
@@ -167,9 +141,9 @@ def _turn(directions, place, step, lines):  # type: ignore[no-untyped-def]
         # From the pixel: far from the corner, places would be rounded off.
         line = np.int32(above + np.int32(middle + along[i]))
         column = np.int32(np.int32(i) + np.int32(middle + across[i]))
-        code = directions[look_up_at(np.int32(np.int32(line * width) + column))]
-        next_right, next_down = _low(code), _high(code)
+        at = look_up_at(np.int32(2) * np.int32(np.int32(line * width) + column))
+        next_right, next_down = directions[at], directions[1:][at]
         same = next_right * right[i] + next_down * down[i] >= np.float32(0)
         right[i], down[i] = next_right if same else -next_right, next_down if same else -next_down
-        across[i] += step * right[i]
-        along[i] += step * down[i]
+        across[i] += size * right[i]
+        along[i] += size * down[i]

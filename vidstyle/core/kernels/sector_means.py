@@ -52,7 +52,7 @@ def _emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     )
     emitter = _Emitter(builder)
     sums = emitter.sums(numba, (pixels, at), offsets, weights, (first, last))
-    means = emitter.mean(*sums, squarings=len(signature.args[6]) - 1)
+    means = emitter.mean(sums, len(signature.args[6]) - 1)
     target = builder.bitcast(builder.gep(out, [place]), means.type.as_pointer())
     builder.store(means, target).align = 4
     return context.get_dummy_value()
@@ -98,10 +98,10 @@ class _Emitter:
             for channel in range(CHANNELS)
         ]
 
-    def mean(self, red: Any, green: Any, blue: Any, squares: Any, squarings: int) -> Any:
+    def mean(self, sums: list[Any], squarings: int) -> Any:
         """Red, green and blue of the mean over all sectors, three lanes."""
         builder, fast = self._builder, ["fast"]
-        variance = squares
+        red, green, blue, variance = sums
         for mean in (red, green, blue):
             variance = builder.fsub(variance, builder.fmul(mean, mean, flags=fast), flags=fast)
         variance = builder.fmul(variance, self._constant(255.0, SECTORS), flags=fast)
@@ -117,9 +117,9 @@ class _Emitter:
             for part in parts
         ]
         pairs = [self._added(halves[k], halves[k + 1], [0, 4, 1, 5], [2, 6, 3, 7]) for k in (0, 2)]
-        sums = self._added(*pairs, [0, 1, 4, 5], [2, 3, 6, 7])
-        total = self._lanes(sums, sums, [0, 0, 0])
-        return builder.fdiv(self._lanes(sums, sums, [1, 2, 3]), total, flags=fast)
+        whole = self._added(pairs[0], pairs[1], [0, 1, 4, 5], [2, 3, 6, 7])
+        total = self._lanes(whole, whole, [0, 0, 0])
+        return builder.fdiv(self._lanes(whole, whole, [1, 2, 3]), total, flags=fast)
 
     def _added(self, one: Any, other: Any, first: list[int], second: list[int]) -> Any:
         return self._builder.fadd(self._lanes(one, other, first), self._lanes(one, other, second))
