@@ -160,6 +160,23 @@ def test_a_rehearsal_within_a_remembered_computation_does_not_wait_for_it():
     assert not computing.is_alive()
 
 
+def test_what_is_remembered_takes_no_more_than_it_may():
+    made = []
+
+    @cached(maxsize=8, most_bytes=3000)
+    def zeros(number: int, size: int) -> np.ndarray:
+        made.append(number)
+        return np.zeros(size, np.uint8)
+
+    for number in (1, 2, 3, 1, 4, 2, 1):  # 2 was used longest ago when 4 comes
+        zeros(number, 1000)
+    assert made == [1, 2, 3, 4, 2]
+    zeros(5, 9000)  # alone it is more, and nothing else is kept
+    zeros(5, 9000)
+    zeros(1, 1000)
+    assert made == [1, 2, 3, 4, 2, 5, 1]
+
+
 def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):
     """Nowhere to write: neither the cache folder, nor beside the code, nor the home."""
     source = tmp_path / "somewhere.py"

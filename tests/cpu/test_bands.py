@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import threading
 from itertools import product
 
 import cv2
@@ -129,3 +130,11 @@ def test_freed_memory_is_kept() -> None:
     keep_freed_memory()
     new_pages()
     assert new_pages() < 64
+
+
+@pytest.mark.parametrize("threads", (1, 2))
+def test_the_calling_thread_is_one_of_those_that_restyle(threads):
+    with CpuRenderer(LONG, threads) as renderer:
+        renderer.run(Picture.from_array(np.zeros((256, 64, 3), np.uint8)))
+        beside = [each for each in threading.enumerate() if each.name.startswith("vidstyle-cpu")]
+        assert len(beside) < threads

@@ -17,6 +17,8 @@ LATTICES = 16
 """How many each drawing has: five for each channel."""
 CODES = 65535
 """The highest code of noise that is kept."""
+KEPT_BYTES = 1 << 28
+"""What kept pages may take together: four of 7680 x 4320 pixels."""
 
 
 @block("pixel", on="channels")
@@ -51,7 +53,7 @@ def noise(
     return out
 
 
-@cached(maxsize=8)
+@cached(maxsize=8, most_bytes=KEPT_BYTES)
 def _kept_codes(
     kind: str, sides: tuple[np.float32, np.float32], lattice: int, height: int, width: int
 ) -> np.ndarray:

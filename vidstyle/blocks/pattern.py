@@ -18,6 +18,8 @@ TILE_SIDE = 1024
 """The longest side of a tile in pixels."""
 MAX_TILE_BYTES = 16 << 20
 """The largest file of a tile."""
+KEPT_BYTES = 1 << 28
+"""What the strokes of the last few pages may take together."""
 
 DIRECTIONS = {"cross": (0.0, 90.0, 45.0, 135.0), "parallel": (0.0,), "weave": (0.0, 90.0)}
 """Angles of the sets of strokes relative to the first, in degrees; repeated for further sets."""
@@ -103,7 +105,7 @@ def _risen(above_border: np.ndarray, softness: float) -> np.ndarray:
     return ramp * ramp * (3 - 2 * ramp)
 
 
-@cached(maxsize=8)
+@cached(maxsize=8, most_bytes=KEPT_BYTES)
 def _stroke_sets(
     levels: int, spacing: float, width: float, angle: float, layout: str, wobble: float, *page: int
 ) -> np.ndarray:

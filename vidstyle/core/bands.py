@@ -17,9 +17,9 @@ CORES = os.cpu_count() or 1
 
 
 @cache
-def shared_pool() -> ThreadPoolExecutor:
+def shared_pool() -> Executor:
     """The threads of everybody who has no pool of their own, one for each core; started when first used."""
-    return ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-bands")
+    return threads_beside_caller(CORES, "vidstyle-bands")
 
 
 @cache
@@ -45,6 +45,11 @@ class CallingThread(Executor):
         future: Future[Any] = Future()
         future.set_result(function(*arguments, **named))
         return future
+
+
+def threads_beside_caller(threads: int, name: str) -> Executor:
+    """Threads that make up so many with the calling one, which takes bands too."""
+    return ThreadPoolExecutor(threads - 1, thread_name_prefix=name) if threads > 1 else CallingThread()
 
 
 def in_bands(pool: Executor, shape: tuple[int, int], radius: int, run: Callable[[int, int], None]) -> None:

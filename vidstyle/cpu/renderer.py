@@ -8,7 +8,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 import numpy as np
 
 from vidstyle.block import moment_of
-from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory
+from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory, threads_beside_caller
 from vidstyle.core.closing import Closing
 from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
@@ -31,6 +31,11 @@ class CpuRenderer(Closing):
     It keeps what measured blocks remember of earlier pictures, until a scene cut or another size.
     Close it, or use it as a context manager, to end its threads.
 
+    Args:
+        threads: on which a picture is restyled, the calling one among them. `start` restyles in one of its own
+            in place of the calling one, which stabilizes the next picture meanwhile.
+        pool: threads beside the calling one, instead.
+
     Attributes:
         frames_in_flight: how many pictures may be under way before a result is asked for: one is restyled
             while the next one is stabilized, so that neither leaves a core idle where it is not in bands.
@@ -41,7 +46,7 @@ class CpuRenderer(Closing):
     def __init__(self, style: Style, threads: int = CORES, pool: Executor | None = None) -> None:
         keep_freed_memory()
         self.style = style
-        self._pool = pool or ThreadPoolExecutor(threads, thread_name_prefix="vidstyle-cpu")
+        self._pool = pool or threads_beside_caller(threads, "vidstyle-cpu")
         self._finisher = ThreadPoolExecutor(1, thread_name_prefix="vidstyle-style")
         self._started: list[Future[Picture]] = []
         self._cuts = SceneCutDetector()

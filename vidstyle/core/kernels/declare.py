@@ -11,6 +11,7 @@ import ctypes
 import functools
 import importlib
 import inspect
+import math
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,6 +21,7 @@ import numpy as np
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+Kept = TypeVar("Kept", bound=np.ndarray | tuple[np.ndarray, ...])
 
 SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.float32: ctypes.c_float}
 """What a kernel takes besides arrays, and tuples of all of these."""
@@ -156,24 +158,40 @@ def dry_run() -> Iterator[dict[tuple[Compiled, tuple[ArgumentType, ...]], None]]
         _dry_run.calls = None
 
 
-def cached(maxsize: int) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
-    """`functools.lru_cache` for what kernels compute: one thread computes it, the others wait.
+def _bytes(arrays: np.ndarray | tuple[np.ndarray, ...]) -> int:
+    return arrays.nbytes if isinstance(arrays, np.ndarray) else sum(each.nbytes for each in arrays)
+
+
+def cached(
+    maxsize: int, most_bytes: float = math.inf
+) -> Callable[[Callable[Arguments, Kept]], Callable[Arguments, Kept]]:
+    """`functools.lru_cache` for arrays that kernels compute: one thread computes one, the others wait.
 
     A dry run, which computes nothing, neither waits nor leaves anything.
+
+    Args:
+        maxsize: the most arrays that are kept.
+        most_bytes: what they may take together; the last one is kept in any case.
     """
 
-    def declare(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-        remembering: Any = functools.lru_cache(maxsize)(function)
+    def declare(function: Callable[Arguments, Kept]) -> Callable[Arguments, Kept]:
+        kept: dict[Any, Kept] = {}  # the last used one at the end
         computing = threading.Lock()
 
         @functools.wraps(function)
-        def call(*arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
-            if (
-                _dry_run.calls is not None
-            ):  # perhaps within a call that computes, for the kernel that it lacks
+        def call(*arguments: Arguments.args, **named: Arguments.kwargs) -> Kept:
+            # In a dry run perhaps within a call that computes, for the kernel that it lacks.
+            if _dry_run.calls is not None:
                 return function(*arguments, **named)
+            key = arguments, tuple(named.items())
             with computing:
-                return remembering(*arguments, **named)
+                found = kept.pop(key, None)
+                result = kept[key] = function(*arguments, **named) if found is None else found
+                while len(kept) > 1 and (
+                    len(kept) > maxsize or sum(map(_bytes, kept.values())) > most_bytes
+                ):
+                    del kept[next(iter(kept))]
+                return result
 
         return call
 
