@@ -35,6 +35,17 @@ def halve_all(values, halves):
 
 
 @compiled
+def double(value):
+    return value * 2
+
+
+@compiled
+def each_by(formula, values, out):
+    for index in range(values.size):
+        out[index] = formula(values[index])
+
+
+@compiled
 def mix(planes, factors, is_negative, shift, rows, out):
     """Takes one of each kind."""
     first, (second, third) = planes
@@ -64,6 +75,13 @@ def test_a_kernel_calls_another_and_takes_several_types(dtype):
     assert halves.tolist() == [0, 0.5, 1, 1.5, 2, 2.5, 3]
 
 
+def test_a_kernel_takes_another_as_an_argument():
+    values, out = np.arange(3.0), np.empty(3)
+    for formula, wanted in ((halve, [0, 0.5, 1]), (double, [0, 2, 4]), (halve, [0, 0.5, 1])):
+        each_by(formula, values, out)
+        assert out.tolist() == wanted
+
+
 @pytest.mark.parametrize("is_negative", [False, True])
 def test_a_kernel_takes_arrays_tuples_and_numbers(is_negative):
     """Whether arrays are contiguous, reversed or parts of others."""
@@ -79,7 +97,7 @@ def test_a_kernel_takes_arrays_tuples_and_numbers(is_negative):
 
 
 def test_what_a_kernel_cannot_take_is_named():
-    with pytest.raises(TypeError, match="take_memory takes arrays, numbers and tuples, not str"):
+    with pytest.raises(TypeError, match="take_memory takes arrays, numbers, kernels and tuples, not str"):
         take_memory("much")
 
 

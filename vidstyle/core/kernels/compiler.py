@@ -97,6 +97,8 @@ def _compile(compiled: Compiled, arguments: tuple[types.Type, ...]) -> Any:
 
 
 def _type(kind: ArgumentType) -> types.Type:
+    if isinstance(kind, Compiled):
+        return callee_type(kind)
     if not isinstance(kind, tuple):
         return SCALARS[kind]
     if not isinstance(kind[0], np.dtype):
@@ -133,6 +135,8 @@ class _EntryFunction:
     def _value(self, kind: types.Type) -> Any:
         if isinstance(kind, types.BaseTuple):
             return self._context.make_tuple(self._builder, kind, [self._value(item) for item in kind.types])
+        if isinstance(kind, types.Function):
+            return self._context.get_dummy_value()
         argument = next(self._arguments)
         if isinstance(kind, types.Array):
             return self._array(kind, argument)
@@ -161,7 +165,7 @@ class _EntryFunction:
 def _flat(kind: types.Type) -> list[types.Type]:
     if isinstance(kind, types.BaseTuple):
         return [each for item in kind.types for each in _flat(item)]
-    return [kind]
+    return [] if isinstance(kind, types.Function) else [kind]
 
 
 def main() -> None:

@@ -28,14 +28,15 @@ SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.
 
 ArgumentType = Any
 """The type of an argument: one of `SCALARS`, (data type, dimensions, whether it is C-contiguous) of an array,
-or a tuple of such types."""
+a compiled function itself, or a tuple of such types."""
 
 
 class Compiled(Generic[Arguments, Result]):
     """A function that is compiled for each combination of argument types; it releases the GIL.
 
-    A compiled function may call another one by its module-level name. It makes no arrays: what it keeps
-    between loops is among its arguments. Called from Python it returns nothing.
+    A compiled function may call another one by its module-level name, or one that is an argument, for each of
+    which it is compiled. It makes no arrays: what it keeps between loops is among its arguments. Called from
+    Python it returns nothing.
 
     Attributes:
         function: the Python function itself.
@@ -53,7 +54,7 @@ class Compiled(Generic[Arguments, Result]):
 
         Raises:
             RuntimeError: if the function raises an error.
-            TypeError: if an argument is neither an array nor one of `SCALARS`.
+            TypeError: if an argument is no array, compiled function or one of `SCALARS`.
         """
         kinds = types_of(arguments)
         if _dry_run.calls is not None:
@@ -66,6 +67,12 @@ class Compiled(Generic[Arguments, Result]):
         if entry(*_flat(arguments)):
             raise RuntimeError(f"{self.function.__name__} raised an error")
         return None  # type: ignore[return-value]
+
+    def __repr__(self) -> str:
+        return f"{self.function.__module__}.{self.function.__qualname__}"
+
+    def __reduce__(self) -> str:
+        return self.function.__qualname__
 
     @property
     def _numba_type_(self) -> Any:
@@ -121,6 +128,8 @@ def types_of(values: tuple[Any, ...]) -> tuple[ArgumentType, ...]:
             if isinstance(value, np.ndarray)
             else types_of(value)
             if isinstance(value, tuple)
+            else value
+            if isinstance(value, Compiled)
             else type(value)
             for value in values
         ]
@@ -132,7 +141,7 @@ def _flat(values: tuple[Any, ...]) -> list[Any]:
     for value in values:
         if isinstance(value, tuple):
             flat += _flat(value)
-        else:
+        elif not isinstance(value, Compiled):
             flat.append(value.item() if isinstance(value, np.float32) else value)
     return flat
 

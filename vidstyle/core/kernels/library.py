@@ -56,7 +56,8 @@ def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., 
 
 def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
     """A name that changes with all that the machine code depends on."""
-    files = (_file_digest(file) for file in sorted(compiled.source_files()))
+    named = (compiled, *(kind for kind in kinds if isinstance(kind, Compiled)))
+    files = (_file_digest(file) for file in sorted(set().union(*(each.source_files() for each in named))))
     parts = "\n".join([_platform(), repr((kinds, compiled.fastmath, compiled.noalias)), *files])
     return f"{compiled.function.__name__}_{hashlib.sha256(parts.encode()).hexdigest()[:24]}"
 
@@ -84,9 +85,9 @@ def _c_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> list[Any]:
             types += _c_types(compiled, kind)
         elif kind in SCALARS:
             types.append(SCALARS[kind])
-        else:
+        elif not isinstance(kind, Compiled):
             name = compiled.function.__name__
-            raise TypeError(f"{name} takes arrays, numbers and tuples, not {kind.__name__}")
+            raise TypeError(f"{name} takes arrays, numbers, kernels and tuples, not {kind.__name__}")
     return types
 
 
