@@ -32,8 +32,8 @@ class CpuRenderer(Closing):
     Close it, or use it as a context manager, to end its threads.
 
     Args:
-        threads: on which a picture is restyled, the calling one among them. `start` restyles in one of its own
-            in place of the calling one, which stabilizes the next picture meanwhile.
+        threads: on which a picture is restyled, the calling one among them. `start` restyles in one of its
+            own in place of the calling one, which stabilizes the next picture meanwhile.
         pool: threads beside the calling one, instead.
 
     Attributes:

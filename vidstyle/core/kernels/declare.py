@@ -196,9 +196,7 @@ def cached(
             with computing:
                 found = kept.pop(key, None)
                 result = kept[key] = function(*arguments, **named) if found is None else found
-                while len(kept) > 1 and (
-                    len(kept) > maxsize or sum(map(_bytes, kept.values())) > most_bytes
-                ):
+                while len(kept) > 1 and (len(kept) > maxsize or sum(map(_bytes, kept.values())) > most_bytes):
                     del kept[next(iter(kept))]
                 return result
 
