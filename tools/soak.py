@@ -24,6 +24,8 @@ from vidstyle.pipeline.render import render
 
 WARM_UP = 500
 """Frames after which every buffer has been made once."""
+END = 100
+"""Frames before the end from which on the reading thread may be through."""
 MAX_MEGABYTES = 1.0
 """Memory growth in 10,000 frames at most; steps of the allocator count for more in shorter runs."""
 
@@ -76,8 +78,7 @@ def soak(frames: int, style: str, size: tuple[int, int], kind: str, rate: int) -
         write_film(film, pictures(frames, *size), Fraction(rate), Tone())
         render(film, target, style, on_progress=sample)
         apart = max(abs(one - other) for one, other in zip(ends(film), ends(target), strict=True))
-    # Near the end the reading thread is through already.
-    return np.array([one for one in samples if WARM_UP < one[0] < frames - WARM_UP]), apart
+    return np.array([one for one in samples if WARM_UP < one[0] < frames - END]), apart
 
 
 def ends(path: Path) -> list[float]:

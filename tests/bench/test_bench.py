@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from covering import of_the_day
 from media import make_clip
 from pictures import step, style
 
@@ -54,7 +55,7 @@ def test_every_block_and_every_style_that_does_something_is_measured() -> None:
     assert [each.name for each in found if each.kind == "style"] == sorted(set(style_names()) - {"plain"})
 
 
-@pytest.mark.parametrize("subject", subjects(), ids=lambda subject: subject.name)
+@pytest.mark.parametrize("subject", of_the_day(subjects(), 20), ids=lambda subject: subject.name)
 def test_all_of_them_run_on_both_and_their_last_step_is_the_block(subject: Subject) -> None:
     picture = film_picture_at(64, 36)
     with CpuRenderer(subject.style) as renderer:
@@ -75,7 +76,7 @@ def test_the_picture_is_video_of_the_size_that_is_asked_for() -> None:
 @pytest.mark.parametrize("clock", ["timer queries", "wall clock"])
 @pytest.mark.parametrize("max_side", [8192, 128])
 def test_every_pass_of_every_tile_takes_time(clock: TimerKind, max_side: int) -> None:
-    picture = film_picture_at(320, 180)
+    picture = film_picture_at(192, 108)
     plan = plan_for(load_style("comic"), picture, "fragment")
     context = open_context()
     try:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from covering import in_one_test
 
 from vidstyle.block import Asset, Block, BlockKind, Choice, Color, On, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
@@ -19,10 +20,8 @@ PAPER = """
     sobel scale pattern halftone equalize minimum_range
 """.split()
 
-every_block = pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
-every_parameter = pytest.mark.parametrize(
-    ("block", "parameter"), PARAMETERS, ids=lambda each: getattr(each, "name", "")
-)
+every_block = in_one_test("block", BLOCKS)
+every_parameter = in_one_test("block, parameter", PARAMETERS)
 
 
 def test_every_file_is_found_as_a_block() -> None:

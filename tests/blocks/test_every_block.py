@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from block_settings import settings
-from covering import of_the_day
+from covering import in_one_test, of_the_day
 from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 
 from vidstyle.block import (
@@ -27,7 +27,7 @@ BLOCKS = list(all_blocks().values())
 SIZES = [(1, 1), (1, 7), (2, 2), (37, 41)]
 
 every_block = pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
-every_size = pytest.mark.parametrize("size", SIZES, ids=str)
+every_size = in_one_test("size", SIZES)
 
 
 def style_of(block: Block, values: dict[str, Any]) -> Style:

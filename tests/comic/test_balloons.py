@@ -141,6 +141,16 @@ def test_a_balloon_stands_within_reach_of_its_speaker() -> None:
     assert math.dist(bubble.tip, (100, 225)) < 1.25 * face.height
 
 
+@pytest.mark.parametrize("calm_side", ["left", "right"])
+def test_half_of_a_thing_is_not_covered_while_its_surroundings_are_free(calm_side: str) -> None:
+    """What is covered counts by its mean square: stripes of the same mean cost more."""
+    stripes, even = np.tile([0.0, 0.9], (12, 12)), np.full((12, 24), 0.5)
+    sides = [even, stripes] if calm_side == "left" else [stripes, even]
+    room = replace(room_of(600, 300, (), Box(0, 0, 600, 300)), attention=np.hstack(sides))
+    (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 200))], room) or []
+    assert (bubble.box.center[0] < 300) == (calm_side == "left")
+
+
 def test_circles_lead_from_a_thought_to_its_head() -> None:
     face = Box(300, 150, 380, 250)
     block = shapes(LETTERS, "Is it he?", 16, 300)[0]

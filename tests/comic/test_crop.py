@@ -13,7 +13,15 @@ from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
 from vidstyle.comic.analyze.features import extract_features, with_saliency
 from vidstyle.comic.analyze.saliency import find_blobs
-from vidstyle.comic.layout.crop import NEAREST, NEAREST_FACELESS, NEAREST_TINY, crop, largest, with_room
+from vidstyle.comic.layout.crop import (
+    NEAREST,
+    NEAREST_FACELESS,
+    NEAREST_TINY,
+    crop,
+    largest,
+    must_show,
+    with_room,
+)
 from vidstyle.comic.moment import Box, Moment
 
 ASPECTS = (0.45, 0.7, 1.0, 1.4, 1.78, 2.4, 3.2)
@@ -32,6 +40,17 @@ def cut(window: Box, box: Box) -> bool:
 
 def holds(window: Box, box: Box) -> bool:
     return window.intersection(box).area > (1 - NARROW) * box.area
+
+
+@pytest.mark.parametrize(("height", "belongs"), [(210, True), (190, False)])
+def test_a_panel_must_show_a_pair_but_not_who_stands_far_behind(height: int, belongs: bool) -> None:
+    """A face at least half as high as the main one; without faces the saliency alone."""
+    main, other = Box(200, 300, 500, 700), Box(1300, 350, 1500, 350 + height)
+    moment = Moment(0, LANDSCAPE, 0.5, MIDDLE, (main, other), 0)
+    kept = must_show(moment)
+    assert kept.contains(with_room(moment, main)) and kept.top < main.top
+    assert kept.contains(with_room(moment, other)) == belongs == (kept.right > 1500)
+    assert must_show(replace(moment, faces=())) == MIDDLE
 
 
 def large_windows(moment: Moment, aspect: float) -> Iterator[Box]:

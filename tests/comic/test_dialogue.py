@@ -217,8 +217,9 @@ def test_where_there_is_much_to_read_lines_go_on_to_the_next_panel() -> None:
     assert [len(panel) for panel in few] == [2, 0]
 
 
-def test_lines_are_never_out_of_order_nor_crowded() -> None:
-    for seed in range(30):
+@pytest.mark.parametrize("seeds", [range(8), pytest.param(range(8, 30), marks=pytest.mark.thorough)], ids=len)
+def test_lines_are_never_out_of_order_nor_crowded(seeds: range) -> None:
+    for seed in seeds:
         random = np.random.default_rng(seed)
         starts = np.sort(random.uniform(0, 60, 40))
         lines = [

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
+from covering import in_one_test
 from pictures import FLOAT, RGB8, SOURCES, TARGETS, VIDEO, codes, noise, run, same_bits, step, style
 
 from vidstyle.core import convert as module
@@ -15,9 +17,7 @@ from vidstyle.core.picture import Encoding, Picture
 every_source = pytest.mark.parametrize("source", SOURCES.values(), ids=SOURCES)
 
 
-@every_source
-@pytest.mark.parametrize("target", TARGETS, ids=str)
-@pytest.mark.parametrize("rgb", [False, True], ids=["planes", "rgb"])
+@in_one_test("source, target, rgb", product(SOURCES.values(), TARGETS, (False, True)))
 @pytest.mark.parametrize("threads", ["one", "many"])
 def test_same_numbers_as_a_style_without_steps(
     source: Picture, target: Encoding, rgb: bool, threads: str, monkeypatch: pytest.MonkeyPatch

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from covering import in_one_test
 from pictures import codes
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
@@ -41,10 +42,8 @@ SUBSAMPLED = [
     *[((4, 4), siting) for siting in [(0.0, 1.5), (1.5, 1.5), (3.0, 0.0)]],
 ]
 
-every_encoding = pytest.mark.parametrize(
-    "encoding", ENCODINGS, ids=lambda e: f"{e.matrix}-{'full' if e.full_range else 'limited'}-{e.depth}"
-)
-every_subsampling = pytest.mark.parametrize(("step", "siting"), SUBSAMPLED, ids=str)
+every_encoding = in_one_test("encoding", ENCODINGS)
+every_subsampling = in_one_test("step, siting", SUBSAMPLED)
 
 
 def expected_rgb(luma: np.ndarray, blue: np.ndarray, red: np.ndarray, encoding: Encoding) -> np.ndarray:
@@ -126,7 +125,7 @@ def ramp(shape: tuple[int, int], step: tuple[int, int], siting: tuple[float, flo
 
 
 @every_subsampling
-@pytest.mark.parametrize("size", [(24, 32), (23, 31), (25, 33)], ids=str)
+@in_one_test("size", [(24, 32), (23, 31), (25, 33)])
 def test_a_ramp_survives_both_ways(
     step: tuple[int, int], siting: tuple[float, float], size: tuple[int, int]
 ) -> None:
@@ -162,7 +161,7 @@ def test_bands_of_chroma_are_those_of_the_whole(step: tuple[int, int], siting: t
 
 
 @every_subsampling
-@pytest.mark.parametrize("size", [(1, 1), (1, 7), (3, 2), (5, 5)], ids=str)
+@in_one_test("size", [(1, 1), (1, 7), (3, 2), (5, 5)])
 def test_flat_chroma_stays_flat_to_the_edges(
     step: tuple[int, int], siting: tuple[float, float], size: tuple[int, int]
 ) -> None:

@@ -152,8 +152,8 @@ def test_29_a_folder_that_may_not_be_written_to(program: Program):
 
 
 def test_30_a_full_disk_keeps_what_there_is(program: Program):
-    clip = make_clip(program.folder / "clip.mp4", frames=150, size=(640, 360))
-    limit = 1_000_000
+    clip = make_clip(program.folder / "clip.mp4", frames=150, size=(320, 180))
+    limit = 300_000
     command = [
         sys.executable,
         "-m",

@@ -34,12 +34,12 @@ RENDER = [sys.executable, "-m", "vidstyle", "render", "--style", "plain"]
 def long_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A film that takes some ten seconds to encode with the options of `start`."""
     folder = tmp_path_factory.mktemp("long")
-    return make_clip(folder / "long.mp4", frames=300, size=(640, 360), audio_tracks=1)
+    return make_clip(folder / "long.mp4", frames=300, size=(320, 180), audio_tracks=1)
 
 
 def start(clip: Path, target: Path, frames: int = 10) -> subprocess.Popen[str]:
     """A render that has written so many frames at least."""
-    options = ["--size", "960x540", "--preset", "fast", "--progress", "json"]
+    options = ["--size", "480x270", "--preset", "medium", "--progress", "json"]
     process = subprocess.Popen([*RENDER, *options, str(clip), str(target)], stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     for line in process.stderr:
@@ -136,7 +136,7 @@ def test_34_standard_output_closed_early(long_clip: Path):
 
 
 def test_35_a_slow_reader_loses_nothing_and_fills_no_memory(long_clip: Path, tmp_path: Path):
-    options = ["--format", "y4m", "--progress", "none", "--frames", "100"]
+    options = ["--format", "y4m", "--size", "640x360", "--progress", "none", "--frames", "100"]
     process = subprocess.Popen([*RENDER, *options, str(long_clip), "-"], stdout=subprocess.PIPE)
     target = tmp_path / "out.y4m"
     memory = []

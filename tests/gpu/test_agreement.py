@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 from block_settings import block_style, ends_of, settings
 from block_settings import folder as folder
-from covering import covering_rows, of_the_day
-from gpu import ODD, SHAPES, SMALL, Sessions, faults, film_picture, gray_picture
+from covering import covering_rows, drawn, of_the_day
+from gpu import FORMS, ODD, SHAPES, SMALL, Sessions, faults, film_picture, gray_picture
 from pictures import step, style
 
 from vidstyle.block import Asset, Block, SavedRef, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.style import Step, load_style, style_names
 
 MakePicture = Callable[[int, int], Picture]
@@ -62,7 +63,7 @@ def shapes_for(block: Block, values: dict[str, Any]) -> dict[str, tuple[int, int
     pixels rounding decides, and the rest of the way differs.
     """
     small = values and (block.kind == "learned" or block.name == "lic")
-    return {"1x1": (1, 1), "243x181": ODD} if small else SHAPES
+    return {"1x1": (1, 1), "243x181": (181, 243)} if small else SHAPES
 
 
 def makers_for(block: Block) -> list[MakePicture]:
@@ -84,13 +85,15 @@ def block_faults(
     folder: Path,
     *shapes: tuple[int, int],
     makers: Sequence[MakePicture] = (film_picture,),
+    forms: Sequence[Form] = FORMS,
 ) -> list[str]:
     chosen = block_style(block, values, folder)
     return [
         line
         for make in makers
         for shape in shapes
-        for line in faults(sessions, chosen, make(*shape), f"{block.name} {values}, {make.__name__} {shape}")
+        for label in [f"{block.name} {values}, {make.__name__} {shape}"]
+        for line in faults(sessions, chosen, make(*shape), label, forms)
     ]
 
 
@@ -103,7 +106,8 @@ def test_every_block_gives_what_it_gives_on_the_cpu(
     found = block_faults(sessions, block, {}, folder, (1, 1), (1, 50), (50, 1))
     for values, make in (defaults, *others[half::2]):
         shape = SMALL if block.kind == "learned" and values else ODD
-        found += block_faults(sessions, block, values, folder, shape, makers=[make])
+        forms = [drawn(FORMS, f"{block.name} {values}")] if values else FORMS
+        found += block_faults(sessions, block, values, folder, shape, makers=[make], forms=forms)
     assert not found, "\n".join(found)
 
 
@@ -111,7 +115,8 @@ def test_every_block_gives_what_it_gives_on_the_cpu(
 def test_the_longest_pages_agree(kind: str, sessions: Sessions, folder: Path) -> None:
     long, high = SHAPES["8192x16"], SHAPES["16x8192"]
     block = KINDS[kind]
-    assert block_faults(sessions, block, {}, folder, long, high, makers=makers_for(block)) == []
+    for shape, forms in ((long, FORMS), (high, [drawn(FORMS, kind)])):
+        assert block_faults(sessions, block, {}, folder, shape, makers=makers_for(block), forms=forms) == []
 
 
 @pytest.mark.thorough
@@ -140,16 +145,20 @@ CODES = [np.arange(16, 236, dtype=np.uint8), np.arange(256, dtype=np.uint8)]
 
 @pytest.mark.parametrize("before", BEFORE.values(), ids=BEFORE)
 @pytest.mark.parametrize("name", ["posterize", "pattern"])
+@pytest.mark.parametrize("turn", of_the_day(range(2), 1))
 def test_a_code_upon_the_border_of_two_tones_gets_the_same_one(
-    name: str, before: tuple[Step, ...], sessions: Sessions
+    turn: int, name: str, before: tuple[Step, ...], sessions: Sessions
 ) -> None:
-    """All codes of 8 bits, in as many tones as there may be, without a ramp between them."""
+    """All codes of 8 bits, in as many tones as there may be, without a ramp between them.
+
+    The two ranges of codes take turns.
+    """
     levels = all_blocks()[name].parameters["levels"].control
     assert isinstance(levels, Slider)
     found = []
     for number in range(int(levels.low), int(levels.high) + 1):
         chosen = style(*before, step(name, levels=number, softness=0.0))
-        for codes in CODES:
+        for codes in CODES[(turn + number) % 2 :: 2]:
             source = Picture(Encoding(full_range=len(codes) == 256), luma=np.repeat(codes[None], 24, axis=0))
             found += faults(sessions, chosen, source, f"{number} levels, {len(codes)} codes")
     assert not found, "\n".join(found)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from covering import in_one_test
 from pictures import RGB8, VIDEO, step, style
 
 from vidstyle.bench.subjects import subjects
@@ -113,7 +114,7 @@ def test_deep_odd_and_packed_pictures_count_what_they_hold() -> None:
 
 
 @every_form
-@pytest.mark.parametrize("subject", BLOCKS, ids=lambda subject: subject.name)
+@in_one_test("subject", BLOCKS)
 def test_no_slider_changes_the_text_of_a_shader(subject, form: Form) -> None:
     """But for how much room is made for the pixels that a filter reads, in few steps."""
     *before, last = subject.style.background
@@ -143,7 +144,7 @@ def test_a_word_may_change_it() -> None:
 
 
 @every_form
-@pytest.mark.parametrize("name", style_names())
+@in_one_test("name", style_names())
 def test_every_pass_of_every_style_is_explained(name: str, form: Form) -> None:
     plan = plan_for_video(load_style(name), 1280, 720, form)
     explained = explain(plan)

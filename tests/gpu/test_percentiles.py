@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import moderngl
 import numpy as np
 import pytest
+from covering import in_one_test
 
 from vidstyle.core.measured import ExponentialSmoother
 from vidstyle.gpu.device.percentiles import Percentiles
@@ -74,12 +75,10 @@ PICTURES = {
 }
 
 
-@pytest.mark.parametrize(
-    "percentages",
-    [(5, 95), (0, 100), (50, 50), (37.5,), (2, 98), (100, 0), (0.1, 33.3, 66.6, 99.9)],
-    ids=lambda each: "-".join(map(str, each)),
+@in_one_test(
+    "percentages", [(5, 95), (0, 100), (50, 50), (37.5,), (2, 98), (100, 0), (0.1, 33.3, 66.6, 99.9)]
 )
-@pytest.mark.parametrize("name", PICTURES)
+@in_one_test("name", PICTURES)
 def test_they_are_those_of_numpy(percentiles: Percentiles, name: str, percentages: tuple[float, ...]) -> None:
     values = PICTURES[name]
     found = followed(percentiles, values, percentages)

@@ -6,8 +6,8 @@ from functools import partial
 from itertools import product
 
 import pytest
-from covering import DAY, covering_rows, of_the_day
-from gpu import ODD, SHAPES, Sessions, faults, film_picture, gray_picture, packed_picture
+from covering import DAY, covering_rows, drawn, of_the_day
+from gpu import FORMS, ODD, SHAPES, Sessions, faults, film_picture, gray_picture, packed_picture
 from pictures import VIDEO, step, style
 
 from vidstyle.core.picture import SITINGS, Encoding
@@ -41,7 +41,7 @@ def test_every_method_leads_there_and_back(method: str, sessions: Sessions) -> N
     found = []
     for row in (row for row in ROWS if row["method"] == method):
         chosen = scaled(row["factor"], method, row["back"])
-        found += faults(sessions, chosen, row["make"](*SHAPE), str(row))
+        found += faults(sessions, chosen, row["make"](*SHAPE), str(row), [drawn(FORMS, str(row))])
     assert not found, "\n".join(found)
 
 
@@ -60,7 +60,8 @@ def test_the_longest_pages_are_resampled(method: str, sessions: Sessions) -> Non
     """Made smaller along, and larger across."""
     for factor, size in zip((0.37, 1.7), LONGEST, strict=True):
         chosen = scaled(factor, method, method)
-        assert faults(sessions, chosen, film_picture(*SHAPES[size]), f"{factor}, {size}") == []
+        forms = [drawn(FORMS, f"{method} {size}")]
+        assert faults(sessions, chosen, film_picture(*SHAPES[size]), f"{factor}, {size}", forms) == []
 
 
 @pytest.mark.thorough

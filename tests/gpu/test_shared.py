@@ -131,7 +131,7 @@ def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) ->
 def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
     name: str, sessions: Sessions, whole: Sessions, tiled: Sessions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    picture = film_picture(129, 199)
+    picture = film_picture(97, 131)
     right = sessions.run("compute", LOOKS[name], picture)
     monkeypatch.setattr(shared, "MAX_BYTES", 0)
     assert not any(rooms_in(shader) for shader in shaders_of(LOOKS[name]))

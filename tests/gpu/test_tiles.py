@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pytest
-from covering import DAY, of_the_day
-from gpu import FORMS, ODD, Sessions, film_picture, gray_picture, most_off, packed_picture
+from covering import DAY, drawn, of_the_day
+from gpu import FORMS, Sessions, film_picture, gray_picture, most_off, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.resample import METHODS
+from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style, load_style, style_names
 
-SHAPE, TILES = ODD, 3 * 4
+SHAPE, TILES = (181, 243), 3 * 4
 MANY = (361, 641)
 MAX_SIDE = 128
 
@@ -24,10 +25,17 @@ whole = Sessions.fixture()
 tiled = Sessions.fixture(max_side=MAX_SIDE)
 
 
-def seams(whole: Sessions, tiled: Sessions, chosen: Style, picture: Picture, **options: object) -> list[str]:
+def seams(
+    whole: Sessions,
+    tiled: Sessions,
+    chosen: Style,
+    picture: Picture,
+    forms: Sequence[Form] = FORMS,
+    **options: object,
+) -> list[str]:
     """Where tiles and the page done at once differ by more than one code."""
     started = {
-        form: [each.start(form, chosen, picture, **options) for each in (whole, tiled)] for form in FORMS
+        form: [each.start(form, chosen, picture, **options) for each in (whole, tiled)] for form in forms
     }
     off = {form: most_off(*(page() for page in pages)) for form, pages in started.items()}
     return [f"{form}: {codes} codes off" for form, codes in off.items() if codes > 1]
@@ -82,7 +90,7 @@ SHIPPED = style_names()
 
 @pytest.mark.parametrize("name", [*of_the_day(SHIPPED, 2), *(name for name in STYLES if name not in SHIPPED)])
 def test_no_seam_is_seen(name: str, whole: Sessions, tiled: Sessions) -> None:
-    assert seams(whole, tiled, STYLES[name], film_picture(*SHAPE)) == []
+    assert seams(whole, tiled, STYLES[name], film_picture(*SHAPE), [drawn(FORMS, name)]) == []
 
 
 @pytest.mark.thorough
@@ -113,8 +121,8 @@ def test_no_seam_is_seen_in_any_kind_of_picture(
     name: str, first: int, whole: Sessions, tiled: Sessions
 ) -> None:
     encoding = ENCODINGS[(DAY + first) % len(ENCODINGS)]
-    assert seams_by_encoding(whole, tiled, name, [encoding], ODD) == []
-    pictures = gray_picture(*ODD), packed_picture(*ODD)
+    assert seams_by_encoding(whole, tiled, name, [encoding], SHAPE) == []
+    pictures = gray_picture(*SHAPE), packed_picture(*SHAPE)
     assert seams(whole, tiled, STYLES[name], pictures[first], target=VIDEO) == []
     assert seams(whole, tiled, STYLES[name], pictures[1 - first], target=RGB8, rgb=True) == []
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import moderngl
 import numpy as np
 import pytest
+from covering import in_one_test
 from numpy.lib.array_utils import byte_bounds
 
 from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload, _layout_and_memory
@@ -141,8 +142,8 @@ LAYOUTS = {
 
 
 @every_type
-@pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize("shape", [(37, 53), (37, 53, 3)], ids=["gray", "color"])
+@in_one_test("layout", LAYOUTS)
+@in_one_test("shape", [(37, 53), (37, 53, 3)])
 def test_any_layout_is_sent(
     upload: Upload, shape: tuple[int, ...], layout: str, dtype: type[np.generic]
 ) -> None:
@@ -158,8 +159,8 @@ def test_any_layout_is_sent(
 
 
 @every_type
-@pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize("shape", [(37, 53), (37, 53, 3)], ids=["gray", "color"])
+@in_one_test("layout", LAYOUTS)
+@in_one_test("shape", [(37, 53), (37, 53, 3)])
 def test_only_the_planes_own_memory_is_read(
     shape: tuple[int, ...], layout: str, dtype: type[np.generic]
 ) -> None:
@@ -261,7 +262,7 @@ def test_changes_of_size_leave_nothing_behind(sizes: int, context: moderngl.Cont
     before = len(alive(context))
     upload, download = Upload(context), Download(context)
     for number in range(sizes):
-        size = (1 + number * 37 % 300, 1 + number * 91 % 400)
+        size = (1 + number * 37 % 90, 1 + number * 91 % 120)
         plane = samples(size, (np.uint8, np.uint16, np.float32)[number % 3], number)
         there_and_back(
             context, upload, download, {"luma": plane, "alpha": plane} if number % 2 else {"luma": plane}

@@ -79,7 +79,7 @@ def test_a_small_file_with_a_huge_picture(tmp_path):
 
 def test_the_limit_is_an_option(tmp_path):
     path = media.make_clip(tmp_path / "clip.mp4", frames=2)
-    assert "larger than the limit" in reason_of(path, ReadOptions(max_pixels=320 * 179))
+    assert "larger than the limit" in reason_of(path, ReadOptions(max_pixels=160 * 89))
 
 
 def test_a_bomb_that_hides_its_size_until_it_is_decoded(tmp_path):

@@ -137,9 +137,9 @@ def test_animations(tmp_path, name, codec, pix_fmt):
 def test_an_animation_that_does_not_fit_in_memory_is_refused(tmp_path):
     path: Path = media.make_clip(tmp_path / "a.webp", frames=6, codec="libwebp_anim", pix_fmt="yuva420p")
     with pytest.raises(InputError, match="more than fit in memory"):
-        open_reader(path, ReadOptions(max_pixels=320 * 180))
+        open_reader(path, ReadOptions(max_pixels=160 * 90))
     with pytest.raises(InputError, match="larger than the limit"):
-        open_reader(path, ReadOptions(max_pixels=320 * 179))
+        open_reader(path, ReadOptions(max_pixels=160 * 89))
 
 
 def test_a_damaged_animation_is_refused_in_one_line(program: Program):

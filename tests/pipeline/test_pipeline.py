@@ -163,15 +163,15 @@ def test_what_the_caller_raises_ends_the_threads(clip: Path, tmp_path: Path):
     assert bool(notes) == (tmp_path / "out.partial.mp4").exists()
 
 
-@pytest.mark.parametrize(("how", "width"), [("side", 640), ("split", 320)])
+@pytest.mark.parametrize(("how", "width"), [("side", 320), ("split", 160)])
 def test_before_and_after(clip: Path, tmp_path: Path, how, width):
     render(clip, tmp_path / "out.mp4", POSTER, compare=how, frames=2, write=vidstyle.WriteOptions(crf=5))
     both = rgb_from_frame(video(tmp_path / "out.mp4")[1])
     source = rgb_from_frame(video(clip)[1])
-    assert both.shape == (180, width, 3)
-    left = 320 if how == "side" else 150
+    assert both.shape == (90, width, 3)
+    left = 160 if how == "side" else 75
     assert rms_error(both[:, : left - 10], source[:, : left - 10]) < 4
-    assert rms_error(both[:, -150:], source[:, -150:]) > 20
+    assert rms_error(both[:, -75:], source[:, -75:]) > 20
 
 
 @pytest.mark.parametrize("size", [(61, 47), (64, 48)])
@@ -207,7 +207,7 @@ def test_public_names_are_there_and_import_nothing_before():
 
 
 @pytest.mark.parametrize(
-    ("frames", "limit"), [("1600", "20"), pytest.param("8000", "1", marks=pytest.mark.thorough)]
+    ("frames", "limit"), [("1200", "20"), pytest.param("8000", "1", marks=pytest.mark.thorough)]
 )
 def test_memory_threads_and_files_stay_as_they_are(frames: str, limit: str):
     """A frame of 9 KB that is kept would be 90 MB in 10,000 frames."""

@@ -15,6 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from covering import of_the_day
 from media import alpha_ramp, make_clip, make_picture, moving_frames, rms_error
 from PIL import Image
 from waiting import eventually
@@ -303,7 +304,7 @@ def test_a_style_is_shown_step_by_step() -> None:
     assert (stages[5].picture != stages[4].picture).any()
 
 
-@pytest.mark.parametrize("name", style_names())
+@pytest.mark.parametrize("name", of_the_day(style_names(), 8))
 def test_every_shipped_style_can_be_shown_step_by_step(name: str) -> None:
     style = load_style(name)
     stages = list(progression(picture((96, 54)), style))

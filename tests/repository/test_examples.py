@@ -65,7 +65,7 @@ def test_a_pyav_loop_keeps_times_and_tags(tmp_path: Path) -> None:
 
 
 def test_a_camera_loop_has_red_and_blue_where_they_belong(tmp_path: Path) -> None:
-    clip = make_clip(tmp_path / "in.mp4", frames=8, size=(640, 360))
+    clip = make_clip(tmp_path / "in.mp4", frames=8, size=(320, 180))
     succeed(sys.executable, EXAMPLES / "camera_loop.py", clip, "out.mp4", folder=tmp_path)
     before, after = read_all(clip), read_all(tmp_path / "out.mp4")
     with vidstyle.Renderer("comic", device="cpu") as renderer:

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -39,13 +40,23 @@ def subject_of(path: Path) -> str:
     return "tools" if parts[0] == "tools" else parts[1]
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def statements(tree: ast.AST, types: bool = True) -> Iterator[ast.AST]:
+    """All statements in a tree, wherever in it; with or without what only types need."""
+    is_for_types = isinstance(tree, ast.If) and ast.unparse(tree.test) == "TYPE_CHECKING"
+    for part in ("body", "handlers", "cases", "orelse", "finalbody"):
+        for each in getattr(tree, part, ()) if types or not is_for_types or part != "body" else ():
+            yield each
+            yield from statements(each, types)
+
+
 def imports(path: Path, types: bool = True) -> Iterator[str]:
     """The full names of all that a file imports, wherever in it; with or without what only types need."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if not types and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            node.body = []
-    for node in ast.walk(tree):
+    for node in statements(parsed(path), types):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

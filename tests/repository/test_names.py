@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import vidstyle
@@ -24,10 +25,15 @@ SHARED_MODULES = {
 """Names of files that may occur twice: the same thing in two subjects."""
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def defined() -> Iterator[str]:
     """The classes and type aliases of every module, type variables aside."""
     for path in FILES:
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        for node in parsed(path).body:
             if isinstance(node, ast.ClassDef):
                 yield node.name
             elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
@@ -51,7 +57,7 @@ def test_public_names_are_classes_or_functions_of_one_meaning() -> None:
         node.name
         for path in FILES
         if path.parent.name != "cli"  # a command is called as the function that it runs
-        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        for node in parsed(path).body
         if isinstance(node, ast.FunctionDef)
     )
     classes = Counter(defined())

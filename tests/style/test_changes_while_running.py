@@ -195,7 +195,7 @@ def moves(chosen: Style) -> Iterator[tuple[str, str, list[Style]]]:
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("name", of_the_day(style_names(), 3))
+@pytest.mark.parametrize("name", of_the_day(style_names(), 2))
 def test_no_slider_of_a_shipped_style_asks_for_another_shader(name: str, form: Form) -> None:
     chosen = load_style(name)
     before = texts(chosen, form)

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from covering import in_one_test
 
 from vidstyle.block import SavedRef
 from vidstyle.blocks import all_blocks
@@ -59,6 +60,8 @@ STYLES = [
     *(random_graph(random.Random(seed), most=30) for seed in range(10)),
 ]
 
+every_style = in_one_test("style", STYLES)
+
 
 def expected_inputs(style: Style) -> list[list[int]]:
     """What each block is given, by its place among all; the source is 0. Found by running names alone."""
@@ -84,14 +87,14 @@ def expected_inputs(style: Style) -> list[list[int]]:
     return inputs
 
 
-@pytest.mark.parametrize("style", STYLES, ids=lambda style: style.name)
+@every_style
 def test_every_block_is_given_what_it_is_given_when_it_runs(style: Style) -> None:
     nodes = graph_of(style)
     assert [[edge.start for edge in node.edges] for node in nodes] == expected_inputs(style)
     assert [node.block.title for node in nodes[1:-1]] == [step.block for step in style.steps if step.block]
 
 
-@pytest.mark.parametrize("style", STYLES, ids=lambda style: style.name)
+@every_style
 def test_no_line_goes_through_a_block_or_another_line(style: Style) -> None:
     nodes = graph_of(style)
     taken: dict[tuple[int, int], object] = {(node.row, node.lane): "block" for node in nodes}
@@ -136,7 +139,7 @@ def inputs_drawn(lines: list[str], lanes: int) -> Iterator[list[int]]:
         held = {lane: picture for lane, picture in held.items() if lane in shown}
 
 
-@pytest.mark.parametrize("style", STYLES, ids=lambda style: style.name)
+@every_style
 def test_the_lines_in_the_terminal_lead_from_block_to_block(style: Style) -> None:
     nodes = graph_of(style)
     lanes = 1 + max(max(node.lane, node.aside or 0) for node in nodes)
@@ -164,7 +167,7 @@ lines       │  │     ●  │  sobel  → edges
     assert graph_text(graph_of(TWO_LAYERS)) == expected.splitlines()
 
 
-@pytest.mark.parametrize("style", STYLES[:20], ids=lambda style: style.name)
+@in_one_test("style", STYLES[:20])
 def test_a_terminal_without_box_characters_gets_ascii(style: Style) -> None:
     nodes = graph_of(style)
     plain, drawn = graph_text(nodes, encoding="ascii"), graph_text(nodes, encoding="utf-8")
@@ -183,7 +186,7 @@ def test_long_lines_are_wrapped_beside_their_lanes() -> None:
     assert wrapped.startswith("            │     ")
 
 
-@pytest.mark.parametrize("style", STYLES, ids=lambda style: style.name)
+@every_style
 def test_the_picture_shows_every_block_and_no_arrow_crosses_one(style: Style) -> None:
     nodes = graph_of(style)
     drawing = ElementTree.fromstring(graph_svg(nodes, style.name))

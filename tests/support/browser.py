@@ -30,6 +30,7 @@ FLAGS = (
     "--disable-background-networking",
     "--disable-background-timer-throttling",
     "--disable-renderer-backgrounding",
+    "--disable-gpu-compositing",
     "--no-first-run",
     "--remote-debugging-port=0",
 )

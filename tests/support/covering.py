@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import random
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations, product
 from typing import Any
 
@@ -19,6 +22,41 @@ def of_the_day(cases: Sequence[Any], count: int) -> list[Any]:
     drawn = set(np.random.default_rng(DAY).choice(len(cases), count, replace=False).tolist())
     marks = [() if number in drawn else pytest.mark.thorough for number in range(len(cases))]
     return [pytest.param(case, marks=mark) for case, mark in zip(cases, marks, strict=True)]
+
+
+def in_one_test(names: str, cases: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """As `pytest.mark.parametrize`, but in one test, which reports all cases that fail.
+
+    For many cases that take less than a test costs by itself. They share the fixtures of the test.
+    """
+    parameters, known = [name.strip() for name in names.split(",")], list(cases)
+
+    def declare(test: Callable[..., None]) -> Callable[..., None]:
+        signature = inspect.signature(test)
+
+        @functools.wraps(test)
+        def run(**fixtures: Any) -> None:
+            failures = []
+            for case in known:
+                values = dict(zip(parameters, case if len(parameters) > 1 else (case,), strict=True))
+                try:
+                    test(**fixtures, **values)
+                except (Exception, pytest.fail.Exception) as failure:
+                    failure.add_note(f"with {values}")
+                    failures.append(failure)
+            if failures:
+                raise BaseExceptionGroup(f"{len(failures)} of {len(known)} cases", failures)
+
+        left = [each for name, each in signature.parameters.items() if name not in parameters]
+        run.__signature__ = signature.replace(parameters=left)  # type: ignore[attr-defined]
+        return run
+
+    return declare
+
+
+def drawn(options: Sequence[Any], case: str) -> Any:
+    """One of some options for a case, another each day."""
+    return random.Random(f"{DAY} {case}").choice(options)
 
 
 def covering_rows(factors: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:

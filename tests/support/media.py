@@ -173,7 +173,7 @@ def written_once(write: Callable[..., Path]) -> Callable[..., Path]:
 def make_clip(
     path: Path,
     *,
-    size: tuple[int, int] = (320, 180),
+    size: tuple[int, int] = (160, 90),
     rate: Fraction | int = 30,
     frames: int = 30,
     times: Sequence[Fraction] | None = None,
