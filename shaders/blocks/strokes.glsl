@@ -42,8 +42,10 @@ vec3 strokes(
         float tone = white_noise(chosen + ivec2(3, 0));
         float mark = white_noise_between(tone * 512.0 + 64.0 + inside / vec2(16.0, 1.6), 0);
         float shade = variation * (tone - 0.5) + bristles * (mark - 0.5);
-        vec2 other = colors * (fract(tone * vec2(7.0, 13.0)) - 0.5);
-        vec3 own = picture_at(ivec2(floor(middle))) + shade + vec3(other.x, -0.5 * (other.x + other.y), other.y);
+        vec3 plain = picture_at(ivec2(floor(middle)));
+        float strength = max(max(plain.r, plain.g), plain.b) - min(min(plain.r, plain.g), plain.b);
+        vec2 other = colors * min(0.15 + strength, 1.0) * (fract(tone * vec2(7.0, 13.0)) - 0.5);
+        vec3 own = plain + shade + vec3(other.x, -0.5 * (other.x + other.y), other.y);
         color += shown * cover * clamp(own, 0.0, 1.0);
         shown -= shown * cover;
     }

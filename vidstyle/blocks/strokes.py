@@ -22,6 +22,8 @@ FIRST_MARK, MARKS, MARKS_BEFORE, MARKS_BEHIND = 64, 512, 8, 32
 many there are, and how much less or more than n the row of a point may be."""
 
 
+GRAY_SPREAD = 0.15
+"""What share of `colors` strokes of gray differ by, as against those of strong colour."""
 LEAST_SHARE = 1 / 512
 """What of a pixel strokes have to leave open for those below to be drawn."""
 SIDE = 8
@@ -51,7 +53,7 @@ def strokes(
     density: Annotated[float, Slider(0.25, 4, "strokes in each square of a stroke's width")] = 1,
     angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 35,
     variation: Annotated[float, Slider(0, 1, "how much strokes differ in tone", explore=(0, 0.2))] = 0.1,
-    colors: Annotated[float, Slider(0, 1, "how much strokes differ in colour", explore=(0, 0.2))] = 0,
+    colors: Annotated[float, Slider(0, 1, "how much strokes differ in colour; gray ones less", explore=(0, 0.2))] = 0,
     bristles: Annotated[float, Slider(0, 1, "contrast of the marks of bristles", explore=(0, 0.5))] = 0.25,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
@@ -155,8 +157,10 @@ def _paint(strokes_, size, looks, marks, directions, pictures, led, scratch, row
                 if _find(x, y, size, led, part, number) == 0:
                     continue
                 color = picture[min(max(int(y), 0), height - 1), min(max(int(x), 0), width - 1)]
+                strength = max(color[0], color[1], color[2]) - min(color[0], color[1], color[2])
+                spread = colors * min(np.float32(GRAY_SPREAD) + strength, np.float32(1))
                 more, less = tone * np.float32(7), tone * np.float32(13)
-                more, less = colors * (more - np.floor(more) - half), colors * (less - np.floor(less) - half)
+                more, less = spread * (more - np.floor(more) - half), spread * (less - np.floor(less) - half)
                 change = variation * (tone - half)
                 red, green, blue = color[0] + more, color[1] - half * (more + less), color[2] + less
                 shade = red + change, green + change, blue + change
