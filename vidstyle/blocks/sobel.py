@@ -13,7 +13,9 @@ from vidstyle.core.kernels import compiled
 @block("filter", on="luma", radius=lambda: 1, chroma="dropped")
 def sobel(
     luma: np.ndarray,
-    gain: Annotated[float, Slider(0, 16, "response to a step from black to white", explore=(1, 4))] = 2,
+    gain: Annotated[
+        float, Slider(0, 16, "response to a step from black to white", explore=(1, 4), power=1)
+    ] = 2,
     invert: Annotated[bool, Switch("dark lines on white, as for the lines layer")] = False,
 ) -> np.ndarray:
     """Detect edges: the magnitude of the luma gradient, as a gray picture.
