@@ -53,7 +53,9 @@ def strokes(
     density: Annotated[float, Slider(0.25, 4, "strokes in each square of a stroke's width")] = 1,
     angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 35,
     variation: Annotated[float, Slider(0, 1, "how much strokes differ in tone", explore=(0, 0.2))] = 0.1,
-    colors: Annotated[float, Slider(0, 1, "how much strokes differ in colour; gray ones less", explore=(0, 0.2))] = 0,
+    colors: Annotated[
+        float, Slider(0, 1, "how much strokes differ in colour; gray ones less", explore=(0, 0.2))
+    ] = 0,
     bristles: Annotated[float, Slider(0, 1, "contrast of the marks of bristles", explore=(0, 0.5))] = 0.25,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
