@@ -23,6 +23,7 @@ from websockets.exceptions import ConnectionClosed
 
 from vidstyle.cli.explore import designer_until
 from vidstyle.errors import UsageError
+from vidstyle.explore import chooser
 from vidstyle.explore.look import SIDE
 from vidstyle.explore.page import explore_page, outputs
 from vidstyle.explore.page.exploration import Exploration
@@ -51,7 +52,9 @@ def page(folder: Path) -> Iterator[ExplorePage]:
     """A page with a film of half a second, whose first screen is there."""
     film = make_clip(folder / "film.mp4", size=SIZE, frames=15)
     clip = open_clip(film)
-    with Exploration(clip, 3) as exploration:
+    fewer = {"values": 6, "step": 3, "cross": 1, "wild": 1, "shipped": 4}
+    with pytest.MonkeyPatch.context() as patch, Exploration(clip, 3) as exploration:
+        patch.setattr(chooser, "DRAWN", fewer)
         page = ExplorePage(exploration)
         eventually(lambda: page.state()["tiles"] or page.error)
         yield page

@@ -177,7 +177,7 @@ def style_faults(name: str, sessions: Sessions, **shapes: Sequence[tuple[int, in
     ]
 
 
-@pytest.mark.parametrize("name", of_the_day(style_names(), 10))
+@pytest.mark.parametrize("name", of_the_day(style_names(), 7))
 def test_every_style_gives_what_it_gives_on_the_cpu(name: str, sessions: Sessions) -> None:
     assert style_faults(name, sessions, film=[ODD], gray=[SMALL]) == []
 

@@ -154,7 +154,7 @@ def test_sizes_change_between_blocks(name: str, sessions: Sessions) -> None:
     usual, *others = MAKERS.items()
     found = []
     for kind, make in (usual, others[number % len(others)]):
-        found += faults(sessions, EVERY[name], make(*SHAPE), kind)
+        found += faults(sessions, EVERY[name], make(*SHAPE), kind, [drawn(FORMS, f"{name} {kind}")])
     thin, make = THIN[number % len(THIN)], (gray_picture, packed_picture)[number % 2]
     found += faults(sessions, EVERY[name], make(*thin), f"{make.__name__} {thin}")
     assert not found, "\n".join(found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from covering import of_the_day
 from gpu import Sessions, disagreements, faults, film_picture
 from pictures import FLOAT, step, style
 
@@ -117,7 +118,7 @@ whole = Sessions.fixture()
 tiled = Sessions.fixture(max_side=64)
 
 
-@pytest.mark.parametrize("name", LOOKS)
+@pytest.mark.parametrize("name", of_the_day(list(LOOKS), 5))
 def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) -> None:
     found = [
         line
@@ -127,7 +128,7 @@ def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) ->
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("name", LOOKS)
+@pytest.mark.parametrize("name", of_the_day(list(LOOKS), 5))
 def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
     name: str, sessions: Sessions, whole: Sessions, tiled: Sessions, monkeypatch: pytest.MonkeyPatch
 ) -> None:

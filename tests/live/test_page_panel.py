@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 
 import pytest
+from covering import of_the_day
 
 from vidstyle.blocks import all_blocks
 from vidstyle.style import Style, load_style, override, style_names
@@ -22,7 +23,7 @@ def values(style: Style) -> dict[str, object]:
     return {entry["path"]: entry["value"] for entry in panel(style, style)["entries"]}
 
 
-@pytest.mark.parametrize("name", style_names())
+@pytest.mark.parametrize("name", of_the_day(style_names(), 9))
 class TestEveryStyle:
     def test_every_value_can_be_set_by_its_path(self, name: str) -> None:
         style = load_style(name)

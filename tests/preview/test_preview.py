@@ -127,7 +127,7 @@ def test_a_style_may_be_named(tmp_path: Path) -> None:
 
 def test_of_a_film_the_middle_or_a_given_time_is_shown(tmp_path: Path) -> None:
     film = make_clip(tmp_path / "film.mkv", codec="ffv1", pix_fmt="yuv444p", frames=40, rate=10)
-    frames = [frame.astype(float) for frame in moving_frames(40)]
+    frames = [frame.astype(float) for frame in moving_frames(40, (160, 90))]
     for at, number in ((None, 20), (Fraction(3), 30), (Fraction(0), 0)):
         still = read_still(film, ReadOptions(start=at)).astype(float)
         errors = [rms_error(still, frame) for frame in frames]
@@ -179,15 +179,15 @@ def test_a_film_that_is_shorter_than_it_says_shows_its_first(
     film = make_clip(tmp_path / "film.mkv", codec="ffv1", pix_fmt="yuv444p", frames=10, rate=10)
     monkeypatch.setattr("vidstyle.gallery.preview._middle", lambda *_: Fraction(50))
     still = read_still(film).astype(float)
-    assert rms_error(still, picture().astype(float)) < 2
+    assert rms_error(still, picture((160, 90)).astype(float)) < 2
     assert "showing its first" in caplog.text
 
 
 def test_pictures_are_upright_square_and_small(tmp_path: Path) -> None:
     wide = make_clip(tmp_path / "wide.mp4", sample_aspect=Fraction(2), frames=3)
-    assert read_still(wide).shape == (180, 640, 3)
+    assert read_still(wide).shape == (90, 320, 3)
     turned = make_clip(tmp_path / "turned.mp4", rotation=90, frames=3)
-    assert read_still(turned).shape == (320, 180, 3)
+    assert read_still(turned).shape == (160, 90, 3)
     large = make_picture(tmp_path / "large.png", size=(2400, 1201))
     assert read_still(large).shape == (480, 960, 3)
 
