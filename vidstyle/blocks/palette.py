@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.block import Asset, block, rgb_from_text
 from vidstyle.core.film_colors import FilmTable
-from vidstyle.core.kernels import TIE_LIFT, cached, compiled, index_at
+from vidstyle.core.kernels import TIE_LIFT, cached, compiled, index_at, interleaved
 from vidstyle.core.oklab import TO_CONES, TO_LAB, lab_from_rgb
 from vidstyle.core.regular_file import read_regular_file
 
@@ -73,8 +73,9 @@ def palette(
     (table,) = colors
     out = np.empty(picture.shape, np.float32)
     sure = _sure_answers(table.tobytes())
-    cones, lab = TO_CONES.astype(np.float32), TO_LAB.astype(np.float32)
-    _choose(picture.reshape(-1, 3), sure, table, cones, lab, TIE_LIFT, out.reshape(-1, 3))
+    to_lab = TO_CONES.astype(np.float32), TO_LAB.astype(np.float32)
+    numbers, values = np.empty((3, picture.shape[1]), np.int32), np.empty((4, picture.shape[1]), np.float32)
+    _choose(interleaved(picture), sure, table, to_lab, TIE_LIFT, numbers, values, interleaved(out))
     return out
 
 
@@ -119,48 +120,85 @@ def _compare_corners(corners, points, planes, sure):  # type: ignore[no-untyped-
 
 
 @compiled
+def _cube_root(x):  # type: ignore[no-untyped-def]
+    """Of 0 or more: a third of its exponent, and Halley's method."""
+    y = np.int32(np.float32(x).view(np.int32) // np.int32(3) + np.int32(709958130)).view(np.float32)
+    for _ in range(2):
+        cube = y * y * y
+        y *= (cube + x + x) / (cube + cube + x)
+    return y
+
+
+@compiled
 def _linear(value):  # type: ignore[no-untyped-def]
-    """Light of an sRGB value."""
-    if value <= np.float32(0.04045):
-        return value * np.float32(1 / 12.92)
-    return ((value + np.float32(0.055)) * np.float32(1 / 1.055)) ** np.float32(2.4)
+    """Light of an sRGB value; the power 2.4 by the fifth root, with Newton's method."""
+    x = max((value + np.float32(0.055)) * np.float32(1 / 1.055), np.float32(0.05))
+    y = np.int32(np.float32(x).view(np.int32) // np.int32(5) + np.int32(852282573)).view(np.float32)
+    for _ in range(3):
+        y = np.float32(0.8) * y + np.float32(0.2) * x / (y * y * y * y)
+    return value * np.float32(1 / 12.92) if value <= np.float32(0.04045) else x * x * y * y
+
+
+@compiled(noalias=True)
+def _to_lab(count, to_lab, values):  # type: ignore[no-untyped-def]
+    """OKLab of the first colours, in place."""
+    cones, lab = to_lab
+    first, second, third = values[0], values[1], values[2]
+    for i in range(count):
+        red, green, blue = _linear(first[i]), _linear(second[i]), _linear(third[i])
+        long = _cube_root(cones[0, 0] * red + cones[0, 1] * green + cones[0, 2] * blue)
+        medium = _cube_root(cones[1, 0] * red + cones[1, 1] * green + cones[1, 2] * blue)
+        short = _cube_root(cones[2, 0] * red + cones[2, 1] * green + cones[2, 2] * blue)
+        first[i] = lab[0, 0] * long + lab[0, 1] * medium + lab[0, 2] * short
+        second[i] = lab[1, 0] * long + lab[1, 1] * medium + lab[1, 2] * short
+        third[i] = lab[2, 0] * long + lab[2, 1] * medium + lab[2, 2] * short
 
 
 @compiled
-def _nearest(red, green, blue, table, cones, lab):  # type: ignore[no-untyped-def]
-    """The number of the nearest colour; the first of equal ones."""
-    red, green, blue = _linear(red), _linear(green), _linear(blue)
-    third = np.float32(1 / 3)
-    long = (cones[0, 0] * red + cones[0, 1] * green + cones[0, 2] * blue) ** third
-    medium = (cones[1, 0] * red + cones[1, 1] * green + cones[1, 2] * blue) ** third
-    short = (cones[2, 0] * red + cones[2, 1] * green + cones[2, 2] * blue) ** third
-    lightness = lab[0, 0] * long + lab[0, 1] * medium + lab[0, 2] * short
-    a = lab[1, 0] * long + lab[1, 1] * medium + lab[1, 2] * short
-    b = lab[2, 0] * long + lab[2, 1] * medium + lab[2, 2] * short
-    nearest, least = 0, np.float32(1e9)
+def _find_nearest(count, table, nearest, values):  # type: ignore[no-untyped-def]
+    """The number of the nearest colour of each of the first ones; the first of equal ones."""
+    lightness, a, b, least = values[0], values[1], values[2], values[3]
+    for i in range(count):
+        least[i] = np.float32(1e9)
     for number in range(table.shape[1]):
-        x, y, z = lightness - table[0, number], a - table[1, number], b - table[2, number]
-        distance = x * x + y * y + z * z
-        if distance < least:
-            nearest, least = number, distance
-    return nearest
+        u, v, w = table[0, number], table[1, number], table[2, number]
+        for i in range(count):
+            x, y, z = lightness[i] - u, a[i] - v, b[i] - w
+            distance = x * x + y * y + z * z
+            is_nearer = distance < least[i]
+            nearest[i] = np.int32(number) if is_nearer else nearest[i]
+            least[i] = distance if is_nearer else least[i]
 
 
 @compiled
-def _choose(colors, sure, table, cones, lab, lift, out):  # type: ignore[no-untyped-def]
-    """The nearest colour of the palette: looked up, or where colours meet within a cube, computed."""
-    zero, one, side = np.float32(0), np.float32(1), np.float32(64)
-    number = np.int64(0)
-    for i in range(colors.shape[0]):
-        same = colors[i, 0] == colors[i - 1, 0] and colors[i, 1] == colors[i - 1, 1]
-        if i > 0 and same and colors[i, 2] == colors[i - 1, 2]:  # as in large square pixels
-            out[i, 0], out[i, 1], out[i, 2] = table[3, number], table[4, number], table[5, number]
-            continue
-        red = min(max(colors[i, 0] + lift, zero), one)
-        green = min(max(colors[i, 1] + lift, zero), one)
-        blue = min(max(colors[i, 2] + lift, zero), one)
-        cube = (index_at(red * side, 63) * 64 + index_at(green * side, 63)) * 64 + index_at(blue * side, 63)
-        number = np.int64(sure[cube])
-        if number == 255:
-            number = _nearest(red, green, blue, table, cones, lab)
-        out[i, 0], out[i, 1], out[i, 2] = table[3, number], table[4, number], table[5, number]
+def _choose(colors, sure, table, to_lab, lift, numbers, values, out):  # type: ignore[no-untyped-def]
+    """The nearest colour of the palette: looked up, or where colours meet within a cube, computed.
+
+    Args:
+        numbers, values: scratch for a row; what is computed, all of it together, in vectors.
+    """
+    zero, one, side, width = np.float32(0), np.float32(1), np.float32(SIDE), numbers.shape[1]
+    chosen, unsure, nearest = numbers[0], numbers[1], numbers[2]
+    for row in range(out.shape[0]):
+        for x in range(width):
+            red = index_at(min(colors[row, 3 * x] + lift, one) * side, SIDE - 1)
+            green = index_at(min(colors[row, 3 * x + 1] + lift, one) * side, SIDE - 1)
+            blue = index_at(min(colors[row, 3 * x + 2] + lift, one) * side, SIDE - 1)
+            chosen[x] = (red * np.int32(SIDE) + green) * np.int32(SIDE) + blue
+        count = 0
+        for x in range(width):
+            chosen[x] = sure[chosen[x]]
+            unsure[count] = x
+            count += chosen[x] == UNSURE
+        for channel in range(3):
+            for i in range(count):
+                values[channel, i] = min(max(colors[row, 3 * unsure[i] + channel] + lift, zero), one)
+        _to_lab(count, to_lab, values)
+        _find_nearest(count, table, nearest, values)
+        for i in range(count):
+            chosen[unsure[i]] = nearest[i]
+        for x in range(width):
+            number = chosen[x]
+            out[row, 3 * x] = table[3, number]
+            out[row, 3 * x + 1] = table[4, number]
+            out[row, 3 * x + 2] = table[5, number]
