@@ -79,26 +79,28 @@ def glyphs(
     luma = means if picture.ndim == 2 else means @ weights
     count = 5 * table.shape[1] // (3 * (table.shape[0] - 1))
     numbers = np.searchsorted(table[-1, 1:count], luma + TIE_LIFT, side="right")
-    lines, across = np.arange(place.top, place.top + len(rows)) % height, np.arange(len(columns)) % width
+    lines = np.arange(place.top, place.top + len(rows)) % height
     drawn = _fitted(table.tobytes(), table.shape, height, width)
     channels = means.reshape(*luma.shape, -1)
     colors = channels / np.maximum(channels.max(axis=2, keepdims=True), DARKEST)
     out = np.empty(picture.shape, np.float32)
-    _draw(drawn, numbers, colors, (rows, columns), (lines, across), invert, interleaved(out))
+    _draw(drawn, numbers, colors, (rows, int(columns[-1]) + 1), lines, invert, interleaved(out))
     return out
 
 
 @compiled
-def _draw(glyphs_, numbers, colors, cells, places, invert, out):  # type: ignore[no-untyped-def]
+def _draw(glyphs_, numbers, colors, cells, lines, invert, out):  # type: ignore[no-untyped-def]
     """Each pixel's share of its cell's glyph, times the cell's colour."""
-    (rows, columns), (lines, across), channels = cells, places, colors.shape[2]
+    (rows, columns), channels, side = cells, colors.shape[2], glyphs_.shape[2]
     for y in range(out.shape[0]):
-        for x in range(columns.size):
-            row, column = rows[y], columns[x]
-            shown = glyphs_[numbers[row, column], lines[y], across[x]]
+        for column in range(columns):
+            glyph = glyphs_[numbers[rows[y], column], lines[y]]
+            part = out[y, channels * column * side :]
             for channel in range(channels):
-                value = colors[row, column, channel] * shown
-                out[y, channels * x + channel] = np.float32(1) - value if invert else value
+                color = colors[rows[y], column, channel]
+                for x in range(min(side, part.size // channels)):
+                    value = color * glyph[x]
+                    part[channels * x + channel] = np.float32(1) - value if invert else value
 
 
 @cached(maxsize=4)
