@@ -142,7 +142,7 @@ def _flat(values: tuple[Any, ...]) -> list[Any]:
         if isinstance(value, tuple):
             flat += _flat(value)
         elif not isinstance(value, Compiled):
-            flat.append(value.item() if isinstance(value, np.float32) else value)
+            flat.append(value)
     return flat
 
 
