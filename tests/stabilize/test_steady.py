@@ -14,10 +14,12 @@ from pictures import SOURCES, planes, run, same_bits, step, style
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.stabilize.blend import WHOLE, in_segments, source_rows
+from vidstyle.stabilize.blend import source_rows
+from vidstyle.stabilize.blend_codes import WHOLE
 from vidstyle.stabilize.motion import noise_level
 from vidstyle.stabilize.segment import SEGMENT
 from vidstyle.stabilize.stabilizer import Stabilizer
+from vidstyle.stabilize.warp import in_segments, moves_of
 from vidstyle.style import Style, load_style, override
 
 PLAIN = style()
@@ -199,8 +201,8 @@ def blended(
 ) -> tuple[np.ndarray, np.ndarray]:
     """A plane with that before blended into it, and the weights, 0..1."""
     out, weights = np.empty(plane.shape, before.dtype), np.empty(plane.shape, np.uint8)
-    segments = in_segments(flow, plane.shape[1])
-    source_rows(plane, (1, 0), before, segments, weight, limit, None, (1, 1), out, weights)(0, plane.shape[0])
+    moves = moves_of(in_segments(flow, plane.shape[1]), plane.shape[1], before.dtype)
+    source_rows(plane, (1, 0), before, moves, weight, limit, None, (1, 1), out, weights)(0, plane.shape[0])
     return out, weights / WHOLE
 
 
@@ -225,7 +227,8 @@ def test_every_sample_comes_from_where_it_was(shape: tuple[int, int], dtype: typ
     before = random.uniform(0, 65535, shape).astype(dtype)
     flow = random.uniform(-9, 9, (max(1, shape[0] // 5), max(1, shape[1] // 4), 2)).astype(np.float32)
     flow[: shape[0] // 15] = 0
-    now, _ = blended(np.zeros(shape, np.float32), before, flow, 1)
+    now, _ = blended(np.zeros(shape, dtype), before, flow, 0.9)
+    now = now / np.float32(0.9)
 
     rows, columns = np.indices(shape, np.float32)
     places = (columns[0] // SEGMENT * SEGMENT + SEGMENT / 2) / shape[1] * flow.shape[1] - 0.5
@@ -246,13 +249,16 @@ def test_every_sample_comes_from_where_it_was(shape: tuple[int, int], dtype: typ
     assert np.abs(now - wanted).mean() < 65535 / 100
 
 
-def test_a_change_weighs_by_its_size() -> None:
-    before = np.full((9, 9), 1000, np.uint16)
+@pytest.mark.parametrize("dtype", [np.uint16, np.float32])
+def test_a_change_weighs_by_its_size(dtype: type[np.generic]) -> None:
+    before = np.full((9, 9), 1000, dtype)
     for change, weight in ((0, 1.0), (100, 0.5), (200, 1 / 17)):
-        plane = np.full((9, 9), 1000 + change, np.float32)
-        now, weights = blended(plane, before, None, 0.5, limit=100)
-        np.testing.assert_allclose(weights, weight, atol=0.5 / WHOLE)
-        np.testing.assert_allclose(now, 1000 + change - 0.5 * weight * change, atol=0.51)
+        now, weights = blended(np.full((9, 9), 1000 + change, dtype), before, None, 0.5, limit=100)
+        # Half a step of change, of which the limit has at least nine.
+        tolerance = 0.04 if dtype == np.uint16 and change else 0.5 / WHOLE
+        np.testing.assert_allclose(weights, weight, atol=tolerance)
+        wanted = 1000 + change - 0.5 * weight * change
+        np.testing.assert_allclose(now, wanted, atol=0.5 * tolerance * change + 1)
 
 
 @pytest.mark.parametrize("deviation", [2.0, 4.0, 10.0])

@@ -26,8 +26,9 @@ class SegmentIntrinsic(Intrinsic):
         samples: a plane as one row, uint16 or float32, contiguous.
         first, under: integers, the index of the first sample, and of the one below it. The caller makes sure
             that `SEGMENT` + 1 samples follow each.
-        weights: a tuple of four float32: of a sample, right of it, below, and below on the right.
-        line: float32, contiguous.
+        weights: a tuple of four: of a sample, right of it, below, and below on the right; float32, or
+            65536ths in uint16, of a sum of at most 65535.
+        line: of the same type, contiguous.
         start: integer.
     """
 
@@ -48,22 +49,26 @@ def _emit_code(context: Any, builder: Any, signature: Any, arguments: Any) -> An
         proxies.create_struct_proxy(kinds[number])(context, builder, arguments[number]).data
         for number in (0, 4)
     )
-    numbers, index = ir.VectorType(ir.FloatType(), SEGMENT), ir.IntType(64)
-    item = context.get_data_type(kinds[0].dtype)
-    total = None
+    item, index = context.get_data_type(kinds[0].dtype), ir.IntType(64)
+    floats, row = item == ir.FloatType(), ir.VectorType(item, SEGMENT)
+    wide = row if floats else ir.VectorType(ir.IntType(32), SEGMENT)
+    total = row(None) if floats else row([1] * SEGMENT)
     for number in range(4):
         place = builder.add(arguments[1 + number // 2], ir.Constant(index, number % 2))
-        address = builder.bitcast(builder.gep(samples, [place]), ir.VectorType(item, SEGMENT).as_pointer())
-        taken = builder.load(address)
+        taken = builder.load(builder.bitcast(builder.gep(samples, [place]), row.as_pointer()))
         taken.align = kinds[0].dtype.bitwidth // 8
-        values = taken if item == ir.FloatType() else builder.uitofp(taken, numbers)
         weight = builder.extract_value(arguments[3], number)
-        same = builder.insert_element(numbers(ir.Undefined), weight, ir.Constant(ir.IntType(32), 0))
+        same = builder.insert_element(row(ir.Undefined), weight, ir.Constant(ir.IntType(32), 0))
         same = builder.shuffle_vector(same, same, ir.VectorType(ir.IntType(32), SEGMENT)([0] * SEGMENT))
-        product = builder.fmul(values, same, flags=["contract"])
-        total = product if total is None else builder.fadd(total, product, flags=["contract"])
-    target = builder.bitcast(builder.gep(line, [arguments[5]]), numbers.as_pointer())
-    builder.store(total, target).align = 4
+        if floats:
+            product = builder.fmul(taken, same, flags=["contract"])
+            total = builder.fadd(total, product, flags=["contract"])
+        else:
+            product = builder.mul(builder.zext(taken, wide), builder.zext(same, wide))
+            upper = builder.lshr(product, wide([16] * SEGMENT))
+            total = builder.add(total, builder.trunc(upper, row))
+    target = builder.bitcast(builder.gep(line, [arguments[5]]), row.as_pointer())
+    builder.store(total, target).align = kinds[0].dtype.bitwidth // 8
     return context.get_dummy_value()
 
 

@@ -12,8 +12,9 @@ import numpy as np
 from vidstyle.core.bands import in_bands
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, color_rows, yuv_from_rgb
-from vidstyle.stabilize.blend import Rows, in_segments, result_rows, source_rows
+from vidstyle.stabilize.blend import Rows, result_rows, source_rows
 from vidstyle.stabilize.motion import MotionEstimator, Warp
+from vidstyle.stabilize.warp import Moves, in_segments, moves_of
 
 BAND_RADIUS = 16
 """As the radius for `in_bands`: bands are much higher than the row that is read beside them, so that few rows
@@ -90,17 +91,17 @@ class Stabilizer:
     def _blended(self, now: Planes, old: Encoding, new: Encoding, warp: Warp) -> tuple[Planes, np.ndarray]:
         """The planes of the source blended with those before, and the weights of luma."""
         out = {name: np.empty(plane.shape, new.dtype) for name, plane in now.items()}
-        weights = {name: np.empty(plane.shape, np.uint8) for name, plane in now.items()}
-        jobs, flow_of = {}, cache(partial(segment_flow, warp.flow))
+        guide = np.empty(now["luma"].shape, np.uint8)
+        jobs, moves = {}, cache(partial(_plane_moves, warp.flow, np.dtype(new.dtype)))
         for name, plane in now.items():
             (scale, span), step = code_scale(name, old, new), plane_step(name, old)
-            guide = weights["luma"]
+            luma, other = (guide, None) if name == "luma" else (None, guide)
             jobs[name] = source_rows(
-                plane, scale, self._source[name], flow_of(plane.shape[1], step), warp.weight,
-                warp.limit * span, None if name == "luma" else guide, step, out[name], weights[name],
+                plane, scale, self._source[name], moves(plane.shape[1], step), warp.weight,
+                warp.limit * span, other, step, out[name], luma,
             )  # fmt: skip
         self._run(jobs, now["luma"].shape, old)
-        return out, weights["luma"]
+        return out, guide
 
     def after(self, result: Picture, stabilized: Stabilized) -> Picture:
         """Stabilize the result of the style; call it in the order of the frames."""
@@ -112,13 +113,14 @@ class Stabilizer:
         shown = result.map_planes(lambda plane, kind: plane if kind == "alpha" else np.empty_like(plane))
         codes, jobs = dict(_named_planes(shown)), {}
         # Planes of one size share them.
-        flow_of = cache(partial(segment_flow, warp.result_flow))
+        dtype = np.dtype(np.float32 if floats else np.uint16)
+        moves = cache(partial(_plane_moves, warp.result_flow, dtype))
         parts_of = cache(partial(in_segments, warp.result_guide))
-        self._result = {name: np.empty(plane.shape, old[name].dtype) for name, plane in planes.items()}
+        self._result = {name: np.empty(plane.shape, dtype) for name, plane in planes.items()}
         for name, plane in planes.items():
             step, width = plane_step(name, encoding), plane.shape[1]
             jobs[name] = result_rows(
-                plane, gain, old[name], flow_of(width, step), parts_of(width), warp.result_weight, weights,
+                plane, gain, old[name], moves(width, step), parts_of(width), warp.result_weight, weights,
                 step, self._result[name], codes[name],
             )  # fmt: skip
         self._run(jobs, result.shape, encoding)
@@ -178,6 +180,10 @@ def segment_flow(flow: np.ndarray | None, width: int, step: tuple[int, int]) -> 
         step: luma pixels for each of its samples, across and down.
     """
     return in_segments(flow, width) / np.array(step, np.float32)
+
+
+def _plane_moves(flow: np.ndarray | None, dtype: np.dtype, width: int, step: tuple[int, int]) -> Moves:
+    return moves_of(segment_flow(flow, width, step), width, dtype)
 
 
 def code_scale(name: str, old: Encoding, new: Encoding) -> tuple[tuple[float, float], float]:

@@ -11,7 +11,6 @@ import numpy as np
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile.glsl import Assembly
 from vidstyle.gpu.compile.shader_nodes import Format, plane_format
-from vidstyle.stabilize.blend import in_segments
 from vidstyle.stabilize.motion import MotionEstimator, Warp
 from vidstyle.stabilize.segment import SEGMENT
 from vidstyle.stabilize.stabilizer import (
@@ -22,6 +21,7 @@ from vidstyle.stabilize.stabilizer import (
     segment_flow,
     stabilized_encoding,
 )
+from vidstyle.stabilize.warp import in_segments
 from vidstyle.style.nodes import Shape
 
 if TYPE_CHECKING:
