@@ -62,11 +62,11 @@ def source_rows(
         lines, changes = np.empty((5, padded), out.dtype), np.empty((4, width + 2), out.dtype)
         beside = np.empty(4 * SEGMENT, out.dtype)
         if floats:
-            source_float_rows(*same, *numbers, (top, bottom), (lines, changes, beside), kept, out)
+            source_float_rows(*same, numbers, (top, bottom), (lines, changes, beside), kept, out)
         else:
             own, ones = np.empty(width, np.uint8), np.full(width, WHOLE, np.uint8)
             scratch = lines, changes, own, ones, beside
-            source_code_rows(*same, *numbers, (top, bottom), scratch, kept, out)
+            source_code_rows(*same, numbers, (top, bottom), scratch, kept, out)
 
     return run
 
@@ -112,11 +112,11 @@ def result_rows(
 
 def _float_numbers(scale: tuple[float, float], weight: float, limit: float) -> tuple[Any, ...]:
     """The numbers of `source_float_rows`."""
-    return (tuple(np.float32(number) for number in (*scale, weight, 1 / (9 * limit**2))),)
+    return tuple(np.float32(number) for number in (*scale, weight, 1 / (9 * limit**2)))
 
 
 def _code_numbers(scale: tuple[float, float], weight: float, limit: float) -> tuple[Any, ...]:
-    """The numbers of `source_code_rows` and its rate."""
+    """The numbers of `source_code_rows`."""
     shift = max(0, math.ceil(math.log2(min(limit, 65535) / LIMIT_STEPS)))
     numbers = [scale[0], -scale[1], (1 << shift) >> 1, shift, weight * _WHOLE_FACTOR]
     return np.array(numbers, np.uint16), np.float32((1 << shift) ** 2 / (9 * limit**2))

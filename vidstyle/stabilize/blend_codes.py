@@ -19,30 +19,31 @@ LIMIT_STEPS = 17
 
 
 @compiled
-def source_code_rows(plane, before, samples, moves, guide, step, numbers, rate, rows, scratch, weights, out):  # type: ignore[no-untyped-def]
+def source_code_rows(plane, before, samples, moves, guide, step, numbers, rows, scratch, weights, out):  # type: ignore[no-untyped-def]
     """See `blend.source_rows`.
 
     Args:
         numbers: uint16: gain from codes to those of 16 bits, and what is taken off then; half a step of
-            change, and the step's logarithm to the base 2; weight of the previous plane, 1 as 257.
-        rate: 1 / (9 limit^2), the limit in steps.
+            change, and the step's logarithm to the base 2; weight of the previous plane, 1 as 257. And
+            float32: 1 / (9 limit^2), the limit in steps.
     """
     across, down = step
+    codes, rate = numbers
     lines, squares, stored, ones, beside = scratch
     factors, (top, bottom), height = lines[4], rows, plane.shape[0]
     for row in range(top - 1, bottom + 1):
         y = min(max(row, 0), height - 1)
         line, values = lines[row % 2], lines[2 + row % 2]
         warp_row(before, samples, y, moves, beside, line)
-        _change_of_row(plane[y], numbers, line, values, squares[row % 3])
+        _change_of_row(plane[y], codes, line, values, squares[row % 3])
         if row > top:
             done = row - 1
             if guide.size > 1:
                 _row_weights(squares, rate, stored)
-                _set_factors(stored, guide[done * down], across, numbers[4], factors)
+                _set_factors(stored, guide[done * down], across, codes[4], factors)
             else:
                 _row_weights(squares, rate, weights[done])
-                _set_factors(ones, weights[done], 1, numbers[4], factors)
+                _set_factors(ones, weights[done], 1, codes[4], factors)
             _blend_row(lines[2 + done % 2], lines[done % 2], factors, out[done])
 
 
