@@ -248,8 +248,38 @@ def weigh_rows_and_columns(
         out: float32, written.
     """
     (row_index, row_weight), (index, weight) = rows, columns
-    line, places = np.empty(plane.shape[1], np.float32), np.ascontiguousarray(index.T, np.int32)
-    _gather(plane, row_index, row_weight, places, np.ascontiguousarray(weight.T), line, out)
+    across = np.ascontiguousarray(index.T, np.int32), np.ascontiguousarray(weight.T)
+    first = row_index.min()
+    count = row_index.max() + 1 - first
+    if count < len(out):
+        wide = np.empty((count, out.shape[1]), np.float32)
+        _enlarge(plane[first : first + count], row_index - first, row_weight, *across, wide, out)
+    else:
+        _gather(plane, row_index, row_weight, *across, np.empty(plane.shape[1], np.float32), out)
+
+
+@compiled
+def _enlarge(plane, row_index, row_weight, index, weight, wide, out):  # type: ignore[no-untyped-def]
+    """`_gather` with columns first, which are scattered: there are fewer rows before than after."""
+    for row in range(wide.shape[0]):
+        _weigh_columns(plane[row], index, weight, wide[row])
+    last = row_index.shape[1] - 1
+    for row in range(out.shape[0]):
+        for tap in range(0, last + 1, 2):
+            beside = min(tap + 1, last)
+            second = row_weight[row, beside] if beside > tap else np.float32(0)
+            one, other = wide[row_index[row, tap]], wide[row_index[row, beside]]
+            _weigh_two(one, row_weight[row, tap], other, second, tap > 0, out[row])
+
+
+@compiled(noalias=True)
+def _weigh_two(one, first, other, second, adds, out):  # type: ignore[no-untyped-def]
+    if adds:
+        for x in range(out.size):
+            out[x] += first * one[x] + second * other[x]
+    else:
+        for x in range(out.size):
+            out[x] = first * one[x] + second * other[x]
 
 
 @compiled
