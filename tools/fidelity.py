@@ -185,7 +185,8 @@ def bank_row(name: str, bank: Bank) -> str:
     return (
         f"| `{name}` | {bank.about['imitates']} | {'; '.join(bank.about['parts'])} | {bins.orientations} x "
         f"{bins.strengths} x {bins.coherences} | {bank.size} x {bank.size} | {bank.rho:g} | "
-        f"{', '.join(f'{each:.2f}' for each in residuals)} | {(samples == 0).sum()} |"
+        f"{', '.join(f'{each:.2f}' for each in residuals)} | {(samples == 0).sum()} | "
+        f"{bank.about['long_side']} |"
     )
 
 
@@ -212,7 +213,7 @@ def page(rows: list[str], count: int, long_side: int) -> str:
     """The README."""
     banks = {name: shipped_bank(name) for name in shipped_banks()}
     about = next(iter(banks.values())).about
-    learned = PICTURES.format(count=len(about["pictures"]), long_side=about["long_side"])
+    learned = PICTURES.format(count=len(about["pictures"]))
     return "\n".join(
         [
             HEAD,
@@ -235,10 +236,10 @@ bytes. `python tools/fidelity.py --images DIR` writes this page. `vidstyle train
 bank; [docs/filters.jpg](../docs/filters.jpg) shows what they do. The files are NumPy archives, read without
 pickle and checked. *Residual* is the root of the mean squared error of each part on the training pictures, in
 levels of 255 (above 1 px before the result is enlarged); *empty* counts bins that no pixel fell into, which
-have the mean filter of their orientation.
+have the mean filter of their orientation. *Photographs* is the length to which their longer side was reduced.
 
-| bank | reference | parts | bins | filters | rho | residual | empty |
-|---|---|---|---|---|---|---|---|"""
+| bank | reference | parts | bins | filters | rho | residual | empty | photographs, px |
+|---|---|---|---|---|---|---|---|---|"""
 FIDELITY = """
 ## Fidelity
 
@@ -257,8 +258,7 @@ strength: if it changed pictures as much. Where that is below 0 it must have cha
 PICTURES = """
 ## Training pictures
 
-{count} photographs, their longer side reduced to {long_side} pixels; the next ten by name were
-held out. The photographs are not part of this repository.
+{count} photographs; the next ten by name were held out. They are not part of this repository.
 
 | file | SHA-256 begins with |
 |---|---|"""

@@ -160,7 +160,8 @@ def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 @lru_cache(maxsize=64)
 def _inverse_of_enlarging(small: int, large: int) -> np.ndarray:
     """The pseudoinverse along one axis: small x large float64."""
-    return np.linalg.pinv(resample(np.eye(small, dtype=np.float32), (large, small), RESAMPLING).astype(float))
+    enlarging = resample(np.eye(small, dtype=np.float32), (large, small), RESAMPLING).astype(float)
+    return np.linalg.solve(enlarging.T @ enlarging, enlarging.T)
 
 
 def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:

@@ -22,7 +22,7 @@ def equalize(
 ) -> np.ndarray:
     """Stretch luma so that a low percentile becomes black and a high one white.
 
-    A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D.
+    A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D, but of a reduced copy.
     """
     black, white = measured
     gain = 1 / max(white - black, MIN_RANGE)

@@ -22,7 +22,7 @@ def flow_dog(
     other way round; Winnemoeller, Kyprianidis and Olsen 2012. Above 1 px it runs on a reduced picture, with
     directions of that picture; between the sigmas that were learned, filters are interpolated by variance.
     """
-    name = "flow_dog_fine" if sigma < 1 else "flow_dog"
+    name = "flow_dog_fine" if sigma <= 1 else "flow_dog"
     learned = shipped_bank(name).about["sigmas"]
     first = min(bisect_right(learned, sigma), len(learned) - 1) - 1
     near, far = (_blur(learned[number]) for number in (first, first + 1))

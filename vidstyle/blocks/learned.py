@@ -19,10 +19,12 @@ def learned(
     second: Annotated[float, Slider(0, 1, "the bank's second slider")] = 0.5,
     third: Annotated[float, Slider(0, 1, "the bank's third slider")] = 0.5,
 ) -> BankRun:
-    """Apply a bank of learned filters to luma; `vidstyle train` makes banks.
+    """Apply a bank of learned filters; `vidstyle train` makes banks.
 
-    A bank may declare sliders, which weigh its parts after the first; other parts are not used. Paper,
-    section 5, equation 2.
+    A bank may declare sliders, which weigh its parts after the first; other parts are not used. It may filter
+    chroma, too. Paper, section 5, equation 2. All banks differ from it in this: windows of the structure
+    tensor have an even number of pixels and end at two rho; the weights of each filter add up to 1, or for
+    differences to 0; their smoothness is weighed by the energy of the samples that the filter had.
     """
     weights = tuple(amount * weight for weight in bank.weights_at((first, second, third)))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect)

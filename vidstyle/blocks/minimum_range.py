@@ -22,7 +22,7 @@ def minimum_range(
     """Expand the dynamic range of luma to a minimum; leave a picture with a larger range unchanged.
 
     It widens about the middle, which moves only as far as the new range needs to stay within black
-    and white. A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D.
+    and white. A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D, but of a reduced copy.
     """
     wanted = dynamic_range / 255
     present = max(measured[1] - measured[0], MIN_RANGE)
