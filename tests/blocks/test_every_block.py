@@ -15,6 +15,7 @@ from vidstyle.block import (
     Block,
     FrameTime,
     LumaWeights,
+    Margin,
     Measured,
     PageRegion,
     SavedRef,
@@ -74,6 +75,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
     luma = array if array.ndim == 2 else array.mean(axis=2)
     given: dict[object, Any] = {
         PageRegion: PageRegion(0, *luma.shape),
+        Margin: (0, 0),
         LumaWeights: Encoding().weights,
         FrameTime: 0,
         Measured: np.percentile(luma, block.percentiles_for(complete)),

@@ -65,6 +65,8 @@ class PageRegion:
     margin: tuple[int, int] = (0, 0)
 
 
+Margin = NewType("Margin", tuple[int, int])
+"""Injected: a filter's first and last rows that are only there to be read; its result is ignored there."""
 LumaWeights = NewType("LumaWeights", np.ndarray)
 """Injected: the weights of red, green and blue in luma, three float32, from the picture's own matrix."""
 Measured = NewType("Measured", np.ndarray)
@@ -72,7 +74,7 @@ Measured = NewType("Measured", np.ndarray)
 FrameTime = NewType("FrameTime", int)
 """Injected: the time of the frame in whole milliseconds, below 2**32; 0 for a picture that stands alone."""
 
-INJECTED: tuple[object, ...] = (PageRegion, LumaWeights, Measured, FrameTime)
+INJECTED: tuple[object, ...] = (PageRegion, Margin, LumaWeights, Measured, FrameTime)
 """The annotations of the parameters that the renderer fills in."""
 
 

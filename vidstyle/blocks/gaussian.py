@@ -9,7 +9,7 @@ from typing import Annotated
 import cv2
 import numpy as np
 
-from vidstyle.block import PageRegion, Slider, block
+from vidstyle.block import Margin, Slider, block
 from vidstyle.core.kernels import compiled, interleaved
 
 TAPS_AT_ONCE = 3
@@ -25,7 +25,7 @@ def _radius(sigma: float) -> int:
 @block("filter", on="channels", radius=_radius)
 def gaussian(
     picture: np.ndarray,
-    place: PageRegion,
+    margin: Margin,
     sigma: Annotated[float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4))] = 2,
 ) -> np.ndarray:
     """Blur: remove noise and small detail.
@@ -37,7 +37,7 @@ def gaussian(
     weights, channels = _weights(sigma), picture.size // (picture.shape[0] * picture.shape[1])
     out = np.empty(picture.shape, np.float32)
     line = np.empty(TILE + 2 * channels * weights.size, np.float32)
-    _blur(interleaved(picture), weights, channels, place.margin, line, interleaved(out))
+    _blur(interleaved(picture), weights, channels, margin, line, interleaved(out))
     return out
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.block import FrameTime, LumaWeights, Measured, PageRegion
+from vidstyle.block import FrameTime, LumaWeights, Margin, Measured, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import compiled, mix_channels
@@ -154,6 +154,7 @@ class FrameExecutor:
         above, below = _margin(node, top, bottom)
         injected: dict[object, Any] = {
             PageRegion: PageRegion(top - above, *node.shape, (above, below)),
+            Margin: (above, below),
             LumaWeights: encoding_of(node.matrix).weights,
             FrameTime: self._moment,
             Measured: self._numbers.get(node.measure),  # type: ignore[arg-type]
