@@ -156,10 +156,10 @@ def _to_lab(count, to_lab, values):  # type: ignore[no-untyped-def]
 
 @compiled
 def _find_nearest(count, table, nearest, values):  # type: ignore[no-untyped-def]
-    """The number of the nearest colour of each of the first ones; the first of equal ones."""
+    """The number of the nearest colour of each of the first ones; the first of equal ones, and of NaN."""
     lightness, a, b, least = values[0], values[1], values[2], values[3]
     for i in range(count):
-        least[i] = np.float32(1e9)
+        nearest[i], least[i] = np.int32(0), np.float32(1e9)
     for number in range(table.shape[1]):
         u, v, w = table[0, number], table[1, number], table[2, number]
         for i in range(count):

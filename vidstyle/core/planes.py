@@ -239,6 +239,7 @@ def weigh_rows_and_columns(
     rows: tuple[np.ndarray, np.ndarray],
     columns: tuple[np.ndarray, np.ndarray],
     out: np.ndarray,
+    columns_first: bool = False,
 ) -> None:
     """Each sample a weighted sum of a few rows, and of a few columns of that.
 
@@ -246,12 +247,14 @@ def weigh_rows_and_columns(
         plane: N x W.
         rows, columns: for each sample of `out` the places it is the sum of, and their weights: count x taps.
         out: float32, written.
+        columns_first: the columns before the rows, which is faster where there are fewer rows before; the
+            same for all bands of a plane, as it rounds differently.
     """
     (row_index, row_weight), (index, weight) = rows, columns
     across = np.ascontiguousarray(index.T, np.int32), np.ascontiguousarray(weight.T)
-    first = row_index.min()
-    count = row_index.max() + 1 - first
-    if count < len(out):
+    if columns_first:
+        first = row_index.min()
+        count = row_index.max() + 1 - first
         wide = np.empty((count, out.shape[1]), np.float32)
         _enlarge(plane[first : first + count], row_index - first, row_weight, *across, wide, out)
     else:

@@ -95,7 +95,7 @@ def _weighed(plane: np.ndarray, shape: tuple[int, int], method: str, pool: Execu
 
     def run(top: int, bottom: int) -> None:
         rows = index[top:bottom], weights[top:bottom]
-        weigh_rows_and_columns(flat[0], rows, columns, flat[1][top:bottom])
+        weigh_rows_and_columns(flat[0], rows, columns, flat[1][top:bottom], shape[0] > plane.shape[0])
 
     in_bands(pool, shape, 0, run)
     return out

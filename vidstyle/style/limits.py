@@ -11,7 +11,8 @@ from vidstyle.style.nodes import Node, Shape, nodes_in_order
 MAX_GROWTH = 16
 """The largest working size, by the pixels of the picture: a `scale` by 4 in all."""
 MAX_WORK = 1 << 16
-"""The most operations for each pixel of the picture. Shipped styles take a thousand or two."""
+"""The most operations for each pixel of the picture. Shipped styles take a thousand or two, of 8192 x 8192
+pixels up to eight thousand, as lengths grow with the picture."""
 MAX_SAMPLES = 1 << 28
 """The most numbers that are kept at once, 1 GiB; large pictures may take `SAMPLES_A_PIXEL` instead."""
 SAMPLES_A_PIXEL = 32
