@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -44,7 +45,7 @@ def test_nobody_else_gets_a_page_a_picture_or_a_socket(server: DesignServer) -> 
         assert visitor.ask(path, visitor.headers(cookie="none=1"))[0] == 403
         assert visitor.ask(path, visitor.headers(host="evil.example"))[0] == 403
         assert visitor.ask(path, visitor.headers(Origin="http://evil.example"))[0] == 403
-    assert visitor.ask("/", body=b"x")[0] in (0, 400)
+    assert visitor.ask("/", visitor.headers(Content_Length="1"), body=b"x")[0] in (0, 400)
     for origin, cookie in (("http://evil.example", None), ("", "none=1")):
         with pytest.raises(InvalidStatus), visitor.look(origin, cookie):
             pass
@@ -234,6 +235,25 @@ def malformed(choose: random.Random) -> str:
     if choose.random() < 0.1:
         text = text[: choose.randrange(len(text))]
     return text
+
+
+def test_the_last_page_may_close_while_a_draft_is_kept(
+    server: DesignServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, done = threading.Event(), threading.Event()
+
+    def keep_draft() -> None:
+        begun.set()
+        eventually(lambda: not server.pages)
+        done.set()
+
+    monkeypatch.setattr(server.designer, "keep_draft", keep_draft)
+    with shown(server) as page:
+        page.ask("new")
+        assert begun.wait(LONG)
+    assert done.wait(LONG)
+    eventually(lambda: not server._tasks)
+    assert server.error is None
 
 
 @pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.thorough)])

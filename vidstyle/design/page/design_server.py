@@ -160,8 +160,8 @@ class DesignServer:
         document = self.designer.document
         if document is None or not self.pages:
             return
+        number = self.pages[0].number  # the last page may close during what follows
         await self.run(self.designer.keep_draft)
-        number = self.pages[0].number
         revision, style, content = document.revision, document.style, document.content
         if document.mistakes:
             return
