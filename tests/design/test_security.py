@@ -238,7 +238,7 @@ def malformed(choose: random.Random) -> str:
 
 
 def test_the_last_page_may_close_while_a_draft_is_kept(
-    server: DesignServer, monkeypatch: pytest.MonkeyPatch
+    photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun, done = threading.Event(), threading.Event()
 
@@ -247,13 +247,13 @@ def test_the_last_page_may_close_while_a_draft_is_kept(
         eventually(lambda: not server.pages)
         done.set()
 
-    monkeypatch.setattr(server.designer, "keep_draft", keep_draft)
-    with shown(server) as page:
-        page.ask("new")
-        assert begun.wait(LONG)
-    assert done.wait(LONG)
-    eventually(lambda: not server._tasks)
-    assert server.error is None
+    with served(tmp_path, open_clip(photo)) as server:
+        monkeypatch.setattr(server.designer, "keep_draft", keep_draft)
+        with shown(server) as page:
+            page.ask("new")
+            assert begun.wait(LONG)
+        assert done.wait(LONG)
+        eventually(lambda: not server._tasks)
 
 
 @pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.thorough)])
