@@ -237,14 +237,19 @@ def test_closed_contexts_leave_nothing_behind() -> None:
         close_context(context)
 
     process = psutil.Process()
-    for run in (lambda: use(), lambda: in_a_thread(use)):
-        for _ in range(3):
-            run()
-        files, memory = process.num_fds(), process.memory_info().rss
+
+    def growth(run: Callable[[], Any]) -> int:
+        before = process.memory_info().rss
         for _ in range(20):
             run()
+        return process.memory_info().rss - before
+
+    for run in (use, lambda: in_a_thread(use)):
+        run()
+        files = process.num_fds()
+        # Once a large process may take more for itself; what is left behind grows each time.
+        assert any(growth(run) < 10 << 23 for _ in range(3)), "half of what twenty would leave"
         assert process.num_fds() == files
-        assert process.memory_info().rss - memory < 10 << 23  # half of what twenty would leave
 
 
 def test_the_doctor_describes_each_device() -> None:
