@@ -78,7 +78,7 @@ def _add_rows(picture, row, first, weights, out):  # type: ignore[no-untyped-def
     middle = picture[row][first:]
     for x in range(out.size):
         out[x] = weights[0] * middle[x]
-    for tap in range(1, weights.size, 3):
+    for tap in range(1, weights.size, TAPS_AT_ONCE):
         a, b, c = weights[tap], weights[tap + 1], weights[tap + 2]
         above, below = picture[max(row - tap, 0)][first:], picture[min(row + tap, last)][first:]
         above2, below2 = picture[max(row - tap - 1, 0)][first:], picture[min(row + tap + 1, last)][first:]
@@ -93,7 +93,7 @@ def _add_places(line, beside, step, weights, out):  # type: ignore[no-untyped-de
     middle = line[beside:]
     for x in range(out.size):
         out[x] = weights[0] * middle[x]
-    for tap in range(1, weights.size, 3):
+    for tap in range(1, weights.size, TAPS_AT_ONCE):
         a, b, c = weights[tap], weights[tap + 1], weights[tap + 2]
         left, right = line[beside - step * tap :], line[beside + step * tap :]
         left2, right2 = line[beside - step * (tap + 1) :], line[beside + step * (tap + 1) :]

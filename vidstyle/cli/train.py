@@ -22,6 +22,10 @@ LEARNABLE = 0.4
 """The part of a filter's change below which a bank is not worth its name."""
 
 
+MIN_RHO = 0.3
+"""Of the windows by which filters are chosen, in pixels."""
+
+
 @click.command(short_help="Train a bank of learned filters on a filter or on pairs of pictures.")
 @click.argument("bank", metavar="BANK.npz", type=click.Path(path_type=Path))
 @click.option("--images", metavar="DIR", type=click.Path(path_type=Path), help="Folder of training pictures.")
@@ -42,7 +46,7 @@ LEARNABLE = 0.4
               help="Choose by the mean, or by strength or coherence at another scale, too.")  # fmt: skip
 @click.option("--chroma", is_flag=True, help="Learn what the filter does to chroma, too.")
 @click.option("--size", type=number(3, 15, whole=True), default=7, help="Filter size in pixels, odd.")
-@click.option("--rho", type=number(0.3, 8), default=1.5,
+@click.option("--rho", type=number(MIN_RHO, 8), default=1.5,
               help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
 @click.option("--hold-out", type=number(0, whole=True), default=2,
               help="Number of pictures, the last ones, that only measure fidelity.")  # fmt: skip
@@ -135,7 +139,7 @@ def _features(texts: tuple[str, ...]) -> tuple[Feature, ...]:
             bins, rho = int(scale.partition("@")[0]), float(scale.partition("@")[2])
         except ValueError:
             bins, rho = 0, 0.0
-        if name not in FEATURES or not (1 <= bins <= MAX_FILTERS and 0.3 <= rho <= MAX_RHO):
+        if name not in FEATURES or not (1 <= bins <= MAX_FILTERS and MIN_RHO <= rho <= MAX_RHO):
             remedy = f"write it so, as --feature mean=4@2; names are {', '.join(FEATURES)}"
             raise UsageError(text, "is not NAME=BINS@RHO", remedy)
         found.append(Feature(name, bins, rho))
