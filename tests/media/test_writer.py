@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -169,6 +170,14 @@ def test_an_unknown_codec_names_those_that_come_near(tmp_path):
 )
 def test_quality_and_speed_by_the_encoders_own_names(encoder, crf, preset, options):
     assert encoder_options(encoder, crf, preset) == options
+
+
+@pytest.mark.parametrize(("preset", "least", "most"), [("veryfast", 10, 10), ("slow", 11, 22)])
+def test_a_lookahead_is_that_of_the_preset_or_shortened_to_a_second(tmp_path, preset, least, most):
+    clip = make_clip(tmp_path / "clip.mp4", frames=3, rate=25)
+    content = copy(clip, tmp_path / "out.mp4", preset=preset).read_bytes()
+    (lookahead,) = re.findall(rb"rc_lookahead=(\d+)", content)
+    assert least <= int(lookahead) <= most
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

@@ -38,8 +38,11 @@ MAX_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv
 DEFAULT_RATE = Fraction(25)
 MAX_DELAY_SECONDS = 1
 """Maximum delay of an encoder in seconds of film, which is lost when the program is killed."""
-VERYFAST_LOOKAHEAD, SLOW_LOOKAHEAD = 10, 40
-"""Lookahead of x264 in frames: of the default preset "veryfast" and of "medium"; slower ones have more."""
+X264_LOOKAHEAD = {
+    **{"ultrafast": 0, "superfast": 0, "veryfast": 10, "faster": 20, "fast": 30},
+    **{"medium": 40, "slow": 50, "slower": 60, "veryslow": 60, "placebo": 60},
+}
+"""Lookahead of x264 in frames, of each preset."""
 X264_REORDERED = 3
 """Frames that x264 delays for reordering B-frames."""
 
@@ -127,6 +130,7 @@ def _plan(
     if pix_fmt.startswith("yuvj"):
         encoding = replace(encoding, full_range=True)
     rate = info.rate or DEFAULT_RATE
+    own = encoder_options(encoder, options.crf, options.preset, options.habitual)
     return VideoPlan(
         encoder=encoder,
         codec=codec,
@@ -138,9 +142,7 @@ def _plan(
         time_base=_time_base(kind, codec, info, rate),
         rate=rate,
         sample_aspect=info.sample_aspect,
-        options=encoder_options(encoder, options.crf, options.preset, options.habitual)
-        | _latency(encoder, rate, options.preset)
-        | _siting(encoding),
+        options=own | _latency(encoder, rate, own.get("preset", "")) | _siting(encoding),
     )
 
 
@@ -205,8 +207,11 @@ def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction)
     return 1 / rate if rate.numerator <= finest else Fraction(1, finest)
 
 
-def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]:
-    """Settings that limit the delay of an encoder, to which its threads and lookahead add."""
+def _latency(encoder: str, rate: Fraction, preset: str) -> dict[str, str]:
+    """Settings that limit the delay of an encoder, to which its threads and lookahead add.
+
+    A lookahead is never made longer than that of the preset.
+    """
     held = int(rate * MAX_DELAY_SECONDS)
     if encoder in ("libvpx", "libvpx-vp9"):
         return {"lag-in-frames": str(min(25, max(1, held)))}
@@ -214,11 +219,11 @@ def _latency(encoder: str, rate: Fraction, preset: str | None) -> dict[str, str]
         return {}
     room = max(2, held - X264_REORDERED)
     threads = max(1, (os.cpu_count() or 1) * 3 // 2)
-    lookahead = VERYFAST_LOOKAHEAD if preset is None else SLOW_LOOKAHEAD
+    lookahead = X264_LOOKAHEAD[preset]
     if threads + lookahead <= room:
         return {}
     threads = min(threads, max(1, room * 2 // 3))
-    return {"threads": str(threads), "rc-lookahead": str(max(1, min(lookahead, room - threads)))}
+    return {"threads": str(threads), "rc-lookahead": str(min(lookahead, room - threads))}
 
 
 def _try(target: str, plan: VideoPlan) -> None:
