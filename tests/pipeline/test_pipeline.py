@@ -120,8 +120,11 @@ def test_so_many_frames_at_most_and_their_sound(clip: Path, tmp_path: Path, coun
 
 def test_first_frames_lets_the_source_go(clip: Path):
     with vidstyle.media.read.reader.open_reader(clip) as reader:
-        items = first_frames(reader, 3)
+        rest = iter(reader)
+        items = first_frames(rest, 3, packets=False)
         assert sum(isinstance(item, Frame) for item in items) == 3
+        after = next(item for item in rest if isinstance(item, Frame))
+        assert after.time == Fraction(3, 30)  # without sound to come, nothing more is decoded
 
 
 def test_stopping_keeps_what_is_done(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -87,7 +87,7 @@ def render(
         fingerprint = render_fingerprint(source, target, style, read, write, resume, **more)
         writer = open_writer(target, info, write, reader, fingerprint)
         announce_device(style, device)
-        items = first_frames(reader, frames) if frames else reader
+        items = first_frames(reader, frames, bool(reader.copied_streams)) if frames else reader
         restyle: Restyle = partial(_start_restyling, renderer, writer, compare)
         if writer.kept:
             restyle = _starting_at(writer.kept - warm_up_frames(style, float(info.rate or 25)), restyle)
@@ -128,8 +128,8 @@ def _starting_at(first: int, restyle: Restyle) -> Restyle:
     return lambda frame: restyle(frame) if next(numbers) >= first else lambda: frame
 
 
-def first_frames(items: Iterable[Any], count: int) -> Iterator[Any]:
-    """The first `count` frames, and the packets until the last of them ends."""
+def first_frames(items: Iterable[Any], count: int, packets: bool) -> Iterator[Any]:
+    """The first `count` frames, and, if there are `packets`, those until the last of the frames ends."""
     end = None
     for item in items:
         if isinstance(item, Frame):
@@ -139,6 +139,8 @@ def first_frames(items: Iterable[Any], count: int) -> Iterator[Any]:
                 count -= 1
                 end = item.time + (item.duration or 1) * item.time_base
                 yield item
+            if count == 0 and not packets:
+                return
         elif count > 0 or end is None or item.pts is None or item.pts * item.time_base < end:
             yield item
 
