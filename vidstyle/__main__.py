@@ -17,7 +17,7 @@ def main() -> int:
     atexit.register(gc.freeze)
     # It looks a hundred times while they are loaded, and finds next to nothing.
     gc.set_threshold(100_000)
-    # NumPy's BLAS would start a thread for each core, which waits for work by doing nothing as fast as it can.
+    # NumPy's BLAS would start a thread for each core, each of which spins until there is work.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from vidstyle.cli import main
