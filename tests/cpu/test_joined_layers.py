@@ -20,6 +20,7 @@ from pictures import (
     style,
 )
 
+from vidstyle.core.convert import convert
 from vidstyle.core.picture import Picture
 from vidstyle.style import Style
 
@@ -85,6 +86,18 @@ def test_ink_is_drawn_alike_in_whatever_form_the_background_is(ink: str) -> None
             style(*background, lines=(step("sobel", invert=True),), ink=ink), source, target=FLOAT, rgb=True
         )
         np.testing.assert_allclose(out.color, np.clip(expected, 0, 1), atol=1e-5)
+
+
+@pytest.mark.parametrize("background", [(), (step("to_gray"),)], ids=["lines alone", "gray"])
+def test_chroma_of_inks_on_paper_is_that_of_their_colors(background: tuple[Any, ...]) -> None:
+    """Averaged to the target's grid from what covers the paper, not from chroma at every pixel."""
+    chosen = style(*background, lines=(step("sobel", invert=True),), ink="#204080", paper="#ffe0c0")
+    source = codes(VIDEO, 21, 23)
+    planes, color = run(chosen, source), run(chosen, source, target=FLOAT, rgb=True)
+    expected = convert(color, VIDEO)
+    for plane, wanted in zip((planes.luma, *planes.chroma), (expected.luma, *expected.chroma), strict=True):
+        assert np.abs(plane.astype(int) - wanted).max() <= 1
+        assert (plane == wanted).mean() > 0.99
 
 
 def test_black_ink_on_a_gray_page_stays_gray() -> None:

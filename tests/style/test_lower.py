@@ -197,10 +197,16 @@ LINES = (step("to_gray"), step("sobel", invert=True))
         (
             style(step("to_gray"), lines=LINES, paper="#ffe0c0"),
             None,
-            ["plane", "rgb_from_gray", "on_paper", "chroma_from_rgb", "sobel", "inked_chroma"],
+            ["constant_chroma", "plane", "sobel", "inked_chroma"],
+        ),
+        (
+            style(step("brightness"), lines=LINES, paper="#ffe0c0"),
+            None,
+            ["plane", "brightness", "upsample", "rgb_from_yuv", "on_paper", "chroma_from_rgb", "sobel"]
+            + ["inked_chroma"],
         ),
     ],
-    ids=["lines alone", "coloured ink", "over the background", "on paper"],
+    ids=["lines alone", "coloured ink", "over the background", "gray on paper", "on paper"],
 )
 def test_lines_are_inked_over_the_background(chosen: Style, luma: Any, chroma: Any) -> None:
     result = lowered(chosen)

@@ -48,18 +48,18 @@ def halftone(
     averaged = cv2.blur(picture, (side, side), borderType=cv2.BORDER_REPLICATE)
     spread = np.float32(dot), np.float32(gain), np.float32(black)
     out = np.empty(picture.shape, np.float32)
-    screens = np.empty((4, 5))
+    screens = np.empty((4, 6))
     levels: list[np.ndarray] = []
     for ink, angle in enumerate(ANGLES):
         cosine, sine = math.cos(math.radians(angle)) / cell, math.sin(math.radians(angle)) / cell
         first, last, low, high = _lattice_bounds(cosine, sine, place.top, *picture.shape[:2])
-        screens[ink] = cosine, sine, first, low, high - low + 1
+        screens[ink] = cosine, sine, first, low, high - low + 1, 0
         levels.append(np.empty((last - first + 1, high - low + 1), np.float32))
         _ink_levels(
             averaged.reshape(-1), picture.shape[:2], ink, screens[ink], place.top, spread, levels[ink]
         )
     colors = np.array(INKS[inks], np.float32)
-    cover, flat = np.empty((4, picture.shape[1]), np.float32), tuple(each.reshape(-1) for each in levels)
+    cover, flat = np.zeros((4, picture.shape[1]), np.float32), tuple(each.reshape(-1) for each in levels)
     _print(flat, screens, place.top, colors, place.margin, cover, interleaved(out))
     return out
 
@@ -76,13 +76,16 @@ def _lattice_bounds(
 
 @compiled(noalias=True)
 def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ignore[no-untyped-def]
-    """For each cell, the height at which the screen is cut so that the dot covers what it has to."""
+    """For each cell, the height at which the screen is cut so that the dot covers what it has to.
+
+    The last number of the screen becomes that of dots with ink.
+    """
     cosine, sine, first, second = screen[0], screen[1], screen[2], screen[3]
     dot, gain, black = spread
     height, width = np.int32(shape[0]), np.int32(shape[1])
     squared = cosine * cosine + sine * sine
     per_pixel = np.float32(np.sqrt(squared))
-    one = np.float32(1)
+    one, dots = np.float32(1), np.int32(0)
     near = 0.75 / per_pixel + 1
     for i in range(levels.shape[0]):
         along = (first + i + 0.5) / squared
@@ -104,6 +107,8 @@ def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ign
             share = min(min(max(share, np.float32(0)), one) * dot, one)
             share = min(share + np.float32(4) * gain * share * (one - share), one)
             levels[i, j] = _cut(share, per_pixel)
+            dots = np.int32(dots + np.int32(share > 0))
+    screen[5] = dots
 
 
 @compiled
@@ -129,8 +134,9 @@ def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
     one, half, two, three = np.float32(1), np.float32(0.5), np.float32(2), np.float32(3)
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
-    least_slope, step, turn = half * per_pixel, np.float32(cosine), np.float32(sine)
-    steepness, width = np.float32(6) * per_pixel, cover.shape[0]
+    # From pixel to pixel the height changes by 6 times a root, and by 0.5 at least, counted in cells.
+    gentle, flattest = one / (np.float32(6) * per_pixel), np.float32((0.5 / 6) ** 2)
+    step, turn, width = np.float32(cosine), np.float32(sine), cover.shape[0]
     # Counted from the row's own lowest cell, not the band's: float32 then rounds alike in every band.
     first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
@@ -144,9 +150,9 @@ def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
         s, t = abs(two * (along - np.float32(i)) - one), abs(two * (across - np.float32(j)) - one)
         down, right = s * (one - s), t * (one - t)
         height = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
-        slope = max(steepness * np.sqrt(down * down + right * right), least_slope)
+        flatness = one / np.sqrt(max(down * down + right * right, flattest))
         cell = look_up_at(min(np.int32(np.int32(i * columns) + np.int32(origin + j)), last))
-        cover[x] = min(max((height - levels[cell]) / slope + half, np.float32(0)), one)
+        cover[x] = min(max((height - levels[cell]) * (flatness * gentle) + half, np.float32(0)), one)
 
 
 @compiled(fastmath=True)
@@ -154,10 +160,14 @@ def _print(levels, screens, top, inks, margin, cover, out):  # type: ignore[no-u
     """White paper multiplied by what the dots of each ink leave of it."""
     for row in range(margin[0], out.shape[0] - margin[1]):
         y = top + row + 0.5
-        _cover_row(levels[0], screens[0], y, cover[0])
-        _cover_row(levels[1], screens[1], y, cover[1])
-        _cover_row(levels[2], screens[2], y, cover[2])
-        _cover_row(levels[3], screens[3], y, cover[3])
+        if screens[0, 5] > 0:
+            _cover_row(levels[0], screens[0], y, cover[0])
+        if screens[1, 5] > 0:
+            _cover_row(levels[1], screens[1], y, cover[1])
+        if screens[2, 5] > 0:
+            _cover_row(levels[2], screens[2], y, cover[2])
+        if screens[3, 5] > 0:
+            _cover_row(levels[3], screens[3], y, cover[3])
         _mix_inks(cover[0], cover[1], cover[2], cover[3], inks, out[row])
 
 

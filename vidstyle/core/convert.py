@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -100,21 +100,29 @@ class PictureAssembler:
         assert self._luma is not None
         store(luma, *self.target.luma_levels, self.target.depth, self._luma[top : top + len(luma)])
 
-    def put_chroma(self, top: int, bottom: int, above: int, chroma: Chroma) -> None:
-        """Store chroma at luma's resolution, -0.5..0.5, for the rows top..bottom.
+    def put_chroma(
+        self,
+        top: int,
+        bottom: int,
+        above: int,
+        planes: Sequence[np.ndarray],
+        chroma: Callable[[Sequence[np.ndarray]], Chroma] = tuple,  # type: ignore[assignment]
+    ) -> None:
+        """Store chroma of planes at luma's resolution, -0.5..0.5, for the rows top..bottom.
 
         Args:
             top, bottom: a multiple of the chroma step, and another one or the last row.
-            above: rows of `chroma` that lie above `top`; `chroma_radius` tells how many are averaged over.
-            chroma: blue and red difference.
+            above: rows of the planes that lie above `top`; `chroma_radius` tells how many are averaged over.
+            planes: blue and red difference, or what they are sums of.
+            chroma: makes blue and red difference of the planes' averages.
         """
         self._has_chroma = True
         target = self.target
         neutral, span = target.chroma_levels
         first = top // target.step[1]
-        for values, plane in zip(chroma, self._chroma, strict=True):
-            small = shrunk_chroma(values, above, bottom - top, target)
-            store(small, neutral, neutral + span, target.depth, plane[first : first + len(small)])
+        averages = [shrunk_chroma(plane, above, bottom - top, target) for plane in planes]
+        for small, out in zip(chroma(averages), self._chroma, strict=True):
+            store(small, neutral, neutral + span, target.depth, out[first : first + len(small)])
 
     def reuse_luma(self, luma: np.ndarray) -> None:
         """Take a luma plane that has the target's codes, not copied."""

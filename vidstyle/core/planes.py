@@ -21,7 +21,7 @@ Chroma = tuple[np.ndarray, np.ndarray]
 def luma_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
     """Luma of the rows top..bottom as float32, new unless the picture holds just that; RGB is converted."""
     if picture.color is not None:
-        return yuv_from_rgb(color_rows(picture, top, bottom), picture.encoding)[0]
+        return luma_from_rgb(color_rows(picture, top, bottom), picture.encoding)
     assert picture.luma is not None
     return _from_codes(picture.luma[top:bottom], picture.encoding)
 
@@ -72,6 +72,13 @@ def yuv_from_rgb(color: np.ndarray, encoding: Encoding) -> tuple[np.ndarray, np.
     luma, blue, red = (np.empty(color.shape[:2], np.float32) for _ in range(3))
     _mix_yuv(interleaved(color), encoding.from_rgb, luma, blue, red)
     return luma, blue, red
+
+
+def luma_from_rgb(color: np.ndarray, encoding: Encoding) -> np.ndarray:
+    """Luma of `yuv_from_rgb` alone."""
+    luma = np.empty(color.shape[:2], np.float32)
+    _mix_luma(interleaved(color), encoding.from_rgb, luma)
+    return luma
 
 
 def store(values: np.ndarray, black: float, white: float, depth: int, out: np.ndarray) -> None:
@@ -345,6 +352,15 @@ def _mix_rgb(luma, blue, red, matrix, out):  # type: ignore[no-untyped-def]
             out[row, 3 * x] = y + from_red * v
             out[row, 3 * x + 1] = y + green_blue * u + green_red * v
             out[row, 3 * x + 2] = y + from_blue * u
+
+
+@compiled
+def _mix_luma(color, matrix, luma):  # type: ignore[no-untyped-def]
+    luma_red, luma_green, luma_blue = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    for row in range(luma.shape[0]):
+        for x in range(luma.shape[1]):
+            r, g, b = color[row, 3 * x], color[row, 3 * x + 1], color[row, 3 * x + 2]
+            luma[row, x] = luma_red * r + luma_green * g + luma_blue * b
 
 
 @compiled

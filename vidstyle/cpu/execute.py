@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
@@ -19,6 +19,7 @@ from vidstyle.core.planes import (
     chroma_radius,
     color_rows,
     gray_rgb,
+    luma_from_rgb,
     luma_rows,
     rgb_from_yuv,
     upsampled_chroma,
@@ -26,10 +27,11 @@ from vidstyle.core.planes import (
 )
 from vidstyle.core.resample import resample
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
+from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of
 
 Value = Any
-"""float32: luma, N x W; RGB, N x W x 3; or blue and red difference, two of N x W."""
+"""float32: luma, N x W; RGB, N x W x 3; or blue and red difference, two of N x W, or `Tints`."""
 
 
 class FrameExecutor:
@@ -87,7 +89,7 @@ class FrameExecutor:
             if "color" in made:
                 assembler.put_color(top, values[made["color"]])
             if "chroma" in made:
-                assembler.put_chroma(top, bottom, top - first, values[made["chroma"]])
+                assembler.put_chroma(top, bottom, top - first, *_planes_of(values[made["chroma"]]))
             if "luma" in made:
                 assembler.put_luma(top, values[made["luma"]][top - first : bottom - first])
 
@@ -191,7 +193,7 @@ class FrameExecutor:
             small = sampled_picture(self._source)
             return (color_rows if node.kind == "color" else luma_rows)(small, 0, small.shape[0])
         if node.op == "luma_from_rgb" and node not in self._stored:
-            return yuv_from_rgb(self._sampled(node.inputs["color"]), encoding_of(node.matrix))[0]
+            return luma_from_rgb(self._sampled(node.inputs["color"]), encoding_of(node.matrix))
         return sampled(self._stored[node])
 
 
@@ -216,6 +218,7 @@ def _empty_planes(node: Node) -> Value:
 
 
 def _copy_rows(value: Value, planes: Value, top: int, bottom: int) -> None:
+    value = _at_every_pixel(value)
     pairs = zip(value, planes, strict=True) if isinstance(value, tuple) else [(value, planes)]
     for rows, plane in pairs:
         plane[top:bottom] = rows
@@ -226,25 +229,36 @@ def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> 
     values = node.values
     match node.op:
         case "luma_from_rgb":
-            return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[0]
+            return luma_from_rgb(inputs["color"], encoding_of(node.matrix))
         case "chroma_from_rgb":
             return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[1:]
         case "rgb_from_yuv":
-            return rgb_from_yuv(inputs["luma"], inputs["chroma"], encoding_of(node.matrix))
+            return rgb_from_yuv(inputs["luma"], _at_every_pixel(inputs["chroma"]), encoding_of(node.matrix))
         case "rgb_from_gray":
             return gray_rgb(inputs["luma"])
         case "constant_luma":
             return np.full(shape, values["level"], np.float32)
         case "constant_chroma":
-            return tuple(np.full(shape, level, np.float32) for level in values["tint"])
+            return Tints((), (), values["tint"])
         case "on_paper":
             return mix_channels(inputs["color"], np.diag([*values["paper"], 0.0])[:3])
         case "inked_luma":
             return _mixed(values["ink"], inputs["under"], inputs["lines"])
+        case "inked_chroma" if isinstance(inputs["under"], Tints):
+            return inputs["under"].inked(values["ink"], inputs["lines"])
         case "inked_chroma":
             pairs = zip(values["ink"], inputs["under"], strict=True)
             return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
     raise ValueError(f"{node.op} is not computed pixel by pixel")
+
+
+def _planes_of(chroma: Chroma | Tints) -> tuple[Sequence[np.ndarray], Callable[..., Chroma]]:
+    """Planes of any size, and how chroma is made of them."""
+    return (chroma.planes, chroma.chroma) if isinstance(chroma, Tints) else (chroma, tuple)
+
+
+def _at_every_pixel(value: Value) -> Value:
+    return value.chroma(value.planes) if isinstance(value, Tints) else value
 
 
 def _mixed(ink: float, under: np.ndarray, lines: np.ndarray) -> np.ndarray:

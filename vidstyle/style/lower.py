@@ -191,7 +191,7 @@ class GraphBuilder:
             background = self._at_page_size(self.run_layer("background", steps["background"], base))
         if steps["lines"]:
             lines = self._at_page_size(self.run_layer("lines", steps["lines"], base))
-        image = self._with_lines(style, self._on_paper(style, background), lines)
+        image = self._inked(self._on_paper(style, background), rgb_from_text(style.ink), lines)
         return image if style.strength == 1 else self._mixed_with_source(image, style.strength)
 
     def _mixed_with_source(self, image: ImageValue, strength: float) -> ImageValue:
@@ -305,20 +305,21 @@ class GraphBuilder:
     def _on_paper(self, style: Style, background: ImageValue | None) -> ImageValue:
         """The background printed on the paper, or the paper alone."""
         paper, shape = rgb_from_text(style.paper), self.source.shape
-        if background is None:
+        if background is not None and paper == (1.0, 1.0, 1.0):
+            return background
+        if background is None or background.is_gray:
             level, *tint = self.encoding.yuv_from_color(paper)
             chroma = self._constant_chroma(tuple(tint)) if any(tint) else None
-            return ImageValue(self.node("constant_luma", "luma", shape, {}, values={"level": level}), chroma)
-        if paper == (1.0, 1.0, 1.0):
-            return background
+            blank = ImageValue(self.node("constant_luma", "luma", shape, {}, values={"level": level}), chroma)
+            return self._inked(blank, (0.0, 0.0, 0.0), background)
         inputs = {"color": self.color(background)}
         return ImageValue(color=self.node("on_paper", "color", shape, inputs, values={"paper": paper}))
 
-    def _with_lines(self, style: Style, under: ImageValue, lines: ImageValue | None) -> ImageValue:
+    def _inked(self, under: ImageValue, ink: tuple[float, float, float], lines: ImageValue | None) -> ImageValue:
         """Ink where the lines are dark. Mixing is linear, so luma and chroma serve, which come next."""
         if lines is None:
             return under
-        level, *tint = self.encoding.yuv_from_color(rgb_from_text(style.ink))
+        level, *tint = self.encoding.yuv_from_color(ink)
         cover, shape = self.luma(lines), self.source.shape
         inputs = {"under": self.luma(under), "lines": cover}
         luma = self.node("inked_luma", "luma", shape, inputs, values={"ink": level})

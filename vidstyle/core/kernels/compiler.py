@@ -15,8 +15,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba.core import types
+from llvmlite import binding, ir
+from numba.core import config, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
@@ -31,6 +31,10 @@ from numba.np.numpy_support import from_dtype
 from vidstyle.core.kernels.declare import ArgumentType, Compiled
 
 SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
+PROCESSOR = binding.get_host_cpu_features()
+if PROCESSOR.get("avx512vbmi2"):
+    # The first processors with AVX-512 slow down at vectors of 512 bits; LLVM avoids them on later ones too.
+    config.CPU_FEATURES = f"{PROCESSOR.flatten()},-prefer-256-bit"
 OBJECT_SIZE = object.__basicsize__
 """Bytes of a Python object before its own fields; those of an array are data, dimensions, shape, strides."""
 
