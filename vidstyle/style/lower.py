@@ -315,7 +315,9 @@ class GraphBuilder:
         inputs = {"color": self.color(background)}
         return ImageValue(color=self.node("on_paper", "color", shape, inputs, values={"paper": paper}))
 
-    def _inked(self, under: ImageValue, ink: tuple[float, float, float], lines: ImageValue | None) -> ImageValue:
+    def _inked(
+        self, under: ImageValue, ink: tuple[float, float, float], lines: ImageValue | None
+    ) -> ImageValue:
         """Ink where the lines are dark. Mixing is linear, so luma and chroma serve, which come next."""
         if lines is None:
             return under
