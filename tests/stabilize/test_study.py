@@ -14,7 +14,8 @@ from pictures import step, style
 
 from tools.steadiness import Figures, Study, difference, flicker, ghosts, mean_error
 from tools.steadiness.clips import Clip, motions_of, moving_disc, read_clip, still_scene
-from tools.steadiness.table import SOURCE, markdown
+from tools.steadiness.following import correlations, followed, ways_of
+from tools.steadiness.table import SOURCE, markdown, markdown_of_following
 from tools.steadiness.warping import Motion, find_motion, seen_in_both, warping_error
 from vidstyle.errors import InputError
 
@@ -207,3 +208,23 @@ def test_the_table_names_styles_and_has_a_row_of_the_films() -> None:
     assert lines[3] == f"| {SOURCE} | 4.50 | 4.50 | - | - | 1.00 | 1.00 | 0.25 | 0.25 | 0.00 | 0.00 | 20.0 |"
     assert all(line.count("|") == 13 for line in lines[:4])
     assert "2 clips" in "".join(lines[4:])
+
+
+def test_marks_lie_still_or_follow_what_moves() -> None:
+    """A view that is moved by 3 pixels a frame, and one that stays behind a moving film."""
+    views = [moved(3 * number, 0)[1] for number in range(3)]
+    ways = ways_of(views)
+    assert [way.first for way in ways] == [0]
+    page, along = followed(views, ways)
+    assert along > 0.9 > 0.4 > page
+    page, along = followed([views[0]] * 3, ways)
+    assert page == pytest.approx(1) and along < 0.4
+    assert ways_of([views[0]] * 3) == [], "nothing moves"
+    (still,) = correlations([], Clip([views[0]] * 3, [0.0, 0.1, 0.2]), "cpu")
+    assert np.isnan(still).all()
+    restyled, source = correlations([style()], Clip(views, [0.0, 0.1, 0.2]), "cpu")
+    assert restyled == source == followed(views, ways)
+    assert markdown_of_following(["ink"], ["walk"], [[(0.25, 0.5), (0, 1)]]).splitlines()[2:] == [
+        "| ink | 0.25 \\| 0.50 |",
+        f"| {SOURCE} | 0.00 \\| 1.00 |",
+    ]

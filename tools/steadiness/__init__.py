@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tools.steadiness.clips import Clip, motions_of, moving_disc, still_scene
+from tools.steadiness.clips import Clip, motions_of, moving_disc, restyled, still_scene
 from tools.steadiness.warping import Motion, warping_error
-from vidstyle.renderer import Renderer
 from vidstyle.style import Style
 
 NOISE = 4
@@ -92,8 +91,7 @@ class Study:
         return difference(list(ghosts(frames)), frames, self._edges)
 
     def _restyled(self, style: Style, clip: Clip) -> list[np.ndarray]:
-        with Renderer(style, self._device) as renderer:
-            return [renderer(*frame) for frame in zip(clip.frames, clip.times, strict=True)]
+        return restyled(style, clip, self._device)
 
 
 def flicker(frames: Sequence[np.ndarray]) -> float:

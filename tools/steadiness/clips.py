@@ -20,6 +20,8 @@ from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.read.reader import Reader, open_reader
+from vidstyle.renderer import Renderer
+from vidstyle.style import Style
 
 RATE = 25
 """Frames a second of the scenes that are made here."""
@@ -49,6 +51,12 @@ def read_clip(path: Path, count: int, width: int) -> Clip:
         raise InputError(path, "is a single picture", "give films")
     rgb = [_reduced(_rgb(frame.picture), width) for frame in frames]
     return Clip(rgb, [float(frame.time) for frame in frames])
+
+
+def restyled(style: Style, clip: Clip, device: str) -> list[np.ndarray]:
+    """The frames of a clip in a style, which sees them in a row."""
+    with Renderer(style, device) as renderer:
+        return [renderer(*frame) for frame in zip(clip.frames, clip.times, strict=True)]
 
 
 def motions_of(clip: Clip) -> list[Motion | None]:

@@ -29,6 +29,16 @@ def markdown(
     return "\n".join([*rows, "", *_legend(films)]) + "\n"
 
 
+def markdown_of_following(
+    styles: Sequence[str], clips: Sequence[str], columns: Sequence[Sequence[tuple[float, float]]]
+) -> str:
+    """A Markdown table: for each clip, a column, the two correlations of each style and of the clip."""
+    lines = [["style", *clips], ["---", *("---:" for _ in clips)]]
+    for style, *pairs in zip([*styles, SOURCE], *columns, strict=True):
+        lines += [[style, *(f"{page:.2f} \\| {along:.2f}" for page, along in pairs)]]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
 def _cells(figures: Sequence[Figures]) -> list[str]:
     return [
         *(f"{each.still:.2f}" for each in figures),
