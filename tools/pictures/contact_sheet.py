@@ -41,6 +41,8 @@ SIDE = 224
 FULL = 720
 """At which styles run, to be reduced: lengths of theirs are meant for it."""
 BLOCK_COLUMNS, STYLE_COLUMNS = 6, 5
+VARIANTS = ("engraving:blue", "ink:orange", "pixel:game-boy", "woodcut:linocut")
+"""Some that fill the last row of the styles."""
 LANDSCAPE = np.s_[:288]
 """What thumbnails show of it."""
 QUALITY = 75
@@ -78,12 +80,12 @@ def _write_thumbnail(name: str, picture: np.ndarray) -> None:
 
 
 def labelled_styles() -> Iterator[np.ndarray]:
-    """The photograph, and what each style makes of it."""
-    names = sorted(style_names(), key=lambda name: (name != PLAIN, name))
+    """The photograph, and what each style and some variants make of it."""
+    names = [*sorted(style_names(), key=lambda name: (name != PLAIN, name)), *VARIANTS]
     photograph = cv2.resize(skimage.data.astronaut()[CROP], (FULL, FULL), interpolation=cv2.INTER_CUBIC)
-    for sample in samples_of(photograph, map(load_style, names)):
+    for name, sample in zip(names, samples_of(photograph, map(load_style, names)), strict=True):
         small = cv2.resize(sample.picture, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-        yield labelled(small, "source" if sample.style.is_plain else sample.style.name)
+        yield labelled(small, "source" if sample.style.is_plain else name)
 
 
 def labelled_blocks() -> Iterator[np.ndarray]:

@@ -1,7 +1,7 @@
 """Writes gallery.md, gallery/ and styles.webp: `python -m tools.pictures.gallery [docs]`.
 
 The page shows each style on three photographs, its variants, the picture after each step, and its graph.
-styles.webp is an animation of the demo film whose style changes every second.
+styles.webp is an animation of a photograph under a gliding camera, whose style changes every second.
 """
 
 from __future__ import annotations
