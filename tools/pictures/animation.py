@@ -1,4 +1,4 @@
-"""The animated picture for the top of the README: one style after another is drawn over a filmed photograph."""
+"""The animated picture for the top of the README: one style after another is drawn over a filmed cat."""
 
 from __future__ import annotations
 
