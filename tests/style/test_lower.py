@@ -124,6 +124,24 @@ def test_a_saved_picture_is_resampled_to_the_working_size() -> None:
     assert blend.inputs["other"].values == {"method": "bilinear"}
 
 
+def test_a_scale_that_undoes_another_returns_to_its_very_size() -> None:
+    """Not to one of a pixel more, which would be resampled once more for the page: to 47 x 855 here."""
+    steps = step("to_gray"), step("scale", factor=0.75), step("scale", factor=1.3333)
+    result = lowered(style(*steps), replace(FILM, shape=(46, 854)))
+    assert ops(result.luma) == ["plane", "resample", "resample"]
+
+
+def test_a_small_saved_picture_is_converted_before_it_grows() -> None:
+    """Luma and chroma are less to resample than RGB."""
+    small = step("saturation", factor=2.0, save="small")
+    chosen = style(
+        step("scale", factor=0.5), small, step(source="source"), step("to_gray"), step("to_color", chroma="small")
+    )
+    result = lowered(chosen)
+    assert result.chroma is not None
+    assert ops(result.chroma)[-3:] == ["saturation", "chroma_from_rgb", "resample"]
+
+
 def test_a_bank_runs_on_luma_at_its_own_scale() -> None:
     result = lowered(style(step("etf", passes=2)))
     assert result.luma is not None and result.chroma_untouched

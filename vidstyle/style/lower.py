@@ -6,6 +6,7 @@ step runs, and how layers are combined.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,6 +21,9 @@ from vidstyle.style.limits import excess
 from vidstyle.style.model import SOURCE, Style
 from vidstyle.style.nodes import Kind, LoweredStyle, Measure, Node, Op, Shape, StepKey, identity_key
 from vidstyle.style.resolve import ResolvedStep
+
+UNDONE = 1e-3
+"""Factors whose product is as close to 1 undo each other: 0.75 and 1.3333 do."""
 
 Steps = Mapping[str, tuple[ResolvedStep, ...]]
 """The resolved steps of each layer."""
@@ -215,8 +219,7 @@ class GraphBuilder:
 
     def _run_step(self, step: ResolvedStep, block: Block, image: ImageValue, key: StepKey) -> ImageValue:
         if block.kind == "resize":
-            size = block.function(image.shape, **step.values)
-            self.sizes.setdefault(size, (image.shape, step.values["factor"]))
+            size = self._scaled(image.shape, block.function(image.shape, **step.values), step.values["factor"])
             return replace(self.at_size(image, size, step.values["method"]), back=step.values["back"])
         if block.kind == "learned":
             return self._run_bank(image, block.function(**step.values))
@@ -224,11 +227,12 @@ class GraphBuilder:
         if block.kind == "measured":
             percentages, time_constant = block.percentiles_for(step.values), step.values.get("settle", 0.0)
             measure = Measure(self.luma(image), percentages, time_constant, key)
+        in_color = step.on == "color" or (step.on == "channels" and not image.is_gray)
         pictures = {
-            name: self.at_size(self.saved[saved], image.shape, "bilinear")
+            name: self._saved_at_size(saved, image.shape, block.saved_refs[name].on, in_color)
             for name, saved in step.pictures.items()
         }
-        if step.on == "color" or (step.on == "channels" and not image.is_gray):
+        if in_color:
             return ImageValue(
                 color=self._call(step, block, self.color(image), pictures, measure), back=image.back
             )
@@ -236,6 +240,21 @@ class GraphBuilder:
         if not block.is_identity:
             luma = self._call(step, block, luma, pictures, measure)
         return self._with_luma(block, image, luma, pictures)
+
+    def _scaled(self, shape: Shape, size: Shape, factor: float) -> Shape:
+        """The size that a step asks for; where it undoes an earlier scaling, the very size before that."""
+        before, earlier = self.sizes[shape]
+        if abs(factor * earlier - 1) < UNDONE:
+            return before
+        self.sizes.setdefault(size, (shape, factor))
+        return size
+
+    def _saved_at_size(self, name: str, shape: Shape, wanted: str, in_color: bool) -> ImageValue:
+        """A saved picture at another size; what only luma or chroma is read of is converted where it is small."""
+        image = self.saved[name]
+        if math.prod(image.shape) < math.prod(shape) and not (wanted == "same" and in_color):
+            image = ImageValue(self.luma(image), self.stored_chroma(image) if wanted == "chroma" else None)
+        return self.at_size(image, shape, "bilinear")
 
     def _run_bank(self, image: ImageValue, run: BankRun) -> ImageValue:
         """The picture after a bank, which may run at a smaller size, and may leave chroma as it is."""
