@@ -135,7 +135,11 @@ def test_a_small_saved_picture_is_converted_before_it_grows() -> None:
     """Luma and chroma are less to resample than RGB."""
     small = step("saturation", factor=2.0, save="small")
     chosen = style(
-        step("scale", factor=0.5), small, step(source="source"), step("to_gray"), step("to_color", chroma="small")
+        step("scale", factor=0.5),
+        small,
+        step(source="source"),
+        step("to_gray"),
+        step("to_color", chroma="small"),
     )
     result = lowered(chosen)
     assert result.chroma is not None

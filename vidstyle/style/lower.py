@@ -219,7 +219,9 @@ class GraphBuilder:
 
     def _run_step(self, step: ResolvedStep, block: Block, image: ImageValue, key: StepKey) -> ImageValue:
         if block.kind == "resize":
-            size = self._scaled(image.shape, block.function(image.shape, **step.values), step.values["factor"])
+            size = self._scaled(
+                image.shape, block.function(image.shape, **step.values), step.values["factor"]
+            )
             return replace(self.at_size(image, size, step.values["method"]), back=step.values["back"])
         if block.kind == "learned":
             return self._run_bank(image, block.function(**step.values))
@@ -250,7 +252,7 @@ class GraphBuilder:
         return size
 
     def _saved_at_size(self, name: str, shape: Shape, wanted: str, in_color: bool) -> ImageValue:
-        """A saved picture at another size; what only luma or chroma is read of is converted where it is small."""
+        """A saved picture at another size; converted before it grows, where only luma or chroma is read."""
         image = self.saved[name]
         if math.prod(image.shape) < math.prod(shape) and not (wanted == "same" and in_color):
             image = ImageValue(self.luma(image), self.stored_chroma(image) if wanted == "chroma" else None)
