@@ -11,10 +11,12 @@ import numpy as np
 
 from vidstyle.block import SavedRef, Slider, block
 from vidstyle.core.kernels import compiled, index_at, interleaved
-from vidstyle.core.kernels.sector_means import sector_means
+from vidstyle.core.kernels.sector_means import HALF, SECTORS, sector_means
 
-ORIENTATIONS, ANISOTROPIES, SECTORS = 32, 8, 8
-"""Kernels for which weights are tabulated, and sectors of each kernel."""
+ORIENTATIONS, ANISOTROPIES = 32, 8
+"""Kernels for which weights are tabulated."""
+TURNS = range(0, SECTORS, 2)
+"""Sectors at which four neighbouring ones may begin."""
 ZERO_CROSSING = 0.58
 """Angle in radians at which the weights of a sector end, at its middle radius."""
 BORDER = 1.0001
@@ -105,20 +107,20 @@ def _in_two_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, 
 
     Those among the opposite four are turned round. One that lies in more sectors counts as two.
     """
-    lists: list[list[tuple[np.ndarray, np.ndarray]]] = [[], []]
-    for place, own in zip(places, weights, strict=True):
-        fitting = [turn for turn in (0, 2, 4, 6) if not np.roll(own, -turn)[4:].any()]
-        if fitting:
-            turn = min(fitting, key=lambda turn: len(lists[turn // 2 % 2]))
-            turns = [turn]
-        else:
-            turns = [turn := min((0, 2), key=lambda turn: len(lists[turn // 2])), turn + 4]
-        for turn in turns:
-            lists[turn // 2 % 2].append((place if turn < 4 else -place, np.roll(own, -turn)[:4]))
+    in_sector = weights != 0
+    fits = np.stack([~np.roll(in_sector, -turn, axis=1)[:, HALF:].any(axis=1) for turn in TURNS], axis=1)
+    lists: list[list[tuple[int, int]]] = [[], []]  # samples, and the first sector of their four weights
+    for sample, fitting in enumerate(fits.tolist()):
+        possible = [turn for turn, fit in zip(TURNS, fitting, strict=True) if fit] or [0, 2]
+        turn = min(possible, key=lambda turn: len(lists[turn // 2 % 2]))
+        lists[turn // 2 % 2] += [(sample, turn)] if any(fitting) else [(sample, turn), (sample, turn + HALF)]
     length = max(map(len, lists))
-    filled = [each + [(np.zeros(2, np.int64), np.zeros(4))] * (length - len(each)) for each in lists]
-    columns = [tuple(map(np.array, zip(*each, strict=True))) for each in filled]
-    return np.stack([each[0] for each in columns], axis=1), np.stack([each[1] for each in columns], axis=1)
+    listed_places, listed_weights = np.zeros((length, 2, 2), np.int64), np.zeros((length, 2, HALF))
+    for column, each in enumerate(lists):
+        samples, turns = np.array(each, np.int64).reshape(-1, 2, 1).swapaxes(0, 1)
+        listed_places[: len(each), column] = places[samples[:, 0]] * np.where(turns < HALF, 1, -1)
+        listed_weights[: len(each), column] = weights[samples, (turns + np.arange(HALF)) % SECTORS]
+    return listed_places, listed_weights
 
 
 def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tuple[np.ndarray, np.ndarray]:
