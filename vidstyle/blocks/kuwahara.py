@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Annotated, Any
 
 import cv2
 import numpy as np
 
 from vidstyle.block import SavedRef, Slider, block
-from vidstyle.core.kernels import compiled, index_at, interleaved
+from vidstyle.core.kernels import cached, compiled, index_at, interleaved
 from vidstyle.core.kernels.sector_means import HALF, SECTORS, sector_means
 
 ORIENTATIONS, ANISOTROPIES = 32, 8
 """Kernels for which weights are tabulated."""
 TURNS = range(0, SECTORS, 2)
 """Sectors at which four neighbouring ones may begin."""
+OUTSIDE = np.array([[(each - turn) % SECTORS >= HALF for turn in TURNS] for each in range(SECTORS)], float)
+"""By sector and turn, 1 where the sector is not one of the four."""
 ZERO_CROSSING = 0.58
 """Angle in radians at which the weights of a sector end, at its middle radius."""
 BORDER = 1.0001
@@ -87,7 +88,7 @@ def _choose(phase, clearness, chosen):  # type: ignore[no-untyped-def]
             chosen[row, x] = orientation * ANISOTROPIES + shape
 
 
-@lru_cache(maxsize=8)
+@cached(maxsize=8)
 def _kernels(radius: float, stretch: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where the samples of each kernel begin; their rows and columns, n x 2 x 2, and weights, n x 2 x 4.
 
@@ -107,8 +108,7 @@ def _in_two_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, 
 
     Those among the opposite four are turned round. One that lies in more sectors counts as two.
     """
-    in_sector = weights != 0
-    fits = np.stack([~np.roll(in_sector, -turn, axis=1)[:, HALF:].any(axis=1) for turn in TURNS], axis=1)
+    fits = weights @ OUTSIDE == 0
     lists: list[list[tuple[int, int]]] = [[], []]  # samples, and the first sector of their four weights
     for sample, fitting in enumerate(fits.tolist()):
         possible = [turn for turn, fit in zip(TURNS, fitting, strict=True) if fit] or [0, 2]
