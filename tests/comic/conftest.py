@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,16 @@ import pytest
 
 from vidstyle.comic.analyze import faces, film
 from vidstyle.comic.analyze.face_networks import find_faces, load_networks
-from vidstyle.comic.analyze.features import Candidate, extract_features
+from vidstyle.comic.analyze.features import Candidate, Survey, extract_features
+from vidstyle.comic.analyze.film import FilmFile
+from vidstyle.media.read.decode_report import DecodeReport
 
 
 @pytest.fixture(scope="package", autouse=True)
 def pictures_are_measured_once() -> Iterator[None]:
-    """Many tests look at the same films: what is found in a picture is remembered."""
+    """Many tests look at the same films: what is found in a picture, or a file, is remembered."""
+    surveys: dict[tuple[object, ...], tuple[Survey, DecodeReport]] = {}
+    around: dict[tuple[object, ...], list[Candidate]] = {}
     found: dict[tuple[bytes, tuple[int, ...], float], np.ndarray] = {}
     measured: dict[tuple[bytes, object, float, object], Candidate] = {}
 
@@ -32,7 +37,32 @@ def pictures_are_measured_once() -> Iterator[None]:
             measured[key] = extract_features(color, time, shape)
         return measured[key]
 
+    def file_key(film: FilmFile) -> tuple[object, ...]:
+        about = Path(film.name).stat()
+        return film.name, about.st_mtime_ns, about.st_size
+
+    survey_whole, look_around = FilmFile._survey_whole, FilmFile.around
+
+    def remembered_survey(self: FilmFile, gap: float, on_time: Callable[[float], None]) -> Survey:
+        if "%" in self.name:
+            return survey_whole(self, gap, on_time)
+        key = *file_key(self), gap
+        if key not in surveys:
+            surveys[key] = survey_whole(self, gap, on_time), self.damage
+        survey, self.damage = surveys[key]
+        return survey
+
+    def remembered_frames(self: FilmFile, candidate: Candidate) -> list[Candidate]:
+        if "%" in self.name:
+            return look_around(self, candidate)
+        key = *file_key(self), candidate.time, candidate.scene, self._reach
+        if key not in around:
+            around[key] = look_around(self, candidate)
+        return list(around[key])
+
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FilmFile, "_survey_whole", remembered_survey)
+        patch.setattr(FilmFile, "around", remembered_frames)
         patch.setattr(faces, "find_faces", remembered_faces)
         patch.setattr(faces, "load_networks", cache(load_networks))
         patch.setattr(film, "extract_features", remembered_features)
