@@ -210,7 +210,7 @@ def test_public_names_are_there_and_import_nothing_before():
 
 
 @pytest.mark.parametrize(
-    ("frames", "limit"), [("1200", "20"), pytest.param("8000", "1", marks=pytest.mark.thorough)]
+    ("frames", "limit"), [("900", "20"), pytest.param("8000", "1", marks=pytest.mark.thorough)]
 )
 def test_memory_threads_and_files_stay_as_they_are(frames: str, limit: str):
     """A frame of 9 KB that is kept would be 90 MB in 10,000 frames."""

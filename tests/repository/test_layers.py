@@ -47,7 +47,8 @@ def parsed(path: Path) -> ast.Module:
 
 def statements(tree: ast.AST, types: bool = True) -> Iterator[ast.AST]:
     """All statements in a tree, wherever in it; with or without what only types need."""
-    is_for_types = isinstance(tree, ast.If) and ast.unparse(tree.test) == "TYPE_CHECKING"
+    test = getattr(tree, "test", None)
+    is_for_types = isinstance(test, ast.Name) and test.id == "TYPE_CHECKING"
     for part in ("body", "handlers", "cases", "orelse", "finalbody"):
         for each in getattr(tree, part, ()) if types or not is_for_types or part != "body" else ():
             yield each

@@ -37,12 +37,9 @@ def defined() -> Iterator[str]:
             if isinstance(node, ast.ClassDef):
                 yield node.name
             elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-                name, value = node.targets[0].id, ast.unparse(node.value)
-                if (
-                    name[0].isupper()
-                    and not name.isupper()
-                    and not value.startswith(("TypeVar", "ParamSpec"))
-                ):
+                name = node.targets[0].id
+                is_type = name[0].isupper() and not name.isupper()
+                if is_type and not ast.unparse(node.value).startswith(("TypeVar", "ParamSpec")):
                     yield name
 
 
