@@ -56,7 +56,8 @@ class Compiled(Generic[Arguments, Result]):
             RuntimeError: if the function raises an error.
             TypeError: if an argument is no array, compiled function or one of `SCALARS`.
         """
-        kinds = types_of(arguments)
+        flat: list[Any] = []
+        kinds = _types_of(arguments, flat)
         if _dry_run.calls is not None:
             _dry_run.calls[self, kinds] = None
             return None  # type: ignore[return-value]
@@ -64,7 +65,7 @@ class Compiled(Generic[Arguments, Result]):
         if entry is None:
             library = importlib.import_module("vidstyle.core.kernels.library")
             entry = self._entries[kinds] = library.entry(self, kinds)
-        if entry(*_flat(arguments)):
+        if entry(*flat):
             raise RuntimeError(f"{self.function.__name__} raised an error")
         return None  # type: ignore[return-value]
 
@@ -122,28 +123,24 @@ def compiled(function: Any = None, /, *, fastmath: bool = False, noalias: bool =
 
 def types_of(values: tuple[Any, ...]) -> tuple[ArgumentType, ...]:
     """The types of arguments, for which a kernel is compiled."""
-    return tuple(
-        [
-            (value.dtype, value.ndim, value.flags.c_contiguous)
-            if isinstance(value, np.ndarray)
-            else types_of(value)
-            if isinstance(value, tuple)
-            else value
-            if isinstance(value, Compiled)
-            else type(value)
-            for value in values
-        ]
-    )
+    return _types_of(values, [])
 
 
-def _flat(values: tuple[Any, ...]) -> list[Any]:
-    flat: list[Any] = []
+def _types_of(values: tuple[Any, ...], flat: list[Any]) -> tuple[ArgumentType, ...]:
+    """The types, and the arguments flattened, in one pass: it is most of what a call costs."""
+    kinds: list[ArgumentType] = []
     for value in values:
-        if isinstance(value, tuple):
-            flat += _flat(value)
-        elif not isinstance(value, Compiled):
+        if isinstance(value, np.ndarray):
+            kinds.append((value.dtype, value.ndim, value.flags.c_contiguous))
             flat.append(value)
-    return flat
+        elif isinstance(value, tuple):
+            kinds.append(_types_of(value, flat))
+        elif isinstance(value, Compiled):
+            kinds.append(value)
+        else:
+            kinds.append(type(value))
+            flat.append(value)
+    return tuple(kinds)
 
 
 class _DryRun(threading.local):
