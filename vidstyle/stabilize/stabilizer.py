@@ -16,7 +16,7 @@ from vidstyle.stabilize.blend import Rows, result_rows, source_rows
 from vidstyle.stabilize.motion import MotionEstimator, Warp
 from vidstyle.stabilize.warp import Moves, in_segments, moves_of
 
-BAND_RADIUS = 16
+BAND_RADIUS = 24
 """As the radius for `in_bands`: bands are much higher than the row that is read beside them, so that few rows
 are computed twice."""
 
