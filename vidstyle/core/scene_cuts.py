@@ -115,7 +115,8 @@ def _blocks(picture: np.ndarray) -> Iterator[_Block]:
 def _correlation(blocks: list[_Block], before: np.ndarray) -> float:
     """The mean over the blocks of their best correlation with the picture before, 0..1."""
     tall, wide = blocks[0][2].shape
-    wider = cv2.copyMakeBorder(before, *[_SEARCH_RADIUS] * 4, cv2.BORDER_REPLICATE)
+    side = _SEARCH_RADIUS
+    wider = cv2.copyMakeBorder(before, side, side, side, side, cv2.BORDER_REPLICATE)
     means, squares = (
         each(wider, cv2.CV_64F, (wide, tall), anchor=(0, 0)) for each in (cv2.boxFilter, cv2.sqrBoxFilter)
     )
@@ -123,9 +124,9 @@ def _correlation(blocks: list[_Block], before: np.ndarray) -> float:
     deviations = np.sqrt(np.maximum(squares - means**2, (_MIN_DEVIATION / 2) ** 2))
     products, places = [], []
     for top, left, block, _ in blocks:
-        around = wider[top : top + tall + 2 * _SEARCH_RADIUS, left : left + wide + 2 * _SEARCH_RADIUS]
+        around = wider[top : top + tall + 2 * side, left : left + wide + 2 * side]
         products.append(cv2.matchTemplate(around, block, cv2.TM_CCOEFF))
-        places.append(deviations[top:, left:][: 2 * _SEARCH_RADIUS + 1, : 2 * _SEARCH_RADIUS + 1])
+        places.append(deviations[top:, left:][: 2 * side + 1, : 2 * side + 1])
     best = (np.stack(products) / np.stack(places)).max(axis=(1, 2))
     own = np.array([deviation for *_, deviation in blocks])
     return float(np.maximum(best / (own * tall * wide), 0).mean())

@@ -187,7 +187,9 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.
         still: the change without motion.
     """
     places: Any = None  # both coordinates in one map
-    moved = cv2.remap(before, flow + _places(now.shape), places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    moved = cv2.remap(
+        before, flow + _places(now.shape), places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
     return (still > MAX_STILL * NOISE_AREA**2) & (_change(now, moved) < MAX_RESIDUAL * still)
 
 
