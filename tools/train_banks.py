@@ -69,12 +69,12 @@ FLOWS = [{"time": time, "gradient_power": 0} for time in TIMES]
 PLANS = (
     Plan(
         "etf",
-        TrainingConfig(Bins(24, 1, 3), 2.0, 5),
+        TrainingConfig(Bins(24, 1, 3, step=2), 2.0, 5),
         (_teacher("edge_tangent_flow", {"sigma": 2.0, "rho": 2.0}),),
     ),
     Plan(
         "etf_broad",
-        TrainingConfig(Bins(24, 1, 3), 4.0, 11),
+        TrainingConfig(Bins(24, 1, 3, step=2), 4.0, 11),
         (_teacher("edge_tangent_flow", {"sigma": 4.0, "rho": 4.0}),),
     ),
     Plan(

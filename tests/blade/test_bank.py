@@ -34,6 +34,7 @@ from vidstyle.core.picture import WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
 BINS = Bins(24, 3, 3)
+SHARED = replace(BINS, step=2)
 IMAGES = {
     "half turn": (lambda a: a[::-1, ::-1], lambda o, n: o),
     "mirror": (lambda a: a[:, ::-1], lambda o, n: -o % n),
@@ -78,11 +79,12 @@ def test_the_window_is_even_and_sums_to_one(rho: float) -> None:
 
 
 @pytest.mark.parametrize("name", IMAGES)
-def test_a_turned_picture_chooses_the_turned_bins(name: str) -> None:
+@pytest.mark.parametrize("bins", [BINS, SHARED], ids=["each", "shared"])
+def test_a_turned_picture_chooses_the_turned_bins(name: str, bins: Bins) -> None:
     turn, becomes = IMAGES[name]
-    luma = face() + noise(301, 241, high=1e-3)
-    before = turn(select_filters(luma, BINS, 1.5))
-    after = select_filters(np.ascontiguousarray(turn(luma)), BINS, 1.5)
+    luma = (face() + noise(301, 241, high=1e-3))[: 302 - bins.step, : 242 - bins.step]
+    before = turn(select_filters(luma, bins, 1.5))
+    after = select_filters(np.ascontiguousarray(turn(luma)), bins, 1.5)
     rest = BINS.strengths * BINS.coherences
     expected = becomes(before // rest, BINS.orientations) * rest + before % rest
     assert (expected != after).mean() < 1e-4
@@ -113,8 +115,39 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
         1e4 * noise(30, 30) - 5e3,
         np.zeros((7, 7), np.float32),
     ):
-        chosen = select_filters(luma, BINS, 1.5)
-        assert chosen.min() >= 0 and chosen.max() < BINS.count
+        for bins in (BINS, SHARED):
+            chosen = select_filters(luma, bins, 1.5)
+            assert chosen.min() >= 0 and chosen.max() < BINS.count
+
+
+@pytest.mark.parametrize("rho", [0.4, 1.5, 2.0, 3.1, 8.0])
+def test_squares_choose_by_the_tensor_in_their_middle(rho: float) -> None:
+    luma, radius = face(), window_radius(rho)
+    weights = np.exp(-(np.arange(1.0 - radius, radius) ** 2) / (2 * rho**2))
+    around = np.pad(luma, ((0, 1), (0, 1)), mode="edge")
+    falling, rising = around[1:, 1:] - around[:-1, :-1], around[:-1, 1:] - around[1:, :-1]
+    products = np.dstack([falling**2, falling * rising, rising**2])
+    border = cv2.copyMakeBorder(products, *(radius,) * 4, cv2.BORDER_REPLICATE)
+    tensor = cv2.sepFilter2D(border, -1, weights, weights)[radius:-radius:2, radius:-radius:2]
+    angles = np.arctan2(tensor[..., 0] - tensor[..., 2], 2 * tensor[..., 1])
+    expected = np.rint(angles * 24 / (2 * np.pi)).astype(int) % 24
+    for top in (0, 1):  # the first square is cut
+        found = select_filters(luma[top:], Bins(24, 1, 1, step=2), rho, top=top)
+        assert (found == expected)[4 + radius :, radius:-radius].mean() > 0.97
+
+
+@pytest.mark.parametrize("size", [3, 9, 11])
+@pytest.mark.parametrize("shape", [(1, 1), (3, 7), (33, 41)])
+@pytest.mark.parametrize("top", [0, 1])
+def test_a_shared_filter_is_applied_to_all_pixels_of_its_square(
+    size: int, shape: tuple[int, int], top: int
+) -> None:
+    luma, bank = noise(*shape), random_bank(size=size)
+    squares = (shape[0] + top + 1) // 2, (shape[1] + 1) // 2
+    chosen = np.random.default_rng(1).integers(0, BINS.count, squares).astype(np.int32)
+    result = apply_filters(luma, chosen, packed_filters(bank.filters[0]), size, WIDE_RANGE, (0, 0), 2, top)
+    of_each = chosen.repeat(2, 0).repeat(2, 1)[top : top + shape[0], : shape[1]]
+    np.testing.assert_allclose(result, slowly_filtered(luma, of_each, bank.filters[0]), atol=2e-5)
 
 
 @pytest.mark.parametrize("size", [3, 5, 7, 9, 11, 15])
@@ -128,13 +161,14 @@ def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[i
 
 @pytest.mark.parametrize("reselect", [True, False])
 @pytest.mark.parametrize("passes", [1, 3])
-def test_bands_with_their_margin_give_what_the_whole_gives(passes: int, reselect: bool) -> None:
+@pytest.mark.parametrize("bins", [BINS, SHARED], ids=["each", "shared"])
+def test_bands_with_their_margin_give_what_the_whole_gives(bins: Bins, passes: int, reselect: bool) -> None:
     luma = face()
-    run = BankRun(random_bank(), (0.5,), 0.5, passes=passes, reselect=reselect)
+    run = BankRun(random_bank(bins), (0.5,), 0.5, passes=passes, reselect=reselect)
     whole = run.run(luma)
-    for top, bottom in ((0, 40), (100, 141), (250, 301)):
+    for top, bottom in ((0, 40), (100, 141), (251, 301)):
         above, below = min(run.radius, top), min(run.radius, 301 - bottom)
-        band = run.run(luma[top - above : bottom + below], (above, below))
+        band = run.run(luma[top - above : bottom + below], (above, below), top - above)
         np.testing.assert_array_equal(band[above : above + bottom - top], whole[top:bottom])
 
 

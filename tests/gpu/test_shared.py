@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from covering import of_the_day
 from gpu import Sessions, disagreements, faults, film_picture
 from pictures import FLOAT, step, style
 
+from vidstyle.blade.bank import save_bank, shipped_bank
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile import shared
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.plan import make_plan, plan_for_video
 from vidstyle.gpu.compile.shader import Shader
 from vidstyle.gpu.compile.shader_writer import write_shader
-from vidstyle.style import Style
+from vidstyle.style import Style, load_style
 from vidstyle.style.resolve import resolve
 
 TWICE = style(
     step("to_gray", save="gray"),
-    step("etf", passes=1, save="soft"),
+    step("learned", bank="tvf_flat", passes=1, save="soft"),
     step("tvf", source="gray", passes=1),
     step("blend", other="soft", mode="difference"),
 )
@@ -55,8 +58,8 @@ def shaders_of(look: Style, form: Form = "compute") -> list[Shader]:
         (style(step("to_gray"), step("gaussian", sigma=2)), [(6, 0), (0, 6)], [(32, 8), (8, 32)]),
         (style(step("gaussian", sigma=2)), [None, (6, 0), (0, 6)], [(16, 16), (32, 8), (16, 32)]),
         (style(step("sobel")), [(1, 1)], [(16, 16)]),
-        (style(step("learned")), [(4, 4)], [(16, 16)]),
-        (style(step("etf", passes=2, reselect=False)), [(4, 4), (2, 2)], [(16, 16)] * 2),
+        (style(step("learned", bank="tvf_flat")), [(4, 4)], [(16, 16)]),
+        (style(step("etf", passes=2, reselect=False)), [None, (2, 2), (2, 2)], [(16, 16)] * 3),
         (style(step("scale", factor=0.5, method="area"), step("to_gray")), None, None),
         (style(step("halftone", cell=9)), [None, (13, 0), (0, 13), None], None),
     ],
@@ -86,16 +89,20 @@ def test_one_pass_prepares_one_choice() -> None:
 
 
 @pytest.mark.parametrize("grid", [(2, 2), (4, 4)])
-def test_shared_memory_stays_below_what_opengl_promises(grid: tuple[int, int]) -> None:
+def test_shared_memory_stays_below_what_opengl_promises(grid: tuple[int, int], tmp_path: Path) -> None:
     source = PictureLayout(Encoding(step=grid), (180, 320), "chroma")
+    looks = [style(step("gaussian", sigma=number / 4)) for number in range(1, 130)]
+    for radius in range(1, 17):
+        save_bank(replace(shipped_bank("tvf"), rho=radius / 4), tmp_path / f"{radius}.npz")
+        (tmp_path / "look.toml").write_text(
+            f'format = 1\n[[background]]\nblock = "learned"\nbank = "{radius}.npz"\n'
+            '[[background]]\nblock = "saturation"\n'
+        )
+        looks.append(load_style(tmp_path / "look.toml"))
     sizes = []
-    for value in [number / 4 for number in range(1, 130)]:
-        for look in (
-            style(step("gaussian", sigma=value)),
-            style(step("etf", passes=1, rho=min(max(0.5, value / 8), 4)), step("saturation")),
-        ):
-            plan = make_plan(look, resolve(look, 180, 320), source, source.encoding, False, "compute")
-            sizes += [shared_bytes(write_shader(plan, each)) for each in plan.passes]
+    for look in looks:
+        plan = make_plan(look, resolve(look, 180, 320), source, source.encoding, False, "compute")
+        sizes += [shared_bytes(write_shader(plan, each)) for each in plan.passes]
     assert 28000 < max(sizes) <= 32768
 
 

@@ -176,7 +176,10 @@ def save_bank(bank: Bank, path: str | Path) -> None:
 def _described(bank: Bank) -> dict[str, Any]:
     """What a file tells of a bank beside its arrays."""
     features = [[each.name, each.bins, each.rho, *each.range] for each in bank.bins.features]
-    return bank.about | {"features": features} if features else bank.about
+    others = {"features": features} if features else {}
+    if bank.bins.step > 1:
+        others["step"] = bank.bins.step
+    return bank.about | others
 
 
 def load_bank(path: str | Path) -> Bank:
@@ -257,7 +260,8 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
     of_strength, of_coherence = ((float(low), float(high)) for low, high in arrays["ranges"])
     orientations, strengths, coherences = map(int, arrays["bins"])
     features = _features(described.pop("features", []))
-    bins = Bins(orientations, strengths, coherences, of_strength, of_coherence, features)
+    step = described.pop("step", 1)
+    bins = Bins(orientations, strengths, coherences, of_strength, of_coherence, features, step)
     return Bank(bins, float(arrays["rho"]), arrays["filters"], described, arrays.get(CHROMA))
 
 
@@ -283,6 +287,8 @@ def _problem(bank: Bank) -> str:
     bins, filters = bank.bins, bank.filters
     if min(bins.counts) < 1 or bins.orientations % 2:
         return f"has bins {bins.orientations} x {bins.strengths} x {bins.coherences}; orientations are even"
+    if not isinstance(bins.step, int) or bins.step not in (1, 2) or (bins.step > 1 and bins.features):
+        return f"shares filters among squares of {bins.step} pixels; of 1 or, without features, 2"
     ends = (*bins.strength_range, *bins.coherence_range)
     if not (ends[0] < ends[1] and ends[2] < ends[3] and 0 < bank.rho <= MAX_RHO and bins.is_finite):
         return "has an empty range of bins, or a window of an invalid size"

@@ -10,9 +10,11 @@ import numpy as np
 from vidstyle.blade.structure_tensor import Bins, Feature, select_filters, window_radius
 
 
-def choose_filters(luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
-    """The index of the filter for each pixel; arguments and result are those of `select_filters`."""
-    selected = select_filters(luma, bins, rho, margin)
+def choose_filters(
+    luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, int] = (0, 0), top: int = 0
+) -> np.ndarray:
+    """The index of the filter for each square; arguments and result are those of `select_filters`."""
+    selected = select_filters(luma, bins, rho, margin, top)
     for feature in bins.features:
         selected *= feature.bins
         selected += levels_of(feature, luma, margin)

@@ -94,38 +94,45 @@ class BankRun:
     def _packed_for_chroma(self) -> np.ndarray:
         return packed_filters(self._filters_of(self.bank.of_chroma))
 
-    def run(self, luma: np.ndarray, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
+    def run(self, luma: np.ndarray, margin: tuple[int, int] = (0, 0), top: int = 0) -> np.ndarray:
         """The result at the size of the picture.
 
         Args:
             luma: H x W float32; beyond its border the border is repeated.
             margin: first and last rows that are only there to be read.
+            top: the number of luma's first row in the whole picture.
         """
-        return self._passes(luma, (), margin)[0]
+        return self._passes(luma, (), margin, top)[0]
 
     def run_chroma(
-        self, luma: np.ndarray, chroma: tuple[np.ndarray, ...], margin: tuple[int, int] = (0, 0)
+        self,
+        luma: np.ndarray,
+        chroma: tuple[np.ndarray, ...],
+        margin: tuple[int, int] = (0, 0),
+        top: int = 0,
     ) -> tuple[np.ndarray, ...]:
         """The chroma planes, for which filters are selected as for luma; arguments are those of `run`."""
-        return tuple(self._passes(luma, chroma, margin)[1:])
+        return tuple(self._passes(luma, chroma, margin, top)[1:])
 
     def _passes(
-        self, luma: np.ndarray, chroma: tuple[np.ndarray, ...], margin: tuple[int, int]
+        self, luma: np.ndarray, chroma: tuple[np.ndarray, ...], margin: tuple[int, int], top: int
     ) -> list[np.ndarray]:
         """Luma and the chroma planes; luma is undefined if chroma is wanted."""
         step = self.radius // self.passes if self.reselect else self.bank.size // 2
+        bins, size = self.bank.bins, self.bank.size
         selected: np.ndarray | None = None
         for left in range(self.passes - 1, -1, -1):
             # The passes still to come read rows around those that are needed.
             rows = max(0, margin[0] - left * step), max(0, margin[1] - left * step)
             if selected is None or self.reselect:
-                selected = choose_filters(luma, self.bank.bins, self.window, rows)
+                selected = choose_filters(luma, bins, self.window, rows, top)
+            place = rows, bins.step, top
             chroma = tuple(
-                apply_filters(each, selected, self._packed_for_chroma, self.bank.size, RANGES["chroma"], rows)
+                apply_filters(each, selected, self._packed_for_chroma, size, RANGES["chroma"], *place)
                 for each in chroma
             )
             if not chroma or (left and self.reselect):
-                luma = apply_filters(luma, selected, self._packed, self.bank.size, self.limits, rows)
+                luma = apply_filters(luma, selected, self._packed, size, self.limits, *place)
         return [luma, *chroma]
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
@@ -141,28 +148,34 @@ def apply_filters(
     size: int,
     limits: tuple[float, float],
     margin: tuple[int, int] = (0, 0),
+    step: int = 1,
+    top: int = 0,
 ) -> np.ndarray:
     """Filter each pixel with the filter selected for it.
 
     Args:
         luma: H x W float32; beyond its border the border is repeated.
-        selected: H x W int32, the index of each pixel's filter.
+        selected: from `choose_filters`.
         packed: from `packed_filters`.
         size: rows and columns of a filter.
         limits: the range that the result is clipped to.
         margin: first and last rows that are not needed.
+        step: side of the squares of pixels that share a filter.
+        top: as in `select_filters`.
 
     Returns:
         H x W float32, new; undefined in the rows of the margin.
     """
-    height, width = luma.shape
+    (height, width), lead = luma.shape, top % step
     columns = -(-width // LANES) * LANES
-    around = pad_edges(luma, size // 2, columns - width + size + 2 * LANES)
-    out = np.empty((height, columns), np.float32)
+    rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
+    around = pad_edges(luma, size // 2 + step - 1, columns - width + size + 2 * LANES)
+    around = around[step - 1 - lead :, step - 1 :]
+    out = np.empty((len(selected) * step, columns), np.float32)
     ends = np.float32(limits[0]), np.float32(limits[1])
-    rows = margin[0], height - margin[1]
-    _apply(around, _widened(selected, columns), packed, (0,) * size, *rows, *ends, out)
-    return out[:, :width]
+    chosen = _widened(selected, columns // step)
+    _apply(around, chosen, packed, (0,) * size, (0,) * step, *rows, *ends, out)
+    return out[lead : lead + height, :width]
 
 
 def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
@@ -173,7 +186,9 @@ def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _apply(around, selected, filters, rows, top, bottom, low, high, out):  # type: ignore[no-untyped-def]
+def _apply(around, selected, filters, rows, shared, top, bottom, low, high, out):  # type: ignore[no-untyped-def]
     for row in range(top, bottom):
         for column in range(0, out.shape[1], 8):
-            filter_pixel_block(filters, selected[row], around, row, column, rows, low, high, out[row])
+            filter_pixel_block(
+                filters, selected[row], around, row * len(shared), column, rows, shared, low, high, out
+            )

@@ -107,7 +107,8 @@ def accumulate(
     total = NormalEquations.empty(config)
     if min(height, width) <= 2 * margin:
         return total
-    selected = choose_filters(luma, config.bins, config.rho)
+    chosen, step = choose_filters(luma, config.bins, config.rho), config.bins.step
+    selected = chosen if step == 1 else np.kron(chosen, np.ones((step, step), np.int32))
     wanted = np.stack(
         [target - constant * plane for target, constant in zip(targets, config.sums, strict=True)]
     ).astype(np.float32)

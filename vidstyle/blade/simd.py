@@ -47,27 +47,29 @@ def body_width(size: int) -> int:
 
 
 class PixelBlockIntrinsic(Intrinsic):
-    """`filter_pixel_block(bank, bins, luma, row, column, rows, low, high, out)` for compiled functions.
+    """`filter_pixel_block(bank, bins, luma, row, column, rows, shared, low, high, out)` for kernels.
 
-    Writes the filtered pixels column..column + 7 of a row into `out`, clipped; what is not a number becomes
-    the lowest.
+    Writes the filtered pixels column..column + 7 of some rows into `out`, clipped; what is not a number
+    becomes the lowest.
 
     Args of the compiled call:
         bank: from `packed_filters`.
-        bins: int32, the filter of each pixel of the row.
+        bins: int32, the filter of each square of pixels in the row.
         luma: float32 rows, so padded that pixel (row, column) is the upper left one of the filter's window
             at (row, column), and that `LANES` more columns can be read.
         rows: a tuple with as many integers as a filter has rows; only its length is used.
+        shared: likewise, of the side of a square, and so of the rows that are written: what they load of
+            filters and luma is loaded once.
         low, high: float32, the ends of the range that the result is clipped to.
-        out: float32, one row.
+        out: float32, rows from `row` on.
     """
 
     def typed(self, void: Any) -> Callable[..., Any]:
         def filter_pixel_block(
             typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any,
-            low: Any, high: Any, out: Any,
+            shared: Any, low: Any, high: Any, out: Any,
         ) -> Any:  # fmt: skip
-            return void(bank, bins, luma, row, column, rows, low, high, out), _emit_code
+            return void(bank, bins, luma, row, column, rows, shared, low, high, out), _emit_code
 
         return filter_pixel_block
 
@@ -83,21 +85,17 @@ class _Emitter:
         self._ir: Any = importlib.import_module("llvmlite.ir")
         proxies: Any = importlib.import_module("numba.core.cgutils")
         self._context, self._builder = context, builder
-        bank, bins, luma, row, column, _, self._low, self._high, out = (
+        bank, bins, luma, row, column, _, _, self._low, self._high, out = (
             proxies.create_struct_proxy(kind)(context, builder, value) if hasattr(kind, "ndim") else value
             for kind, value in zip(signature.args, arguments, strict=True)
         )
-        self._size = signature.args[5].count
+        self._size, self._shared = signature.args[5].count, signature.args[6].count
         self._lanes = body_width(self._size)
         self._filter_bytes = 4 * (self._size * self._lanes + (0 if self._is_padded else 2 * LANES))
-        self._row_bytes = builder.extract_value(luma.strides, 0)
-        column_bytes = self._times(column, 4)
-        self._bank, self._bins, self._out = (
-            builder.ptrtoint(array.data, self._integer) for array in (bank, bins, out)
-        )
-        self._bins, self._out = (self._plus(start, column_bytes) for start in (self._bins, self._out))
-        first = builder.ptrtoint(luma.data, self._integer)
-        self._window = self._plus(self._plus(first, self._times(row, self._row_bytes)), column_bytes)
+        self._bank, self._bins = self._bytes(bank), self._bytes(bins)
+        self._column = self._times(column, 4)
+        self._windows = list(self._rows(luma, row, self._size + self._shared - 1))
+        self._out = list(self._rows(out, row, self._shared))
 
     @property
     def _is_padded(self) -> bool:
@@ -105,54 +103,81 @@ class _Emitter:
         return self._lanes >= self._size
 
     def emit(self) -> Any:
-        """Emit the code for eight pixels; it returns nothing."""
-        starts = [self._filter_start(number) for number in range(LANES)]
-        sums = [self._reduced(reduce(self._sum, self._products(*each))) for each in enumerate(starts)]
-        if not self._is_padded:
-            column = self._transposed([self._last_column(row) for row in range(LANES)])
-            sums = [self._sum(*each) for each in zip(sums, map(self._of_column, starts, column), strict=True)]
-        while len(sums) > 1:
-            sums = [self._pairwise_sums(*sums[number : number + 2]) for number in range(0, len(sums), 2)]
-        if not self._is_padded:
-            sums[0] = self._sum(sums[0], self._times_corner(starts))
-        clipped = self._chosen("<", self._chosen(">", sums[0], self._low), self._high)
-        target = self._builder.inttoptr(self._out, clipped.type.as_pointer())
-        self._builder.store(clipped, target).align = 4
+        """Emit the code for eight pixels of each row; it returns nothing."""
+        squares = [self._filter_start(number) for number in range(LANES // self._shared)]
+        starts = [squares[number // self._shared] for number in range(LANES)]
+        sums = [self._sums_of_square(number, start) for number, start in enumerate(squares)]
+        for down, there in enumerate(self._out):
+            filtered = self._row([each for square in sums for each in square[down]], starts, down)
+            clipped = self._chosen("<", self._chosen(">", filtered, self._low), self._high)
+            target = self._builder.bitcast(self._at(there, self._column), clipped.type.as_pointer())
+            self._builder.store(clipped, target).align = 4
         return self._context.get_dummy_value()
 
-    def _filter_start(self, number: int) -> Any:
-        """The address of one pixel's filter."""
-        chosen = self._load(self._plus(self._bins, 4 * number), self._ir.IntType(32), 4)
-        chosen = self._times(self._builder.sext(chosen, self._integer), self._filter_bytes)
-        return self._plus(self._bank, chosen)
-
-    def _products(self, number: int, start: Any) -> Iterator[Any]:
-        """The products of one pixel's filter and window, row by row."""
+    def _sums_of_square(self, square: int, start: Any) -> list[list[Any]]:
+        """The sums of products of each of its pixels, row by row, as vectors of partial sums."""
+        side = range(self._shared)
+        totals: list[list[Any]] = []
         for row in range(self._size):
-            weights = self._load(self._plus(start, 4 * row * self._lanes), self._vector(self._lanes), 32)
-            there = self._plus(self._window, self._times(self._row_bytes, row))
-            window = self._load(self._plus(there, 4 * number), self._vector(self._lanes), 4)
-            yield self._builder.fmul(weights, window, flags=["contract"])
+            weights = self._load(self._at(start, 4 * row * self._lanes), self._vector(self._lanes), 32)
+            products = [
+                [
+                    self._product(weights, self._window(row + down, square * len(side) + right))
+                    for right in side
+                ]
+                for down in side
+            ]
+            pairs = zip(totals, products, strict=True)
+            totals = [list(map(self._sum, *each)) for each in pairs] if totals else products
+        return [list(map(self._reduced, each)) for each in totals]
+
+    def _row(self, sums: list[Any], starts: list[Any], down: int) -> Any:
+        """Eight pixels of a row, unclipped."""
+        if self._is_padded:
+            return self._total_of_each(sums)
+        column = self._transposed([self._last_column(down + row) for row in range(LANES)])
+        sums = [self._sum(*each) for each in zip(sums, map(self._of_column, starts, column), strict=True)]
+        return self._sum(self._total_of_each(sums), self._times_corner(starts, down))
+
+    def _rows(self, array: Any, first: Any, count: int) -> Iterator[Any]:
+        """The addresses of some rows."""
+        stride = self._builder.extract_value(array.strides, 0)
+        there = self._at(self._bytes(array), self._times(first, stride))
+        for _ in range(count):
+            yield there
+            there = self._at(there, stride)
+
+    def _filter_start(self, number: int) -> Any:
+        """The address of the filter of a square of pixels."""
+        first = self._builder.udiv(self._column, self._constant(self._shared))
+        chosen = self._load(self._at(self._at(self._bins, first), 4 * number), self._ir.IntType(32), 4)
+        return self._at(
+            self._bank, self._times(self._builder.sext(chosen, self._integer), self._filter_bytes)
+        )
+
+    def _window(self, row: int, number: int) -> Any:
+        """What lies in a row from the first pixel of a window on."""
+        there = self._at(self._at(self._windows[row], self._column), 4 * number)
+        return self._load(there, self._vector(self._lanes), 4)
 
     def _last_column(self, row: int) -> Any:
         """What the last column of the eight windows has in a row."""
-        there = self._plus(self._window, self._times(self._row_bytes, row))
-        return self._load(self._plus(there, 4 * self._lanes), self._vector(LANES), 4)
+        return self._window(row, self._lanes)
 
     def _of_column(self, start: Any, pixels: Any) -> Any:
         """The products of the last column, but for its last row."""
-        weights = self._load(self._plus(start, 4 * self._size * self._lanes), self._vector(LANES), 32)
-        return self._builder.fmul(weights, pixels, flags=["contract"])
+        weights = self._load(self._at(start, 4 * self._size * self._lanes), self._vector(LANES), 32)
+        return self._product(weights, pixels)
 
-    def _times_corner(self, starts: list[Any]) -> Any:
+    def _times_corner(self, starts: list[Any], down: int) -> Any:
         """The products of the filters' last numbers and the windows' last pixels, of all eight."""
         weights = self._ir.Constant(self._vector(LANES), [0.0] * LANES)
         for number, start in enumerate(starts):
-            there = self._plus(start, 4 * (self._size * self._lanes + LANES))
+            there = self._at(start, 4 * (self._size * self._lanes + LANES))
             weight = self._load(there, self._ir.FloatType(), 4)
             lane = self._ir.Constant(self._ir.IntType(32), number)
             weights = self._builder.insert_element(weights, weight, lane)
-        return self._builder.fmul(weights, self._last_column(self._size - 1), flags=["contract"])
+        return self._product(weights, self._last_column(down + self._size - 1))
 
     def _transposed(self, rows: list[Any]) -> list[Any]:
         """Eight vectors of eight as columns: halves of ever more neighbours change places."""
@@ -170,16 +195,28 @@ class _Emitter:
         parts = (self._shuffled(vector, vector, list(range(start, start + LANES))) for start in starts)
         return reduce(self._sum, parts)
 
-    def _pairwise_sums(self, first: Any, second: Any) -> Any:
-        """The sums of adjacent numbers of the first vector, then of the second."""
-        even, odd = (self._shuffled(first, second, list(range(start, 2 * LANES, 2))) for start in (0, 1))
-        return self._sum(even, odd)
+    def _total_of_each(self, vectors: list[Any]) -> Any:
+        """The sums of eight vectors, as a vector.
+
+        First of adjacent numbers, pairs of vectors together, within halves of registers; then of the halves.
+        """
+        adjacent = [[0, 2, 8, 10, 4, 6, 12, 14], [1, 3, 9, 11, 5, 7, 13, 15]]
+        halves = [[0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]]
+        for orders in (adjacent, adjacent, halves):
+            vectors = [
+                self._sum(*(self._shuffled(*vectors[number : number + 2], order) for order in orders))
+                for number in range(0, len(vectors), 2)
+            ]
+        return vectors[0]
 
     def _chosen(self, relation: str, vector: Any, number: Any) -> Any:
         """Each element that stands in this relation to a number, which no NaN does, else the number."""
         lowest = self._builder.insert_element(vector, number, self._ir.Constant(self._ir.IntType(32), 0))
         limit = self._shuffled(lowest, lowest, [0] * LANES)
         return self._builder.select(self._builder.fcmp_ordered(relation, vector, limit), vector, limit)
+
+    def _product(self, one: Any, other: Any) -> Any:
+        return self._builder.fmul(one, other, flags=["contract"])
 
     def _sum(self, one: Any, other: Any) -> Any:
         return self._builder.fadd(one, other, flags=["contract"])
@@ -189,7 +226,7 @@ class _Emitter:
         return self._builder.shuffle_vector(first, second, mask)
 
     def _load(self, address: Any, kind: Any, align: int) -> Any:
-        value = self._builder.load(self._builder.inttoptr(address, kind.as_pointer()))
+        value = self._builder.load(self._builder.bitcast(address, kind.as_pointer()))
         value.align = align
         return value
 
@@ -200,8 +237,13 @@ class _Emitter:
     def _integer(self) -> Any:
         return self._ir.IntType(64)
 
-    def _plus(self, address: Any, number: Any) -> Any:
-        return self._builder.add(address, self._constant(number))
+    def _bytes(self, array: Any) -> Any:
+        """Where the numbers of an array begin."""
+        return self._builder.bitcast(array.data, self._ir.IntType(8).as_pointer())
+
+    def _at(self, address: Any, number: Any) -> Any:
+        """The address so many bytes further."""
+        return self._builder.gep(address, [self._constant(number)])
 
     def _times(self, number: Any, factor: Any) -> Any:
         return self._builder.mul(number, self._constant(factor))

@@ -201,9 +201,9 @@ def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int) -> Va
     above, below = _margin(node, top, bottom)
     run, wanted = node.values["run"], slice(above, above + bottom - top)
     if node.kind == "chroma":
-        planes = run.run_chroma(inputs["luma"], inputs["chroma"], (above, below))
+        planes = run.run_chroma(inputs["luma"], inputs["chroma"], (above, below), top - above)
         return tuple(plane[wanted] for plane in planes)
-    return run.run(inputs["luma"], (above, below))[wanted]
+    return run.run(inputs["luma"], (above, below), top - above)[wanted]
 
 
 def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from typing import Any, cast
 from vidstyle.blade.bank import MAX_RHO
 from vidstyle.blade.choice import feature_radius
 from vidstyle.blade.inference import BankRun
-from vidstyle.blade.structure_tensor import Bins, Feature, window_radius, window_weights
+from vidstyle.blade.structure_tensor import Bins, Feature, half_window, window_radius
 from vidstyle.block import Block, Choice, LumaWeights
 from vidstyle.core.picture import RANGES
 from vidstyle.core.resample import METHODS
@@ -213,16 +213,17 @@ class ShaderGraph:
         """The bin of each pixel's structure tensor.
 
         A compute group shares what it reads; fragments do not, so there one chooses for 2 x 2 pixels, in a
-        pass of its own.
+        pass of its own. So it is where these share a filter.
         """
         radius, values = window_radius(rho), choice_values(bins, rho)
-        if self._form == "compute":
+        if self._form == "compute" and bins.step == 1:
             function = Function("blade/chosen_filter.glsl", "chosen_filter")
             return self.node(
                 ShaderNode("luma", luma.shape, function, around=luma, radius=radius, values=values)
             )
         half = (luma.shape[0] + 1) // 2, (luma.shape[1] + 1) // 2
-        function = Function("blade/chosen_filters.glsl", "chosen_filters")
+        name = "chosen_filters" if bins.step == 1 else "chosen_for_square"
+        function = Function(f"blade/{name}.glsl", name)
         four = self.node(ShaderNode("choices", half, function, around=luma, radius=radius, values=values))
         own = Function("blade/own_choice.glsl", "IMAGE_own_choice")
         return self.node(ShaderNode("luma", luma.shape, own, around=four))
@@ -267,7 +268,7 @@ def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dic
 def choice_values(bins: Bins, rho: float) -> dict[str, Any]:
     """The values of `chosen_filter`."""
     radius = window_radius(rho)
-    half = tuple(float(weight) for weight in window_weights(rho)[:radius])
+    half = tuple(map(float, half_window(rho, bins.step)))
     orientations, strengths, coherences, *ranges = (float(number) for number in bins.as_array)
     return {
         "radius": radius,

@@ -47,7 +47,7 @@ class _Writer:
         self._images = {node: f"image_{number}" for number, node in enumerate(each.images)}
         self.shader = Shader(Assembly(plan.form))
         self._text = self.shader.assembly
-        if plan.form == "fragment" and any(node.kind == "choices" for node in each.nodes):
+        if plan.form != "es" and any(node.kind == "choices" for node in each.nodes):
             self._text.add("#extension GL_ARB_texture_gather : enable")
         self._shrinks = shrinks(plan, each)
         self._sharing = sharing_of(each) if plan.form == "compute" else None
@@ -149,11 +149,11 @@ class _Writer:
 
     def _add_around(self, node: ShaderNode) -> None:
         assert node.around is not None and node.function is not None
-        if self._sharing is not None:
-            return
         type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
         if node.kind == "choices":
             self._add_template_once("blade/quad.glsl", "quad_at", {"IMAGE": image})
+            return
+        if self._sharing is not None:
             return
         reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         self._text.add_once(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")

@@ -81,7 +81,8 @@ def sharing_of(each: Pass) -> Sharing | None:
 def _reads_neighbours(node: ShaderNode) -> bool:
     """Whether it is a filter. Resampling from another size is not, as it has no radius.
 
-    Nor is chroma resampled to another grid, even if both are a single pixel.
+    Nor is chroma resampled to another grid, or a choice for 2 x 2 pixels, even if both are a single pixel.
     """
     resamples = node.function is not None and node.function.name in ("resampled", "shrunk_chroma")
+    resamples = resamples or node.kind == "choices"
     return node.is_heavy and not resamples and node.around is not None and node.around.shape == node.shape
