@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from block_settings import block_style, ends_of
+from block_settings import block_style, ends_of, style_of_a_richer_bank
 from block_settings import folder as folder
 from browser import StyleBrowser
 from browser import style_browser as style_browser
@@ -70,6 +70,13 @@ def test_every_block_gives_in_a_browser_what_it_gives_on_the_cpu(
 ) -> None:
     for values in settings(block):
         assert not fault(style_browser, block_style(block, values, folder), SMALL, False), values
+
+
+def test_a_bank_that_chooses_by_more_and_changes_chroma_does_so_in_a_browser(
+    style_browser: StyleBrowser, tmp_path: Path
+) -> None:
+    look = load_style(style_of_a_richer_bank(tmp_path))
+    assert not fault(style_browser, look, SMALL, False)
 
 
 def test_percentiles_and_smoothing_are_those_of_python(style_browser: StyleBrowser) -> None:

@@ -13,8 +13,9 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from block_settings import style_of_a_richer_bank
 from covering import of_the_day
-from gpu import ODD
+from gpu import ODD, SMALL
 from media import photograph
 
 import vidstyle
@@ -88,6 +89,12 @@ def check(made: np.ndarray, style: Style, source: np.ndarray) -> None:
 def test_every_style_gives_in_ffmpeg_what_it_gives_on_the_cpu(name: str, tmp_path: Path) -> None:
     style, source = load_style(name), picture(*ODD)
     check(in_ffmpeg(text_of(style, *ODD[::-1], source), source, tmp_path), style, source)
+
+
+@needs_ffmpeg
+def test_a_bank_that_chooses_by_more_and_changes_chroma_does_so_in_ffmpeg(tmp_path: Path) -> None:
+    style, source = load_style(style_of_a_richer_bank(tmp_path)), picture(*SMALL)
+    check(in_ffmpeg(text_of(style, *SMALL[::-1], source), source, tmp_path), style, source)
 
 
 @needs_ffmpeg

@@ -11,7 +11,7 @@ import pytest
 from pictures import step
 
 from vidstyle.blade.bank import Bank, save_bank
-from vidstyle.blade.structure_tensor import Bins
+from vidstyle.blade.structure_tensor import Bins, Feature
 from vidstyle.block import Block, Choice, Slider, Switch
 from vidstyle.style import Style
 
@@ -54,6 +54,18 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     about = {"sliders": [["soft", 0, 2], ["sharp", -1, 1]]}
     save_bank(Bank(Bins(8, 2, 3), 1.5, filters, about), folder / "bank")
     return folder
+
+
+def style_of_a_richer_bank(folder: Path) -> Path:
+    """A style file whose bank chooses by the local mean and a second window, too, and changes chroma."""
+    bins = Bins(8, 1, 2, features=(Feature("mean", 3, 2.0), Feature("strength", 2, 3.0)))
+    filters = np.random.default_rng(2).normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
+    filters += filters[:, :, ::-1, ::-1].copy()
+    filters[:, :, 2, 2] += 0.9 - filters.sum(axis=(2, 3))
+    save_bank(Bank(bins, 1.5, filters, {"imitates": "nothing"}, filters / 2), folder / "rich.npz")
+    text = 'format = 1\n[[background]]\nblock = "learned"\nbank = "rich.npz"\npasses = 2\n'
+    (folder / "rich.toml").write_text(text)
+    return folder / "rich.toml"
 
 
 def block_style(block: Block, values: dict[str, Any], folder: Path) -> Style:
