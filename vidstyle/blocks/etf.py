@@ -27,7 +27,7 @@ def etf(
     """Smooth luma along the edges, like brush strokes.
 
     Line integral convolution along the edge tangent flow, learned: with the fine brush a pass is a Gaussian
-    of 2 pixels along the edge, with the broad one of 4. Squares of 2 x 2 pixels share a filter. Paper, sections
-    4.2 C and 5.4.2, whose tensor is that of each pass; here that takes `reselect`.
+    of 2 pixels along the edge, with the broad one of 4. Squares of 2 x 2 pixels share a filter. Paper,
+    sections 4.2 C and 5.4.2, whose tensor is that of each pass; here that takes `reselect`.
     """
     return BankRun(shipped_bank(BRUSHES[brush]), rho=rho, passes=passes, reselect=reselect)
