@@ -176,7 +176,7 @@ def save_bank(bank: Bank, path: str | Path) -> None:
 def _described(bank: Bank) -> dict[str, Any]:
     """What a file tells of a bank beside its arrays."""
     features = [[each.name, each.bins, each.rho, *each.range] for each in bank.bins.features]
-    others = {"features": features} if features else {}
+    others: dict[str, Any] = {"features": features} if features else {}
     if bank.bins.step > 1:
         others["step"] = bank.bins.step
     return bank.about | others

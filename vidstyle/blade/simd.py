@@ -203,9 +203,9 @@ class _Emitter:
         adjacent = [[0, 2, 8, 10, 4, 6, 12, 14], [1, 3, 9, 11, 5, 7, 13, 15]]
         halves = [[0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]]
         for orders in (adjacent, adjacent, halves):
+            pairs = zip(vectors[::2], vectors[1::2], strict=True)
             vectors = [
-                self._sum(*(self._shuffled(*vectors[number : number + 2], order) for order in orders))
-                for number in range(0, len(vectors), 2)
+                self._sum(*(self._shuffled(one, other, order) for order in orders)) for one, other in pairs
             ]
         return vectors[0]
 
