@@ -136,6 +136,16 @@ def test_features_that_are_none_are_refused(features: object, tmp_path: Path) ->
         load_bank(path)
 
 
+@pytest.mark.parametrize("step", [0, 3, 2.0, "2", [2], 2])
+def test_squares_of_pixels_that_cannot_share_a_filter_are_refused(step: object, tmp_path: Path) -> None:
+    """Those of two by two pixels can, but not where further features choose."""
+    path = tmp_path / "bank.npz"
+    about = {"step": step, "features": [["strength", 2, 4.0, 10, 40]]}
+    saved_with(path, about=np.frombuffer(json.dumps(about).encode(), np.uint8))
+    with pytest.raises(ValueError, match="among squares"):
+        load_bank(path)
+
+
 def test_filters_for_chroma_are_as_many_as_for_luma(tmp_path: Path) -> None:
     path = tmp_path / "bank.npz"
     saved_with(path, chroma=np.zeros((1, 3, 5, 5), np.float32))
