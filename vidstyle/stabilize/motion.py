@@ -164,14 +164,13 @@ class MotionEstimator:
 
 
 def _estimator() -> Any:  # the stubs of `calc` require an initial flow, the function does not
-    """Dense inverse search (Kroeger 2016) of patches as they are, without variational refinement.
+    """Dense inverse search (Kroeger 2016), without variational refinement.
 
-    That takes as long again and, in the mean of five films, explains less of the change; so do patches less
-    their mean. What is explained worse by brightness alone is not accepted.
+    That takes as long again and makes nothing steadier. Patches are compared less their mean: as they are
+    they explain more of the change, but more noise becomes motion, and what lies still flickers more.
     """
     estimator = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
     estimator.setVariationalRefinementIterations(0)
-    estimator.setUseMeanNormalization(False)
     return estimator
 
 
