@@ -136,7 +136,7 @@ def test_a_recipe_opens_into_steps_that_make_the_same_picture(name: str) -> None
     recipe = next(
         step.number
         for _, _, step in document.content.steps
-        if all_blocks()[str(step.table.get("block"))].kind == "recipe"
+        if "block" in step.table and all_blocks()[str(step.table["block"])].kind == "recipe"
     )
     document.edit("expand", 1, step=recipe)
     assert document.mistakes == [] and document.style.steps != before.steps

@@ -4,9 +4,9 @@
  * @module
  */
 
-import { get, icon, make, drawn, title, words } from "./elements.js";
+import { get, icon, make, drawn, words } from "./elements.js";
 import { layoutOf, pathOf } from "./layout.js";
-import { placeOf, stepsOf } from "./types.js";
+import { nameOf, placeOf, stepsOf } from "./types.js";
 import { dragging } from "./drag.js";
 
 /** @typedef {import("./layout.js").CardName} CardName */
@@ -105,7 +105,7 @@ export class Diagram {
 
   /** @param {HTMLButtonElement} card @param {Step} step */
   #fill(card, step) {
-    this.#say(card, title(step.block || step.save || "Saved picture"), words(step.main));
+    this.#say(card, nameOf(step), words(step.main));
     card.classList.toggle("muted", step.muted);
     card.classList.toggle("wrong", Boolean(step.error));
     const badges = /** @type {HTMLElement} */ (card.querySelector(".badges"));
@@ -116,7 +116,7 @@ export class Diagram {
     if (step.save) marks.push(make("span", { className: `badge save wire-${this.#color(step.save)}` }, step.save));
     badges.replaceChildren(...marks);
     const place = placeOf(/** @type {State} */ (this.state), step.step);
-    const facts = [title(step.block), step.main, SHORT_LAYERS[place?.layer ?? "base"], step.muted && "muted",
+    const facts = [nameOf(step), step.main, SHORT_LAYERS[place?.layer ?? "base"], step.muted && "muted",
       step.save && `saved as ${step.save}`, step.from && `from ${step.from}`, step.error && `error: ${step.error}`];
     card.setAttribute("aria-label", facts.filter(Boolean).join(", "));
     card.title = step.error ?? step.help;

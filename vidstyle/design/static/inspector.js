@@ -5,7 +5,7 @@
  */
 
 import { icon, make, title, words } from "./elements.js";
-import { placeOf } from "./types.js";
+import { nameOf, placeOf } from "./types.js";
 import { ValueList } from "./values.js";
 
 /** @typedef {import("./types.js").Step} Step */
@@ -71,7 +71,7 @@ export class Inspector {
     const other = this.step?.step !== step.step;
     this.step = step;
     const place = placeOf(state, step.step);
-    this.name.textContent = title(step.block || "Saved picture");
+    this.name.textContent = nameOf(step);
     this.kind.textContent = place ? `${title(place.layer)}, step ${place.index + 1} of ${state.layers[place.layer].length}` : "";
     this.help.textContent = step.help;
     this.error.textContent = step.error ?? "";

@@ -5,7 +5,7 @@
  */
 
 import { title, words } from "./elements.js";
-import { LAYERS, placeOf, stepsOf } from "./types.js";
+import { LAYERS, nameOf, placeOf, stepsOf } from "./types.js";
 
 /** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./layout.js").CardName} CardName */
@@ -79,11 +79,11 @@ export class Steps {
 
   /** @param {number} step @param {Layer} layer @param {number} index */
   async move(step, layer, index) {
-    const name = this.step?.block ?? "";
+    const name = this.step ? nameOf(this.step) : "Step";
     if (!(await this.session.edit("move", { step, layer, index }))) return;
     this.select(step);
     const { state } = this.session;
-    if (state) this.say(`${title(name || "step")} moved to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
+    if (state) this.say(`${name} moved to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
   }
 
   /** @param {() => unknown} run */
@@ -117,7 +117,7 @@ export class Steps {
   async #mute() {
     const { step } = this;
     if (!step) return;
-    if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${title(step.block)} ${step.muted ? "runs again" : "muted"}.`);
+    if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${nameOf(step)} ${step.muted ? "runs again" : "muted"}.`);
   }
 
   duplicate() {
@@ -129,7 +129,7 @@ export class Steps {
     if (!step) return;
     const answer = await this.session.edit("duplicate", { step: step.step });
     if (answer?.step !== undefined) this.select(answer.step);
-    if (answer) this.say(`${title(step.block)} duplicated.`);
+    if (answer) this.say(`${nameOf(step)} duplicated.`);
   }
 
   expand() {
@@ -143,7 +143,7 @@ export class Steps {
     const place = state && placeOf(state, step.step);
     if (!(await this.session.edit("expand", { step: step.step })) || !place) return;
     this.select(this.session.state?.layers[place.layer][place.index]?.step ?? "source");
-    this.say(`${title(step.block)} replaced by its steps.`);
+    this.say(`${nameOf(step)} replaced by its steps.`);
   }
 
   remove() {
@@ -159,7 +159,7 @@ export class Steps {
     const next = (rest[place.index + 1] ?? rest[place.index - 1])?.step ?? "source";
     if (!(await this.session.edit("remove", { step: step.step }))) return;
     this.select(next);
-    this.say(`${title(step.block)} removed.`);
+    this.say(`${nameOf(step)} removed.`);
   }
 
   /** @param {"undo" | "redo"} which */

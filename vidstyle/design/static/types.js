@@ -4,6 +4,8 @@
  * @module
  */
 
+import { title } from "./elements.js";
+
 /**
  * One value of a style and the control that sets it.
  * @typedef {object} Entry
@@ -68,6 +70,9 @@
 
 /** @typedef {{name: string, kind: string, help: string, picture: string}} Block */
 /** @typedef {{name: string, note: string, picture: string}} StyleInfo */
+
+/** What a step is called: by its block, or by the picture that it saves. @param {Step} step */
+export const nameOf = (step) => title(step.block || step.save || "Saved picture");
 
 /** @type {Layer[]} */
 export const LAYERS = ["base", "background", "lines"];
