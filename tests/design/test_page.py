@@ -384,6 +384,16 @@ def test_no_style_is_laid_out_with_overlaps(page: Page) -> None:
         assert layout["width"] <= width, name
 
 
+def test_a_step_that_only_saves_has_a_name(page: Page) -> None:
+    steps = [
+        {"block": "soft_threshold", "save": "kept"},
+        {"block": "", "save": "kept"},
+        {"block": "", "save": ""},
+    ]
+    named = page.browser.run("return steps.map((await import('/types.js')).nameOf)", steps=steps)
+    assert named == ["Soft threshold", "Kept", "Saved picture"]
+
+
 def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
     browser = page.browser
     browser.run(
