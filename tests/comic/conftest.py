@@ -38,14 +38,13 @@ def pictures_are_measured_once() -> Iterator[None]:
         return measured[key]
 
     def file_key(film: FilmFile) -> tuple[object, ...]:
-        about = Path(film.name).stat()
-        return film.name, about.st_mtime_ns, about.st_size
+        """Numbered pictures are no one file: theirs are measured each time."""
+        path = Path(film.name)
+        return (path, path.stat().st_mtime_ns, path.stat().st_size) if path.is_file() else (film,)
 
     survey_whole, look_around = FilmFile._survey_whole, FilmFile.around
 
     def remembered_survey(self: FilmFile, gap: float, on_time: Callable[[float], None]) -> Survey:
-        if "%" in self.name:
-            return survey_whole(self, gap, on_time)
         key = *file_key(self), gap
         if key not in surveys:
             surveys[key] = survey_whole(self, gap, on_time), self.damage
@@ -53,8 +52,6 @@ def pictures_are_measured_once() -> Iterator[None]:
         return survey
 
     def remembered_frames(self: FilmFile, candidate: Candidate) -> list[Candidate]:
-        if "%" in self.name:
-            return look_around(self, candidate)
         key = *file_key(self), candidate.time, candidate.scene, self._reach
         if key not in around:
             around[key] = look_around(self, candidate)
