@@ -10,6 +10,8 @@ import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
+from vidstyle.core.block_matching import SEARCH_RADIUS, best_correlations, blocks_of
+from vidstyle.core.kernels import dry_run
 from vidstyle.core.scene_cuts import MAX_BLANKS, SceneCutDetector
 
 PAIRS = [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea"), ("chelsea", "astronaut")]
@@ -170,3 +172,22 @@ def test_a_buffer_that_is_used_again_does_not_hide_a_cut() -> None:
 
 def test_every_scene_begins_with_a_cut() -> None:
     assert cuts(map(view, ["coffee"] * 3 + ["rocket"] + ["chelsea"] * 2)) == [3, 4]
+
+
+@pytest.mark.parametrize("shape", [(54, 96), (17, 40), (9, 33), (40, 5)])
+def test_blocks_are_matched_as_by_opencv(shape: tuple[int, int]) -> None:
+    first, second = noise(*shape, seed=1), noise(*shape, seed=2)
+    second[:-2, 3:] += first[2:, :-3]
+    blocks, places = blocks_of(first)
+    side = SEARCH_RADIUS
+    wider = cv2.copyMakeBorder(second, side, side, side, side, cv2.BORDER_REPLICATE)
+
+    wanted = []
+    for block, (top, left) in zip(blocks, places, strict=True):
+        assert np.array_equal(block, first[top:, left:][: block.shape[0], : block.shape[1]])
+        around = wider[top : top + block.shape[0] + 2 * side, left : left + block.shape[1] + 2 * side]
+        wanted.append(cv2.matchTemplate(around, np.ascontiguousarray(block), cv2.TM_CCOEFF_NORMED).max())
+
+    np.testing.assert_allclose(best_correlations(blocks, places, second, 0), wanted, atol=2e-4)
+    with dry_run():
+        assert (best_correlations(blocks, places, second, 0) == 1).all(), "a rehearsal has no cuts"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import cv2
 import numpy as np
+
+from vidstyle.core.block_matching import best_correlations, blocks_of
 
 CUT_THRESHOLD = 0.27
 """At a cut, at least this part of a picture has no match in the one before, 0..1, beyond the usual loss.
@@ -19,9 +19,7 @@ MAX_BLANKS = 8
 """After so many blank pictures in a row a scene begins; fewer count as a flash."""
 
 _SIDE = 96
-_BLOCK = 16
-_SEARCH_RADIUS = 10
-"""Pixels that a block may move between frames: a tenth of the picture's longer side."""
+"""Pixels of a small copy: blocks may move by a tenth of that."""
 _MIN_DEVIATION = 0.012
 """A block with a smaller standard deviation shows only noise; 0..1."""
 _MIN_BLOCKS = 2
@@ -29,8 +27,8 @@ _MIN_BLOCKS = 2
 _BAR_LEVEL = 0.1
 """No pixel of a black bar is brighter."""
 
-_Block = tuple[int, int, np.ndarray, float]
-"""Top, left, pixels and their standard deviation."""
+_Blocks = tuple[np.ndarray, np.ndarray]
+"""As `block_matching.blocks_of` returns them, without those that show only noise."""
 
 
 class SceneCutDetector:
@@ -58,8 +56,8 @@ class SceneCutDetector:
             self._before, self._blanks, self._average_loss = [], 0, 0.0
         picture = _reduced(luma)
         inside = _inside_letterbox([picture, *self._before])
-        blocks = list(_blocks(picture[inside]))
-        if len(blocks) < _MIN_BLOCKS:
+        blocks = _blocks(picture[inside])
+        if len(blocks[0]) < _MIN_BLOCKS:
             self._blanks += 1
             return first
         pause, self._blanks = self._blanks >= MAX_BLANKS, 0
@@ -69,7 +67,7 @@ class SceneCutDetector:
         self._before = [picture, *self._before[:1]]
         return first or pause or cut
 
-    def _is_new(self, blocks: list[_Block], before: list[np.ndarray]) -> bool:
+    def _is_new(self, blocks: _Blocks, before: list[np.ndarray]) -> bool:
         """Whether the blocks match neither the last picture nor, if that may be a flash, the one before."""
         lost, average = 1 - _correlation(blocks, before[0]), self._average_loss
         # Cuts count as well, up to the threshold, so that fast action after a cut is not all cuts.
@@ -101,32 +99,14 @@ def _bright_span(line: np.ndarray) -> slice:
     return slice(first, last) if first < last else slice(None)
 
 
-def _blocks(picture: np.ndarray) -> Iterator[_Block]:
+def _blocks(picture: np.ndarray) -> _Blocks:
     """The blocks of a picture that show something."""
-    tall, wide = (min(_BLOCK, side) for side in picture.shape)
-    for top in range(picture.shape[0] % tall // 2, picture.shape[0] - tall + 1, tall):
-        for left in range(picture.shape[1] % wide // 2, picture.shape[1] - wide + 1, wide):
-            block = picture[top : top + tall, left : left + wide]
-            deviation = float(cv2.meanStdDev(block)[1][0, 0])
-            if deviation > _MIN_DEVIATION:
-                yield top, left, block, deviation
+    blocks, places = blocks_of(picture)
+    shows = blocks.std(axis=(1, 2)) > _MIN_DEVIATION
+    return blocks[shows], places[shows]
 
 
-def _correlation(blocks: list[_Block], before: np.ndarray) -> float:
+def _correlation(blocks: _Blocks, before: np.ndarray) -> float:
     """The mean over the blocks of their best correlation with the picture before, 0..1."""
-    tall, wide = blocks[0][2].shape
-    side = _SEARCH_RADIUS
-    wider = cv2.copyMakeBorder(before, side, side, side, side, cv2.BORDER_REPLICATE)
-    means, squares = (
-        each(wider, cv2.CV_64F, (wide, tall), anchor=(0, 0)) for each in (cv2.boxFilter, cv2.sqrBoxFilter)
-    )
     # At least half of what counts as flat, else noise would match anything.
-    deviations = np.sqrt(np.maximum(squares - means**2, (_MIN_DEVIATION / 2) ** 2))
-    products, places = [], []
-    for top, left, block, _ in blocks:
-        around = wider[top : top + tall + 2 * side, left : left + wide + 2 * side]
-        products.append(cv2.matchTemplate(around, block, cv2.TM_CCOEFF))
-        places.append(deviations[top:, left:][: 2 * side + 1, : 2 * side + 1])
-    best = (np.stack(products) / np.stack(places)).max(axis=(1, 2))
-    own = np.array([deviation for *_, deviation in blocks])
-    return float(np.maximum(best / (own * tall * wide), 0).mean())
+    return float(best_correlations(*blocks, before, _MIN_DEVIATION / 2).mean())
