@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,7 +19,7 @@ from vidstyle.stabilize.blend import source_rows
 from vidstyle.stabilize.blend_codes import WHOLE
 from vidstyle.stabilize.motion import noise_level
 from vidstyle.stabilize.segment import SEGMENT
-from vidstyle.stabilize.stabilizer import Stabilizer
+from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
 from vidstyle.stabilize.warp import in_segments, moves_of
 from vidstyle.style import Style, load_style, override
 
@@ -61,6 +62,25 @@ def test_chroma_is_kept_steady_too() -> None:
         return flicker(film)
 
     assert chroma_flicker(0.5) < 0.5 * chroma_flicker(0)
+
+
+@pytest.mark.parametrize("reads", [True, False])
+def test_chroma_that_a_style_never_reads_is_not_stabilized(
+    reads: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = style(*([] if reads else [step("to_gray")]), step("brightness", factor=1.1), steady=0.5)
+    film, before, stable = list(still_film(3)), Stabilizer.before, []
+
+    def noted(*arguments: Any) -> Stabilized:
+        stable.append(before(*arguments))
+        return stable[-1]
+
+    monkeypatch.setattr(Stabilizer, "before", noted)
+    result = restyled(chosen, film, 0.5)[-1]
+    assert all((each.picture.chroma is not None) == reads for each in stable)
+
+    monkeypatch.setattr(Stabilizer, "before", lambda *arguments: before(*arguments[:4]))
+    assert same_bits(restyled(chosen, film, 0.5)[-1], result)
 
 
 def test_noise_goes_away_under_a_moving_camera(pool: ThreadPoolExecutor) -> None:

@@ -18,7 +18,7 @@ from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.plain import done, stays
 from vidstyle.cpu.schedule import Schedule, schedule
-from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
+from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, stabilized_layout
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
@@ -111,16 +111,21 @@ class CpuRenderer(Closing):
     ) -> Callable[[], Picture]:
         """Detect a cut and stabilize; what is returned restyles, in the order of the pictures."""
         self._prepare(picture)
+        is_steady = self._stabilizer is not None and time is not None
+        layout = stabilized_layout(picture) if is_steady else PictureLayout.of(picture)
+        lowered, tasks = self._planned(layout, target, rgb)
         remembers = bool(self._smoothers or self._stabilizer or self._film_palettes)
         is_cut = remembers and self._cuts.is_cut(small_luma(picture))
-        stable = self._stabilizer.before(picture, time, is_cut) if self._stabilizer else Stabilized(picture)
+        stable = Stabilized(picture)
+        if self._stabilizer:
+            stable = self._stabilizer.before(picture, time, is_cut, lowered.reads_chroma)
 
         def finish() -> Picture:
             if is_cut:
                 for smoother in self._smoothers.values():
                     smoother.restart()
             self._film_palettes.follow(picture, time, is_cut)
-            result = self._styled(stable.picture, time, target, rgb)
+            result = self._styled(stable.picture, time, lowered, tasks)
             return self._stabilizer.after(result, stable) if self._stabilizer else result
 
         return finish
@@ -150,14 +155,16 @@ class CpuRenderer(Closing):
         self._steps, self._shape, self._prepared = steps, picture.shape, self.style
         self._lowered = {}
 
-    def _styled(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> Picture:
-        layout = PictureLayout.of(picture)
+    def _planned(self, layout: PictureLayout, target: Encoding, rgb: bool) -> tuple[LoweredStyle, Schedule]:
         if (layout, target, rgb) not in self._lowered:
             assert self._prepared is not None
             lowered = lower(self._prepared, self._steps, layout, target, rgb)
             self._lowered[layout, target, rgb] = lowered, schedule(lowered)
-        lowered, tasks = self._lowered[layout, target, rgb]
+        return self._lowered[layout, target, rgb]
 
+    def _styled(
+        self, picture: Picture, time: float | None, lowered: LoweredStyle, tasks: Schedule
+    ) -> Picture:
         def follow(measure: Measure[Node], measured: np.ndarray) -> np.ndarray:
             return self._smoothers[measure.step].follow(measured, time, measure.time_constant)
 

@@ -27,8 +27,8 @@ from vidstyle.gpu.compile.tiles import MAX_SIDE
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.devices import Device
 from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner
-from vidstyle.gpu.device.stabilizer import GpuStabilizer, stabilized_layout
-from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, with_planes
+from vidstyle.gpu.device.stabilizer import GpuStabilizer
+from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, stabilized_layout, with_planes
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
 from vidstyle.style.resolve import film_tables, has_fixed_marks, resolve, structure

@@ -10,7 +10,7 @@ from functools import cache, partial
 import numpy as np
 
 from vidstyle.core.bands import in_bands
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth, color_rows, yuv_from_rgb
 from vidstyle.stabilize.blend import Rows, result_rows, source_rows
 from vidstyle.stabilize.motion import MotionEstimator, Warp
@@ -61,19 +61,23 @@ class Stabilizer:
         """Use other values from the next picture on."""
         self._motion.change_strength(steady, is_fixed)
 
-    def before(self, picture: Picture, time: float | None, scene_cut: bool) -> Stabilized:
+    def before(
+        self, picture: Picture, time: float | None, scene_cut: bool, needs_chroma: bool = True
+    ) -> Stabilized:
         """The stabilized input of the style: luma and chroma in `stabilized_encoding`.
 
         Args:
             picture: the next frame.
             time: presentation time in seconds; None for a still, which stays unchanged.
             scene_cut: whether it begins a scene.
+            needs_chroma: whether the style reads chroma; else the result has none.
         """
         if time is None:
             return Stabilized(picture)
         warp = self._motion.estimate(picture, time, scene_cut)
         now = with_planes(picture)
-        encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(now))
+        shown = now if needs_chroma else replace(now, chroma=None)
+        encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(shown))
         if encoding != self._encoding or not _same_shapes(planes, self._source):
             warp = None
         weights = None
@@ -146,6 +150,13 @@ def stabilized_encoding(encoding: Encoding) -> Encoding:
     if 0 < encoding.depth < 16:
         return replace(encoding, depth=16)
     return replace(encoding, depth=0, full_range=True)
+
+
+def stabilized_layout(picture: Picture) -> PictureLayout:
+    """The layout of what a style sees of such a picture in a stabilized film."""
+    layout = PictureLayout.of(picture)
+    encoding = stabilized_encoding(planes_encoding(picture))
+    return PictureLayout(encoding, layout.shape, "gray" if layout.planes == "gray" else "chroma")
 
 
 def result_gain(encoding: Encoding) -> float:

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Generic, Literal, TypeVar
 
 from vidstyle.block import Block
@@ -167,6 +167,11 @@ class LoweredStyle:
     def chroma_untouched(self) -> bool:
         """Whether chroma is the source's own planes, codes included."""
         return self._is_source_plane(self.chroma)
+
+    @cached_property
+    def reads_chroma(self) -> bool:
+        """Whether any node reads chroma planes of the source."""
+        return any(node.op == "plane" and node.kind == "chroma" for node in nodes_in_order(self.outputs))
 
     @property
     def outputs(self) -> tuple[Node, ...]:

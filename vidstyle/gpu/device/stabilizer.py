@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidstyle.core.picture import Encoding, Picture, PictureLayout
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.glsl import Assembly
 from vidstyle.gpu.compile.shader_nodes import Format, plane_format
 from vidstyle.stabilize.motion import MotionEstimator, Warp
@@ -16,7 +16,6 @@ from vidstyle.stabilize.segment import SEGMENT
 from vidstyle.stabilize.stabilizer import (
     code_scale,
     plane_step,
-    planes_encoding,
     result_gain,
     segment_flow,
     stabilized_encoding,
@@ -177,13 +176,6 @@ class GpuStabilizer:
         if name not in self._taken:
             self._taken[name] = self._resources.textures.take(shape, coding, exact=True), coding
         return self._taken[name][0]
-
-
-def stabilized_layout(picture: Picture) -> PictureLayout:
-    """The layout of what a style sees of such a picture in a stabilized film."""
-    layout = PictureLayout.of(picture)
-    encoding = stabilized_encoding(planes_encoding(picture))
-    return PictureLayout(encoding, layout.shape, "gray" if layout.planes == "gray" else "chroma")
 
 
 @cache
