@@ -12,6 +12,7 @@ import inspect
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, NewType, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -118,7 +119,7 @@ class Block:
     overshoots: bool = False
     exact: bool = False
 
-    @property
+    @cached_property
     def saved_refs(self) -> dict[str, SavedRef]:
         """The parameters that name saved pictures."""
         controls = {name: parameter.control for name, parameter in self.parameters.items()}

@@ -7,6 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Measured, Slider, block
+from vidstyle.core.kernels import compiled
 
 MIN_RANGE = 8 / 255
 """The least range of luma: black frames and fades are not amplified into noise."""
@@ -25,7 +26,19 @@ def equalize(
     A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D, but of a reduced copy.
     """
     black, white = measured
-    gain = 1 / max(white - black, MIN_RANGE)
-    out = np.subtract(luma, np.float32(black))
-    out *= np.float32(gain)
-    return np.clip(out, 0, 1, out=out)
+    return stretched(luma, black, 1 / max(white - black, MIN_RANGE))
+
+
+def stretched(luma: np.ndarray, center: float, gain: float, level: float = 0) -> np.ndarray:
+    """Luma widened about a center, which becomes another level, and clipped to 0..1; float32, new."""
+    out = np.empty(luma.shape, np.float32)
+    _stretch(luma, np.float32(center), np.float32(gain), np.float32(level), out)
+    return out
+
+
+@compiled
+def _stretch(luma, center, gain, level, out):  # type: ignore[no-untyped-def]
+    zero, one = np.float32(0), np.float32(1)
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            out[row, x] = min(max((luma[row, x] - center) * gain + level, zero), one)

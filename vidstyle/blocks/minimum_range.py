@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Measured, Slider, block
-from vidstyle.blocks.equalize import MIN_RANGE
+from vidstyle.blocks.equalize import MIN_RANGE, stretched
 
 
 @block("measured", on="luma", percentiles=lambda: (5, 95))
@@ -30,7 +30,4 @@ def minimum_range(
         return luma
     middle = (measured[0] + measured[1]) / 2
     moved = min(max(middle, wanted / 2), 1 - wanted / 2)
-    out = np.subtract(luma, np.float32(middle))
-    out *= np.float32(wanted / present)
-    out += np.float32(moved)
-    return np.clip(out, 0, 1, out=out)
+    return stretched(luma, middle, wanted / present, moved)

@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 BAND_BYTES = 1 << 20
-"""Approximate size of a band as float32 RGB; several fit a second-level cache."""
+"""Approximate size of a band's largest value; several fit a second-level cache."""
 
 CORES = os.cpu_count() or 1
 
@@ -52,17 +52,21 @@ def threads_beside_caller(threads: int, name: str) -> Executor:
     return ThreadPoolExecutor(threads - 1, thread_name_prefix=name) if threads > 1 else CallingThread()
 
 
-def in_bands(pool: Executor, shape: tuple[int, int], radius: int, run: Callable[[int, int], None]) -> None:
+def in_bands(
+    pool: Executor, shape: tuple[int, int], radius: int, run: Callable[[int, int], None], channels: int = 3
+) -> None:
     """Call `run(top, bottom)` for bands that cover all rows, on all cores.
 
     Bands begin at multiples of four rows, which every chroma step divides.
 
     Args:
         radius: rows that are read around each band.
+        channels: float32 numbers of a pixel in the largest value of a band.
     """
     height, width = shape
-    rows = max(BAND_BYTES // (12 * width), 8 * radius, 4)
-    rows = min(-(-rows // 4) * 4, max(4, -(-height // CORES + 3) // 4 * 4))
+    count = -(-height // max(BAND_BYTES // (4 * channels * width), 8 * radius, 1))
+    count = -(-count // CORES) * CORES  # as many for each core
+    rows = -(-height // (4 * count)) * 4
     tops = iter(range(0, height, rows))
 
     def work() -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.core.planes import luma_rows
+from vidstyle.core.planes import luma_from_rgb
 
 SAMPLES = 320
 """Largest side of a small copy in pixels."""
@@ -51,18 +51,22 @@ def sampled(plane: np.ndarray, most: int = SAMPLES) -> np.ndarray:
     return plane[top :: sampling.stride, left :: sampling.stride]
 
 
-def sampled_picture(picture: Picture) -> Picture:
-    """The small copy of a picture's luma or RGB."""
-    if picture.color is not None:
-        return Picture(picture.encoding, color=sampled(picture.color))
-    assert picture.luma is not None
-    return Picture(picture.encoding, luma=sampled(picture.luma))
+def sampled_values(picture: Picture) -> np.ndarray:
+    """The small copy of a picture's luma or RGB, float32 with black at 0 and white at 1.
+
+    Without kernels, so that a dry run of them has it too.
+    """
+    black, white = picture.encoding.luma_levels
+    plane = picture.luma if picture.color is None else picture.color
+    assert plane is not None
+    span = white - black
+    return np.asarray(sampled(plane) * np.float32(1 / span) - np.float32(black / span))
 
 
 def small_luma(picture: Picture) -> np.ndarray:
     """A small copy of a picture's luma, float32."""
-    small = sampled_picture(picture)
-    return luma_rows(small, 0, small.shape[0])
+    values = sampled_values(picture)
+    return values if picture.color is None else luma_from_rgb(values, picture.encoding)
 
 
 def percentiles(values: np.ndarray, percentages: Sequence[float]) -> np.ndarray:

@@ -149,9 +149,9 @@ def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) 
 
 def gray_rgb(luma: np.ndarray) -> np.ndarray:
     """RGB with three equal channels, N x W x 3 float32."""
-    import cv2  # not for films that stay as they are
-
-    return cv2.merge([luma] * 3)
+    color = np.empty((*luma.shape, 3), np.float32)
+    _repeat(luma, interleaved(color))
+    return color
 
 
 def _from_codes(rows: np.ndarray, encoding: Encoding) -> np.ndarray:
@@ -159,9 +159,13 @@ def _from_codes(rows: np.ndarray, encoding: Encoding) -> np.ndarray:
     if encoding.depth == 0:
         return rows
     black, white = encoding.luma_levels
-    out = np.multiply(rows, np.float32(1 / (white - black)), dtype=np.float32)
-    if black:
-        out -= np.float32(black / (white - black))
+    return from_levels(rows, black, white - black)
+
+
+def from_levels(codes: np.ndarray, zero: float, span: float) -> np.ndarray:
+    """Samples, of which `zero` becomes 0 and `span` more becomes 1, as new float32."""
+    out = np.empty(codes.shape, np.float32)
+    _decode(interleaved(codes), np.float32(1 / span), np.float32(zero / span), interleaved(out))
     return out
 
 
@@ -209,6 +213,21 @@ def _box(count: int, step: int, siting: float, shift: int, size: int) -> tuple[n
     high = np.minimum(index + 0.5, centre[:, None] + step / 2)
     weight = np.maximum(high - low, 0) / step
     return np.clip(index + shift, 0, size - 1), weight.astype(np.float32)
+
+
+@compiled
+def _repeat(luma, color):  # type: ignore[no-untyped-def]
+    for row in range(luma.shape[0]):
+        for x in range(luma.shape[1]):
+            level = luma[row, x]
+            color[row, 3 * x], color[row, 3 * x + 1], color[row, 3 * x + 2] = level, level, level
+
+
+@compiled
+def _decode(codes, gain, offset, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            out[row, x] = np.float32(codes[row, x]) * gain - offset
 
 
 @compiled

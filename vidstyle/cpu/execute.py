@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.block import FrameTime, LumaWeights, Margin, Measured, PageRegion
+from vidstyle.block import FrameTime, LumaWeights, Margin, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import compiled, mix_channels
-from vidstyle.core.measured import percentiles, sampled, sampled_picture
+from vidstyle.core.measured import percentiles, sampled, sampled_values
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     Chroma,
     chroma_radius,
     color_rows,
+    from_levels,
     gray_rgb,
     luma_from_rgb,
     luma_rows,
@@ -94,7 +95,7 @@ class FrameExecutor:
                 assembler.put_luma(top, values[made["luma"]][top - first : bottom - first])
 
         if made:
-            in_bands(self._pool, source.shape, output.radius, run)
+            in_bands(self._pool, source.shape, output.radius, run, output.channels)
         return assembler.picture()
 
     def planes(self, node: Node) -> Value:
@@ -113,7 +114,7 @@ class FrameExecutor:
         def run(top: int, bottom: int) -> None:
             self._run_band(sweep, top, bottom)
 
-        in_bands(self._pool, sweep.stores[0].shape, sweep.radius, run)
+        in_bands(self._pool, sweep.stores[0].shape, sweep.radius, run, sweep.channels)
 
     def _run_band(self, sweep: Sweep, top: int, bottom: int) -> dict[Key, Value]:
         """Compute the rows top..bottom; returns the sweep's results, at least."""
@@ -153,19 +154,22 @@ class FrameExecutor:
     def _run_block(self, node: Node, inputs: dict[str, Value], top: int, bottom: int) -> np.ndarray:
         block = node.block
         assert block is not None
-        above, below = _margin(node, top, bottom)
-        injected: dict[object, Any] = {
-            PageRegion: PageRegion(top - above, *node.shape, (above, below)),
-            Margin: (above, below),
-            LumaWeights: encoding_of(node.matrix).weights,
-            FrameTime: self._moment,
-            Measured: self._numbers.get(node.measure),  # type: ignore[arg-type]
-        }
+        margin = _margin(node, top, bottom)
         pictures = {name: inputs.get(name) for name in block.saved_refs}
-        others = {name: injected[kind] for name, kind in block.injected.items()}
+        others = {name: self._injected(kind, node, top, margin) for name, kind in block.injected.items()}
         result: np.ndarray = block.function(inputs["image"], **node.values, **pictures, **others)
-        result = result[above : above + bottom - top]
+        result = result[margin[0] : margin[0] + bottom - top]
         return np.clip(result, *node.limits, out=result) if node.limits else result
+
+    def _injected(self, kind: object, node: Node, top: int, margin: tuple[int, int]) -> Any:
+        """What a block gets that is no value of its own, from row `top` on; `kind`: of `INJECTED`."""
+        if kind is PageRegion:
+            return PageRegion(top - margin[0], *node.shape, margin)
+        if kind is Margin:
+            return margin
+        if kind is LumaWeights:
+            return encoding_of(node.matrix).weights
+        return self._moment if kind is FrameTime else self._numbers.get(node.measure)  # type: ignore[arg-type]
 
     def _load(self, node: Node, top: int, bottom: int) -> Value:
         if node.op == "plane":
@@ -178,9 +182,8 @@ class FrameExecutor:
     def _resampled(self, node: Node) -> Value:
         image, method = node.inputs["image"], node.values["method"]
         if image.grid is not None:
-            neutral, span = image.grid.chroma_levels
-            chroma = self._subsampled_chroma(image)
-            value: Value = tuple((plane.astype(np.float32) - neutral) / span for plane in chroma)
+            levels = image.grid.chroma_levels
+            value: Value = tuple(from_levels(plane, *levels) for plane in self._subsampled_chroma(image))
         else:
             value = self._load(image, 0, image.shape[0])
         if isinstance(value, tuple):
@@ -190,8 +193,7 @@ class FrameExecutor:
     def _sampled(self, node: Node) -> np.ndarray:
         """A small copy of luma or RGB that is at hand as planes, but for a conversion."""
         if node.op == "plane":
-            small = sampled_picture(self._source)
-            return (color_rows if node.kind == "color" else luma_rows)(small, 0, small.shape[0])
+            return sampled_values(self._source)
         if node.op == "luma_from_rgb" and node not in self._stored:
             return luma_from_rgb(self._sampled(node.inputs["color"]), encoding_of(node.matrix))
         return sampled(self._stored[node])

@@ -18,6 +18,9 @@ CONVERSIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gra
 WHOLE = ("plane", "resample")
 """Operations whose result exists as whole planes in any case."""
 
+CHANNELS = {"luma": 1, "chroma": 2, "color": 3}
+"""Numbers of a pixel, by the kind of a node."""
+
 Key = tuple[Node, int]
 """A node, and how many rows above and below the band it is computed for."""
 
@@ -57,6 +60,11 @@ class Sweep:
     results: tuple[Node, ...]
     stores: tuple[Node, ...]
     radius: int
+
+    @property
+    def channels(self) -> int:
+        """Numbers of a pixel in its largest value."""
+        return max(CHANNELS[step.node.kind] for step in self.steps)
 
 
 Task = Sweep | Node | Measure[Node]

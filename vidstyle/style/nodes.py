@@ -110,7 +110,7 @@ class Node:
     is_wide: bool = False
     follows_overshoot: bool = False
 
-    @property
+    @cached_property
     def limits(self) -> tuple[float, float] | None:
         """What its values are clipped to, so that no chain of steps leaves all bounds; None: they are not.
 
