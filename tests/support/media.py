@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import cache, wraps
+from functools import cache, lru_cache, wraps
 from pathlib import Path
+from typing import Any
 
 import av
 import cv2
@@ -45,18 +46,20 @@ def moving_frames(
     frames: int = 30, size: tuple[int, int] = (320, 180), name: str = "coffee"
 ) -> Iterator[np.ndarray]:
     """Frames of a smooth pan over a photograph: H x W x 3 uint8 RGB; `size` is (width, height)."""
+    return (moving_frame(number, size, name) for number in range(frames))
+
+
+def moving_frame(number: int, size: tuple[int, int], name: str = "coffee") -> np.ndarray:
+    """One of `moving_frames`."""
     still = photograph(name)
     width, height = size
     zoom = 1.3 * max(width / still.shape[1], height / still.shape[0])
     still = _blurred(name, max(0.6, 0.5 / zoom))
-    for number in range(frames):
-        turn = cv2.getRotationMatrix2D(
-            (still.shape[1] / 2, still.shape[0] / 2), 3 * np.sin(number / 17), zoom
-        )
-        turn[:, 2] += (width - still.shape[1]) / 2, (height - still.shape[0]) / 2
-        turn[0, 2] += 0.08 * width * np.sin(number / 23)
-        turn[1, 2] += 0.08 * height * np.sin(number / 31)
-        yield cv2.warpAffine(still, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
+    turn = cv2.getRotationMatrix2D((still.shape[1] / 2, still.shape[0] / 2), 3 * np.sin(number / 17), zoom)
+    turn[:, 2] += (width - still.shape[1]) / 2, (height - still.shape[0]) / 2
+    turn[0, 2] += 0.08 * width * np.sin(number / 23)
+    turn[1, 2] += 0.08 * height * np.sin(number / 31)
+    return cv2.warpAffine(still, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
 
 
 def planes_from_rgb(
@@ -132,10 +135,17 @@ def frame_from_rgb(
     (alpha: the ramp too).
     """
     height, width = rgb.shape[:2]
+    planes = stored_planes(rgb, pix_fmt, matrix, full_range, transfer)
+    return _frame_of(planes, (width, height), pix_fmt)
+
+
+def stored_planes(
+    rgb: np.ndarray, pix_fmt: str, matrix: str, full_range: bool, transfer: str
+) -> list[np.ndarray]:
+    """The planes of an RGB picture as a frame holds them; of RGB formats the picture with the ramp."""
+    height, width = rgb.shape[:2]
     if not pix_fmt.startswith(("yuv", "gray")):
-        with_alpha = np.dstack([rgb, alpha_ramp(height, width)])
-        return fill_frame(av.VideoFrame(width, height, "rgba"), [with_alpha]).reformat(format=pix_fmt)
-    frame = av.VideoFrame(width, height, pix_fmt)
+        return [np.dstack([rgb, alpha_ramp(height, width)])]
     signal = rgb.astype(np.float32) / 255
     signal = hdr_signal(signal, transfer) if transfer else signal
     depth = next((int(bits) for bits in ("10", "12", "16") if f"{bits}le" in pix_fmt), 8)
@@ -145,7 +155,19 @@ def frame_from_rgb(
         planes = planes[:1]
     if pix_fmt.startswith("yuva"):
         planes.append(alpha_ramp(height, width))
-    return fill_frame(frame, planes)
+    return planes
+
+
+@lru_cache(1000)
+def _moving_planes(number: int, size: tuple[int, int], name: str, *stored: Any) -> list[np.ndarray]:
+    """The planes of a frame that many films begin with."""
+    return stored_planes(moving_frame(number, size, name), *stored)
+
+
+def _frame_of(planes: Sequence[np.ndarray], size: tuple[int, int], pix_fmt: str) -> av.VideoFrame:
+    if not pix_fmt.startswith(("yuv", "gray")):
+        return fill_frame(av.VideoFrame(*size, "rgba"), planes).reformat(format=pix_fmt)
+    return fill_frame(av.VideoFrame(*size, pix_fmt), planes)
 
 
 def alpha_ramp(height: int, width: int) -> np.ndarray:
@@ -232,9 +254,10 @@ def make_clip(
             write_sound(container, sound, 300 + 200 * number, length)
         for line in lines:
             _write_subtitles(container, line, length)
-        pictures = moving_frames(len(times), size, photograph_name)
-        for time, rgb in zip(times, pictures, strict=True):
-            frame = frame_from_rgb(rgb, pix_fmt, matrix, full_range, transfer)
+        stored = pix_fmt, matrix, full_range, transfer
+        for number, time in enumerate(times):
+            planes = _moving_planes(number, tuple(size), photograph_name, *stored)
+            frame = _frame_of(planes, size, pix_fmt)
             if interlaced:
                 frame = _interlace(frame)
             _tag(frame, matrix if tagged else "", full_range, transfer)

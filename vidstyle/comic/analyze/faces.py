@@ -89,7 +89,9 @@ def skin_map(color: np.ndarray) -> np.ndarray:
 
 def is_colorful(color: np.ndarray) -> bool:
     """Whether a picture has colours, not only grays."""
-    return bool(np.mean(color.max(axis=2) - color.min(axis=2)) > 8)
+    red, green, blue = cv2.split(color)
+    brightest, darkest = cv2.max(cv2.max(red, green), blue), cv2.min(cv2.min(red, green), blue)
+    return bool(np.mean(brightest - darkest) > 8)
 
 
 def _networks(folder: Path) -> _Finder:

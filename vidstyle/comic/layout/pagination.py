@@ -89,22 +89,25 @@ class Pagination:
         sizes = (self._most + 1, self._high + 1, len(self._after))
         filled = [np.full(sizes, np.inf) for _ in range(self._count + 1)]
         for moment in range(self._count):
-            entry = self._entry(filled[moment])
+            # No page holds more panels than there are before.
+            on_page = min(moment, self._most) + 1
+            entry = self._entry(filled[moment][:on_page])
             for count, best in self._rows.items():
                 if moment + count > self._count or count > self._most:
                     continue
-                reached = filled[moment + count][count:]
-                usual = entry[: len(reached)]
+                row_types = self._row_types.of_rows(count)
+                reached = filled[moment + count][count : count + on_page, :, row_types]
+                usual = entry[: len(reached), :, row_types]
                 for high in range(1, self._high + 1):
-                    cost = usual[:, : self._high + 1 - high] + best[moment, :, high]
+                    cost = usual[:, : self._high + 1 - high] + best[moment, row_types, high]
                     np.minimum(reached[:, high:], cost, out=reached[:, high:])
         return filled
 
     def _entry(self, filled: np.ndarray) -> np.ndarray:
         """The least cost before a row of each type: panels on the page x units filled x type of that row."""
-        entry = np.full(filled.shape, np.inf)
-        for row_type in range(len(self._after)):
-            entry[:, :, row_type] = (filled + self._after[:, row_type]).min(axis=2)
+        by_type = np.ascontiguousarray(filled.reshape(-1, len(self._after)).T)
+        least = [(by_type + after[:, np.newaxis]).min(axis=0) for after in self._after.T]
+        entry = np.stack(least, axis=1).reshape(filled.shape)
         entry[0, 0] = 0.0
         return entry
 
@@ -215,6 +218,12 @@ class RowTypes:
         if columns == 1:
             return min(_HEIGHTS - 1, high * 2 * _HEIGHTS // (self.high + 1))
         return _HEIGHTS + (columns - 2) * (self.wide - 1) + split - 1
+
+    def of_rows(self, count: int) -> slice:
+        """All types that rows of `count` panels may have."""
+        if count == 1:
+            return slice(_HEIGHTS)
+        return slice(_HEIGHTS, self.of(min(count, self.columns), self.wide - 1, 0) + 1)
 
     def split_of(self, row_type: int) -> tuple[int, int]:
         """The columns and the first split of a type; 1 and 0 for a row of one panel."""
