@@ -55,7 +55,9 @@ class FrameTracer:
         if event == "call":
             # A generator that goes on still has the frame before among its variables.
             resumed = frame.f_code.co_flags & inspect.CO_GENERATOR
-            if not resumed and holds_frame(list(frame.f_locals.values()), self._rows):
+            # One that is enclosed may be called while another thread works for it: it counts by its return.
+            given = [value for name, value in frame.f_locals.items() if name not in frame.f_code.co_freevars]
+            if not resumed and holds_frame(given, self._rows):
                 self._given.add(frame)
                 self._note(frame)
             return

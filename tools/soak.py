@@ -19,6 +19,7 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.write.memory import write_film
+from vidstyle.pipeline import stages
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import render
 
@@ -26,6 +27,10 @@ WARM_UP = 500
 """Frames after which every buffer has been made once."""
 END = 100
 """Frames before the end from which on the reading thread may be through."""
+MIN_SAMPLES = 10
+"""Fewer tell no slope."""
+SAMPLE_SECONDS = 0.002
+"""How often progress is told: a quick machine is through with hundreds of small frames in 0.1 s."""
 MAX_MEGABYTES = 1.0
 """Memory growth in 10,000 frames at most; steps of the allocator count for more in shorter runs."""
 
@@ -47,7 +52,10 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     size, rate = tuple(arguments.size), arguments.rate
+    stages.WATCH_SECONDS = SAMPLE_SECONDS
     samples, apart = soak(arguments.frames, arguments.style, size, arguments.kind, rate)
+    if len(samples) < MIN_SAMPLES:
+        sys.exit(f"{len(samples)} samples are too few; render more --frames")
     _, resident, threads, files = samples.T
     slope = growth(samples)
     print(
