@@ -25,7 +25,7 @@ RESULT_FACTOR = 0.6
 """Factor on the weight for the result of a style, whose input is stabilized already."""
 MIN_MOTION = 0.35
 """Minimum motion in pixels for which a result is warped, as each interpolation blurs lines a little more."""
-MAX_STILL = 1.0
+MAX_STILL = 1
 """Mean change of the copy, in codes of 8 bits, below which nothing moves."""
 NOISE_AREA = 5
 """Pixels on a side over which changes of the copy are averaged."""
@@ -33,8 +33,8 @@ NOISE_SAMPLES = 160
 """Places on the longer side at which noise is measured."""
 MAX_JUMP = 0.5
 """Motion that differs by more pixels of the copy between neighbours has a border there."""
-MAX_RESIDUAL = 0.75
-"""Motion is accepted where its residual is at most this multiple of the residual without motion."""
+MAX_RESIDUAL = 3, 4
+"""Motion is accepted where its residual is less than this fraction of the residual without motion."""
 MIN_LIMIT = 2.5 / 255
 """Smallest limit of change, for a film without noise."""
 NOISE_FACTOR = 2.5
@@ -70,7 +70,7 @@ class Warp:
         if self.flow is None or self.is_fixed:
             return None
         moves = self._speed >= MIN_MOTION
-        return self.flow * moves if moves.any() else None
+        return cv2.copyTo(self.flow, moves.view(np.uint8)) if moves.any() else None
 
     @cached_property
     def result_guide(self) -> np.ndarray:
@@ -85,13 +85,14 @@ class Warp:
         if self.flow is None:
             return np.ones((1, 1, 1), np.float32)
         if self.is_fixed:
-            return np.clip(1 - self._speed / MIN_MOTION, 0, 1)
+            return np.clip(1 - self._speed / MIN_MOTION, 0, 1)[..., None]
         return np.float32(1) - _jumps(self.flow, self.max_jump)[..., None]
 
     @property
     def _speed(self) -> np.ndarray:
+        """Of each cell in pixels, h x w float32."""
         assert self.flow is not None
-        return cv2.magnitude(*cv2.split(self.flow))[..., None]
+        return cv2.magnitude(*cv2.split(self.flow))
 
 
 def _jumps(flow: np.ndarray, most: float) -> np.ndarray:
@@ -189,7 +190,8 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.
     moved = cv2.remap(
         before, flow + _places(now.shape), places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
-    return (still > MAX_STILL * NOISE_AREA**2) & (_change(now, moved) < MAX_RESIDUAL * still)
+    part, whole = MAX_RESIDUAL
+    return (still > MAX_STILL * NOISE_AREA**2) & (whole * _change(now, moved) < part * still)
 
 
 @lru_cache(1)

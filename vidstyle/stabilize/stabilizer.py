@@ -190,7 +190,8 @@ def segment_flow(flow: np.ndarray | None, width: int, step: tuple[int, int]) -> 
         width: of the plane.
         step: luma pixels for each of its samples, across and down.
     """
-    return in_segments(flow, width) / np.array(step, np.float32)
+    segments = in_segments(flow, width)
+    return segments if step == (1, 1) else segments / np.array(step, np.float32)
 
 
 def _plane_moves(flow: np.ndarray | None, dtype: np.dtype, width: int, step: tuple[int, int]) -> Moves:
