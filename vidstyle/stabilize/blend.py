@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.stabilize.blend_codes import LIMIT_STEPS, WHOLE, result_code_rows, source_code_rows
 from vidstyle.stabilize.blend_floats import result_float_rows, source_float_rows
 from vidstyle.stabilize.segment import SEGMENT
-from vidstyle.stabilize.warp import Moves, whole_segments
+from vidstyle.stabilize.warp import LINES, Moves, whole_segments
 
 Rows = Callable[[int, int], None]
 """Computes the rows from the first number to before the second."""
@@ -59,14 +59,16 @@ def source_rows(
     def run(top: int, bottom: int) -> None:
         kept = np.empty((1, width), np.uint8) if weights is None else weights
         same = plane, before, samples, moves, guide, step
-        lines, changes = np.empty((5, padded), out.dtype), np.empty((4, width + 2), out.dtype)
+        lines, changes = np.empty((LINES, padded), out.dtype), np.empty((3, width + 2), out.dtype)
+        squares = changes, np.empty(width + 2, out.dtype)
         beside = np.empty(4 * SEGMENT, out.dtype)
         if floats:
-            source_float_rows(*same, numbers, (top, bottom), (lines, changes, beside), kept, out)
+            scratch = lines, squares, (np.empty(width, out.dtype), np.empty(width, out.dtype)), beside
+            source_float_rows(*same, numbers, (top, bottom), scratch, kept, out)
         else:
-            own, ones = np.empty(width, np.uint8), np.full(width, WHOLE, np.uint8)
-            scratch = lines, changes, own, ones, beside
-            source_code_rows(*same, numbers, (top, bottom), scratch, kept, out)
+            others = np.empty((3, width), out.dtype)
+            own = np.empty(width, np.uint8), np.full(width, WHOLE, np.uint8)
+            source_code_rows(*same, numbers, (top, bottom), (lines, squares, others, own, beside), kept, out)
 
     return run
 
@@ -98,13 +100,14 @@ def result_rows(
 
     def run(top: int, bottom: int) -> None:
         same = plane, before, samples, moves
-        lines, beside = np.empty((2, padded), out.dtype), np.empty(4 * SEGMENT, out.dtype)
+        lines, beside = np.empty((LINES, padded), out.dtype), np.empty(4 * SEGMENT, out.dtype)
+        factors = np.empty(width, out.dtype)
         if out.dtype == np.float32:
-            factors = parts * np.float32(weight)
-            result_float_rows(*same, factors, guide, step, (top, bottom), (lines, beside), out)
+            shares = parts * np.float32(weight)
+            result_float_rows(*same, shares, guide, step, (top, bottom), (lines, factors, beside), out)
             codes[top:bottom] = out[top:bottom]
         else:
-            scratch = lines, np.empty(width, np.uint8), beside
+            scratch = lines, factors, np.empty(width, np.uint8), beside
             result_code_rows(*same, stored, guide, step, numbers, (top, bottom), scratch, out, codes)
 
     return run

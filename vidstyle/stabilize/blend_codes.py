@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled
 from vidstyle.stabilize.segment import SEGMENT
-from vidstyle.stabilize.warp import grid_row, warp_row
+from vidstyle.stabilize.warp import LINES, grid_row, has_moved, warp_group
 
 WHOLE = 255
 """The weight 1 as it is stored."""
@@ -29,22 +29,25 @@ def source_code_rows(plane, before, samples, moves, guide, step, numbers, rows, 
     """
     across, down = step
     codes, rate = numbers
-    lines, squares, stored, ones, beside = scratch
-    factors, (top, bottom), height = lines[4], rows, plane.shape[0]
-    for row in range(top - 1, bottom + 1):
-        y = min(max(row, 0), height - 1)
-        line, values = lines[row % 2], lines[2 + row % 2]
-        warp_row(before, samples, y, moves, beside, line)
-        _change_of_row(plane[y], codes, line, values, squares[row % 3])
-        if row > top:
-            done = row - 1
-            if guide.size > 1:
-                _row_weights(squares, rate, stored)
-                _set_factors(stored, guide[done * down], across, codes[4], factors)
-            else:
-                _row_weights(squares, rate, weights[done])
-                _set_factors(ones, weights[done], 1, codes[4], factors)
-            _blend_row(lines[2 + done % 2], lines[done % 2], factors, out[done])
+    lines, (squares, columns), others, (stored, ones), beside = scratch
+    (top, bottom), last, factors = rows, plane.shape[0] - 1, others[2]
+    warped = compared = max(top - 1, 0)
+    for y in range(top, bottom):
+        while compared <= min(y + 1, last):
+            if compared == warped:
+                warped = warp_group(before, samples, warped, min(bottom, last) + 1, moves, beside, lines)
+            old = lines[compared % LINES] if has_moved(compared, last + 1, moves) else before[compared]
+            _change_of_row(plane[compared], codes, old, others[compared % 2], squares[compared % 3])
+            compared += 1
+        _add_rows(squares[max(y - 1, 0) % 3], squares[y % 3], squares[min(y + 1, last) % 3], columns)
+        if guide.size > 1:
+            _row_weights(columns, rate, stored)
+            _set_factors(stored, guide[y * down], across, codes[4], factors)
+        else:
+            _row_weights(columns, rate, weights[y])
+            _set_factors(ones, weights[y], 1, codes[4], factors)
+        old = lines[y % LINES] if has_moved(y, last + 1, moves) else before[y]
+        _blend_row(others[y % 2], old, factors, out[y])
 
 
 @compiled
@@ -57,17 +60,18 @@ def result_code_rows(plane, before, samples, moves, parts, guide, step, numbers,
             weight of the previous plane, 1 as 257.
     """
     across, down = step
-    (lines, of_row, beside), filled = scratch, -1
-    line, factors = lines[0], lines[1]
-    for row in range(rows[0], rows[1]):
-        warp_row(before, samples, row, moves, beside, line)
-        place = grid_row(row, plane.shape[0], parts.shape[0])
+    (lines, factors, of_row, beside), filled, warped = scratch, -1, rows[0]
+    for y in range(rows[0], rows[1]):
+        if y == warped:
+            warped = warp_group(before, samples, y, rows[1], moves, beside, lines)
+        place = grid_row(y, plane.shape[0], parts.shape[0])
         if place != filled:
             for x in range(of_row.size):
                 of_row[x] = parts[place, x // SEGMENT]
             filled = place
-        _set_factors(of_row, guide[row * down], across, numbers[3], factors)
-        _blend_result(plane[row], numbers, line, factors, out[row], codes[row])
+        _set_factors(of_row, guide[y * down], across, numbers[3], factors)
+        old = lines[y % LINES] if has_moved(y, plane.shape[0], moves) else before[y]
+        _blend_result(plane[y], numbers, old, factors, out[y], codes[y])
 
 
 @compiled
@@ -100,13 +104,16 @@ def _change_of_row(now, numbers, line, values, squares):  # type: ignore[no-unty
     squares[0], squares[now.size + 1] = squares[1], squares[now.size]
 
 
+@compiled
+def _add_rows(first, second, third, columns):  # type: ignore[no-untyped-def]
+    for x in range(columns.size):
+        columns[x] = _bounded_sum(_bounded_sum(first[x], second[x]), third[x])
+
+
 @compiled(fastmath=True)
-def _row_weights(squares, rate, weights):  # type: ignore[no-untyped-def]
+def _row_weights(columns, rate, weights):  # type: ignore[no-untyped-def]
     """Reciprocals may be approximate, which takes a third of the time."""
     one, half, whole = np.float32(1), np.float32(0.5), np.float32(WHOLE)
-    first, second, third, columns = squares[0], squares[1], squares[2], squares[3]
-    for x in range(weights.size + 2):
-        columns[x] = _bounded_sum(_bounded_sum(first[x], second[x]), third[x])
     for x in range(weights.size):
         change = _bounded_sum(_bounded_sum(columns[x], columns[x + 1]), columns[x + 2])
         ratio = np.float32(np.int32(change)) * rate

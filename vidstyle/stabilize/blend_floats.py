@@ -7,7 +7,7 @@ import numpy as np
 from vidstyle.core.kernels import compiled
 from vidstyle.stabilize.blend_codes import WHOLE
 from vidstyle.stabilize.segment import SEGMENT
-from vidstyle.stabilize.warp import grid_row, warp_row
+from vidstyle.stabilize.warp import LINES, grid_row, has_moved, warp_group
 
 _ONE = np.float32(1)
 _PART = np.float32(1 / WHOLE)
@@ -22,25 +22,28 @@ def source_float_rows(plane, before, samples, moves, guide, step, numbers, rows,
     """
     across, down = step
     gain, offset, weight, rate = numbers
-    lines, changes, beside = scratch
-    (top, bottom), height = rows, plane.shape[0]
-    for row in range(top - 1, bottom + 1):
-        y = min(max(row, 0), height - 1)
-        line = lines[row % 2]
-        warp_row(before, samples, y, moves, beside, line)
-        _change_of_row(plane[y], gain, offset, line, changes[row % 3])
-        if row > top:
-            done = row - 1
-            stored, old = weights[done % weights.shape[0]], lines[done % 2]
-            _row_weights(changes, rate, stored)
-            _set_weights(stored, 1, weight, lines[2])
-            if guide.size > 1:
-                _set_weights(guide[done * down], across, _ONE, lines[3])
-                for x in range(plane.shape[1]):
-                    lines[2, x] *= lines[3, x]
+    lines, (changes, columns), (own, other), beside = scratch
+    (top, bottom), last = rows, plane.shape[0] - 1
+    warped = compared = max(top - 1, 0)
+    for y in range(top, bottom):
+        while compared <= min(y + 1, last):
+            if compared == warped:
+                warped = warp_group(before, samples, warped, min(bottom, last) + 1, moves, beside, lines)
+            old = lines[compared % LINES] if has_moved(compared, last + 1, moves) else before[compared]
+            _change_of_row(plane[compared], gain, offset, old, changes[compared % 3])
+            compared += 1
+        _add_rows(changes[max(y - 1, 0) % 3], changes[y % 3], changes[min(y + 1, last) % 3], columns)
+        old = lines[y % LINES] if has_moved(y, last + 1, moves) else before[y]
+        stored = weights[y % weights.shape[0]]
+        _row_weights(columns, rate, stored)
+        _set_weights(stored, 1, weight, own)
+        if guide.size > 1:
+            _set_weights(guide[y * down], across, _ONE, other)
             for x in range(plane.shape[1]):
-                value = np.float32(plane[done, x]) * gain + offset
-                out[done, x] = value + lines[2, x] * (old[x] - value)
+                own[x] *= other[x]
+        for x in range(plane.shape[1]):
+            value = np.float32(plane[y, x]) * gain + offset
+            out[y, x] = value + own[x] * (old[x] - value)
 
 
 @compiled
@@ -51,15 +54,16 @@ def result_float_rows(plane, before, samples, moves, parts, guide, step, rows, s
         parts: weight of the previous plane in segments, h x w float32.
     """
     across, down = step
-    lines, beside = scratch
-    line, weights = lines[0], lines[1]
-    for row in range(rows[0], rows[1]):
-        warp_row(before, samples, row, moves, beside, line)
-        _set_weights(guide[row * down], across, _ONE, weights)
-        place = grid_row(row, plane.shape[0], parts.shape[0])
+    (lines, weights, beside), warped = scratch, rows[0]
+    for y in range(rows[0], rows[1]):
+        if y == warped:
+            warped = warp_group(before, samples, y, rows[1], moves, beside, lines)
+        _set_weights(guide[y * down], across, _ONE, weights)
+        place = grid_row(y, plane.shape[0], parts.shape[0])
+        old = lines[y % LINES] if has_moved(y, plane.shape[0], moves) else before[y]
         for x in range(plane.shape[1]):
-            value = plane[row, x]
-            out[row, x] = value + parts[place, x // SEGMENT] * weights[x] * (line[x] - value)
+            value = plane[y, x]
+            out[y, x] = value + parts[place, x // SEGMENT] * weights[x] * (old[x] - value)
 
 
 @compiled
@@ -71,11 +75,14 @@ def _change_of_row(now, gain, offset, line, change):  # type: ignore[no-untyped-
 
 
 @compiled
-def _row_weights(changes, rate, weights):  # type: ignore[no-untyped-def]
-    one, whole, half = np.float32(1), np.float32(WHOLE), np.float32(0.5)
-    first, second, third, columns = changes[0], changes[1], changes[2], changes[3]
-    for x in range(weights.size + 2):
+def _add_rows(first, second, third, columns):  # type: ignore[no-untyped-def]
+    for x in range(columns.size):
         columns[x] = first[x] + second[x] + third[x]
+
+
+@compiled
+def _row_weights(columns, rate, weights):  # type: ignore[no-untyped-def]
+    one, whole, half = np.float32(1), np.float32(WHOLE), np.float32(0.5)
     for x in range(weights.size):
         ratio = (columns[x] + columns[x + 1] + columns[x + 2]) * rate
         weights[x] = np.uint8(whole / (one + ratio * ratio) + half)

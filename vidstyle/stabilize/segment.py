@@ -17,59 +17,104 @@ SEGMENT = 16
 
 
 class SegmentIntrinsic(Intrinsic):
-    """`take_segment(samples, first, under, weights, line, start)` for compiled functions.
+    """`take_segment(samples, first, stride, weights, lines, place, pitch)` for compiled functions.
 
-    Writes `SEGMENT` samples of `line`, from `start` on: each is the weighted sum of a sample, of that right
-    of it, and of the two below.
+    Writes `SEGMENT` samples in each of a number of rows: each is the weighted sum of a sample, of that right
+    of it, and of the two below. The rows are written out one after the other, not as a loop: out of a loop
+    LLVM takes the widening of the weights, and then no longer sees that products of 16 bits do.
+
+    Args:
+        rows: how many.
 
     Args of the compiled call:
         samples: a plane as one row, uint16 or float32, contiguous.
-        first, under: integers, the index of the first sample, and of the one below it. The caller makes sure
-            that `SEGMENT` + 1 samples follow each.
+        first, stride: integers, the index of the first sample, and the distance to the one below it. The
+            caller makes sure that `SEGMENT` + 1 samples follow each.
         weights: a tuple of four: of a sample, right of it, below, and below on the right; float32, or
             65536ths in uint16, of a sum of at most 65535.
-        line: of the same type, contiguous.
-        start: integer.
+        lines: of the same type, contiguous, written from number `place` on.
+        place, pitch: integers; the distance from one row to the next.
     """
+
+    def __init__(self, rows: int) -> None:
+        self._rows = rows
 
     def typed(self, void: Any) -> Callable[..., Any]:
         def take_segment(
-            typing_context: Any, samples: Any, first: Any, under: Any, weights: Any, line: Any, start: Any
-        ) -> Any:
-            return void(samples, first, under, weights, line, start), _emit_code
+            typing_context: Any, samples: Any, first: Any, stride: Any, weights: Any, lines: Any, place: Any,
+            pitch: Any,
+        ) -> Any:  # fmt: skip
+            return void(samples, first, stride, weights, lines, place, pitch), self._emit
 
         return take_segment
 
-
-def _emit_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    ir: Any = importlib.import_module("llvmlite.ir")
-    proxies: Any = importlib.import_module("numba.core.cgutils")
-    kinds = signature.args
-    samples, line = (
-        proxies.create_struct_proxy(kinds[number])(context, builder, arguments[number]).data
-        for number in (0, 4)
-    )
-    item, index = context.get_data_type(kinds[0].dtype), ir.IntType(64)
-    floats, row = item == ir.FloatType(), ir.VectorType(item, SEGMENT)
-    wide = row if floats else ir.VectorType(ir.IntType(32), SEGMENT)
-    total = row(None) if floats else row([1] * SEGMENT)
-    for number in range(4):
-        place = builder.add(arguments[1 + number // 2], ir.Constant(index, number % 2))
-        taken = builder.load(builder.bitcast(builder.gep(samples, [place]), row.as_pointer()))
-        taken.align = kinds[0].dtype.bitwidth // 8
-        weight = builder.extract_value(arguments[3], number)
-        same = builder.insert_element(row(ir.Undefined), weight, ir.Constant(ir.IntType(32), 0))
-        same = builder.shuffle_vector(same, same, ir.VectorType(ir.IntType(32), SEGMENT)([0] * SEGMENT))
-        if floats:
-            product = builder.fmul(taken, same, flags=["contract"])
-            total = builder.fadd(total, product, flags=["contract"])
-        else:
-            product = builder.mul(builder.zext(taken, wide), builder.zext(same, wide))
-            upper = builder.lshr(product, wide([16] * SEGMENT))
-            total = builder.add(total, builder.trunc(upper, row))
-    target = builder.bitcast(builder.gep(line, [arguments[5]]), row.as_pointer())
-    builder.store(total, target).align = kinds[0].dtype.bitwidth // 8
-    return context.get_dummy_value()
+    def _emit(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        numba: Any = importlib.import_module("numba.core.cgutils")
+        (samples, first, stride), weights, (lines, place, pitch) = arguments[:3], arguments[3], arguments[4:]
+        item = context.get_data_type(signature.args[0].dtype)
+        samples, lines = (
+            numba.create_struct_proxy(signature.args[number])(context, builder, value).data
+            for number, value in ((0, samples), (4, lines))
+        )
+        emitter = _Emitter(builder, item, signature.args[0].dtype.bitwidth // 8)
+        factors = [emitter.everywhere(builder.extract_value(weights, number)) for number in range(4)]
+        above = emitter.pair(samples, first)
+        for _ in range(self._rows):
+            first = builder.add(first, stride)
+            below = emitter.pair(samples, first)
+            emitter.store(emitter.weighted_sum([*above, *below], factors), lines, place)
+            above, place = below, builder.add(place, pitch)
+        return context.get_dummy_value()
 
 
-take_segment: Any = SegmentIntrinsic()
+class _Emitter:
+    """Emits vectors of `SEGMENT` numbers of one type, of so many bytes."""
+
+    def __init__(self, builder: Any, item: Any, size: int) -> None:
+        self._ir: Any = importlib.import_module("llvmlite.ir")
+        self._builder, self._size, self._row = builder, size, self._ir.VectorType(item, SEGMENT)
+        self._wide = self._ir.VectorType(self._ir.IntType(32), SEGMENT)
+        self._is_float = item == self._ir.FloatType()
+
+    def everywhere(self, number: Any) -> Any:
+        """A vector of one number."""
+        zero = self._ir.IntType(32)(0)
+        alone = self._builder.insert_element(self._row(self._ir.Undefined), number, zero)
+        return self._builder.shuffle_vector(alone, alone, self._wide([0] * SEGMENT))
+
+    def pair(self, samples: Any, first: Any) -> list[Any]:
+        """The samples from number `first` on, and those right of them."""
+        places = first, self._builder.add(first, first.type(1))
+        loaded = [self._builder.load(self._address(samples, place)) for place in places]
+        for each in loaded:
+            each.align = self._size
+        return loaded
+
+    def weighted_sum(self, vectors: list[Any], factors: list[Any]) -> Any:
+        """The sum of products; of whole numbers their upper halves, and 1."""
+        builder = self._builder
+        total = self._row(None) if self._is_float else self._row([1] * SEGMENT)
+        for vector, factor in zip(vectors, factors, strict=True):
+            if self._is_float:
+                product = builder.fmul(vector, factor, flags=["contract"])
+                total = builder.fadd(total, product, flags=["contract"])
+            else:
+                product = builder.mul(builder.zext(vector, self._wide), builder.zext(factor, self._wide))
+                upper = builder.lshr(product, self._wide([16] * SEGMENT))
+                total = builder.add(total, builder.trunc(upper, self._row))
+        return total
+
+    def store(self, vector: Any, lines: Any, place: Any) -> None:
+        """Write a vector from number `place` on."""
+        self._builder.store(vector, self._address(lines, place)).align = self._size
+
+    def _address(self, samples: Any, place: Any) -> Any:
+        return self._builder.bitcast(self._builder.gep(samples, [place]), self._row.as_pointer())
+
+
+GROUP = 4
+"""Rows that are moved alike, of which most samples are read once instead of twice."""
+
+take_segment: Any = SegmentIntrinsic(1)
+take_segments: Any = SegmentIntrinsic(GROUP)
+"""For `GROUP` rows."""

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from vidstyle.core.kernels import compiled, index_at
-from vidstyle.stabilize.segment import SEGMENT, take_segment
+from vidstyle.stabilize.segment import GROUP, SEGMENT, take_segment, take_segments
 
 STILL = np.zeros((1, 1, 2), np.float32)
 """The flow of a film in which nothing moves."""
 WHOLE_PART = 65535
 """The sum of the weights of four samples as `Moves` has them for planes of 16 bits."""
+
+LINES = 2 * GROUP
+"""Lines that warped rows are put into in turn: those of one group, and of the one before it."""
 
 Moves = tuple[np.ndarray, np.ndarray, np.ndarray]
 """For each segment: int32, h x w x 2, whole samples to the right and down; h x w x 4, weights of a sample, of
@@ -37,7 +40,7 @@ def in_segments(grid: np.ndarray | None, width: int) -> np.ndarray:
 
 
 def moves_of(flow: np.ndarray, width: int, dtype: np.dtype) -> Moves:
-    """What `warp_row` needs of the flow of a plane's segments, computed once for all of its rows.
+    """What `warp_group` needs of the flow of a plane's segments, computed once for all of its rows.
 
     Args:
         flow: where each segment was, in samples of the plane to the right and down; see `in_segments`.
@@ -51,26 +54,36 @@ def moves_of(flow: np.ndarray, width: int, dtype: np.dtype) -> Moves:
 
 
 @compiled
-def warp_row(before, samples, y, moves, beside, line):  # type: ignore[no-untyped-def]
-    """Fill a line with row `y` of a plane as the plane before shows it, linear between samples.
+def warp_group(before, samples, y, bottom, moves, beside, lines):  # type: ignore[no-untyped-def]
+    """Fill lines with rows of a plane as the plane before shows them, linear between samples.
 
     Args:
         before, samples: H x W, and the same as one row; uint16 or float32.
+        y: the first row.
+        bottom: the row before which to stop, at the latest.
         moves: see `moves_of`.
         beside: 4 x `SEGMENT`, of the same type; scratch.
-        line: whole segments, of the same type.
+        lines: `LINES` x whole segments, of the same type; row y belongs in that of number
+            y % `LINES`, if it `has_moved`.
+
+    Returns:
+        The row after the last one that was warped.
     """
     places, parts, rows = moves
-    row = grid_row(y, before.shape[0], rows.shape[0])
-    if rows[row, 0]:
-        for x in range(before.shape[1]):
-            line[x] = before[y, x]
-        return
-    start, end = rows[row, 1], rows[row, 2]
-    _warp_segments(before, samples, y, places[row, start:end], parts[row, start:end], start, line)
-    for segment in range(places.shape[1]):
-        if segment < start or segment >= end:
-            _warp_at_border(before, y, segment, places[row, segment], parts[row, segment], beside, line)
+    row, height = grid_row(y, before.shape[0], rows.shape[0]), before.shape[0]
+    end = y + 1
+    while end % GROUP and end < bottom and grid_row(end, height, rows.shape[0]) == row:
+        end += 1
+    if not rows[row, 0]:
+        _warp_alike(before, samples, (y, end), places[row], parts[row], rows[row], beside, lines)
+    return end
+
+
+@compiled
+def has_moved(y, height, moves):  # type: ignore[no-untyped-def]
+    """Whether a row is in its line after `warp_group`; else it is that of the plane before."""
+    rows = moves[2]
+    return rows[grid_row(y, height, rows.shape[0]), 0] == 0
 
 
 @compiled
@@ -119,26 +132,36 @@ def _fill_moves(flow, width, whole, places, parts, rows):  # type: ignore[no-unt
 
 
 @compiled
-def _warp_segments(before, samples, y, places, parts, start, line):  # type: ignore[no-untyped-def]
-    last, width = before.shape[0] - 1, before.shape[1]
+def _warp_alike(before, samples, span, places, parts, columns, beside, lines):  # type: ignore[no-untyped-def]
+    """Warp the rows from the first of a span to before the second, whose segments are moved alike."""
+    (y, end), last, width, pitch = span, before.shape[0] - 1, before.shape[1], lines.shape[1]
     for segment in range(places.shape[0]):
+        right, down = places[segment, 0], places[segment, 1]
         weights = parts[segment, 0], parts[segment, 1], parts[segment, 2], parts[segment, 3]
-        first, upper = (start + segment) * SEGMENT, y + places[segment, 1]
-        lower = min(max(upper + 1, 0), last) * width + first + places[segment, 0]
-        upper = min(max(upper, 0), last) * width + first + places[segment, 0]
-        take_segment(samples, upper, lower, weights, line, first)
+        first, line = segment * SEGMENT, y % LINES * pitch + segment * SEGMENT
+        if segment < columns[1] or segment >= columns[2]:
+            for row in range(y, end):
+                _take_border(before, row + down, first + right, beside)
+                take_segment(beside, 0, 2 * SEGMENT, weights, lines, line + (row - y) * pitch, pitch)
+        elif end - y == GROUP and y + down >= 0 and end + down <= last:
+            place = (y + down) * width + first + right
+            take_segments(samples, place, width, weights, lines, line, pitch)
+        else:
+            for row in range(y + down, end + down):
+                upper, lower = min(max(row, 0), last) * width, min(max(row + 1, 0), last) * width
+                place = upper + first + right
+                take_segment(samples, place, lower - upper, weights, lines, line, pitch)
+                line += pitch
 
 
 @compiled
-def _warp_at_border(before, y, segment, place, parts, beside, line):  # type: ignore[no-untyped-def]
-    """A segment of which a part comes from outside the plane's columns, whose border is repeated there."""
+def _take_border(before, y, x, beside):  # type: ignore[no-untyped-def]
+    """Copy a segment and the one below it, a part of which lies outside the plane: its border is repeated."""
     last, width = before.shape[0] - 1, before.shape[1]
-    upper, lower = min(max(y + place[1], 0), last), min(max(y + place[1] + 1, 0), last)
-    for x in range(SEGMENT + 1):
-        column = min(max(segment * SEGMENT + place[0] + x, 0), width - 1)
-        beside[x], beside[2 * SEGMENT + x] = before[upper, column], before[lower, column]
-    weights = parts[0], parts[1], parts[2], parts[3]
-    take_segment(beside, 0, 2 * SEGMENT, weights, line, segment * SEGMENT)
+    upper, lower = min(max(y, 0), last), min(max(y + 1, 0), last)
+    for number in range(SEGMENT + 1):
+        column = min(max(x + number, 0), width - 1)
+        beside[number], beside[2 * SEGMENT + number] = before[upper, column], before[lower, column]
 
 
 def whole_segments(width: int) -> int:
