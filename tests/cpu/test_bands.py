@@ -26,6 +26,7 @@ from pictures import (
 from vidstyle.core.bands import keep_freed_memory
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import chroma_rows
+from vidstyle.core.resample import scaled_shape
 from vidstyle.cpu.renderer import CpuRenderer
 
 LONG = style(
@@ -100,11 +101,16 @@ def test_padded_and_reversed_planes_are_read_right() -> None:
     assert same_bits(run(LONG, flipped), run(LONG, copied))
 
 
-def test_working_size_resamples_as_opencv_does() -> None:
-    luma = noise(40, 60)
-    out = run_luma(style(step("scale", factor=0.5, method="lanczos", back="lanczos")), luma)
-    small = cv2.resize(luma, (30, 20), interpolation=cv2.INTER_LANCZOS4)
-    np.testing.assert_array_equal(out, cv2.resize(small, (60, 40), interpolation=cv2.INTER_LANCZOS4))
+@pytest.mark.parametrize("factor", [0.5, 0.7, 1.3])
+@pytest.mark.parametrize(
+    ("method", "opencv"),
+    [("bilinear", cv2.INTER_LINEAR), ("bicubic", cv2.INTER_CUBIC), ("lanczos", cv2.INTER_LANCZOS4)],
+)
+def test_working_size_resamples_as_opencv_does(method: str, opencv: int, factor: float) -> None:
+    luma = noise(41, 60)
+    out = run_luma(style(step("scale", factor=factor, method=method, back=method)), luma)
+    other = cv2.resize(luma, scaled_shape(luma.shape, factor)[::-1], interpolation=opencv)
+    np.testing.assert_allclose(out, cv2.resize(other, (60, 41), interpolation=opencv), atol=2e-5)
 
 
 def test_chroma_rows_of_a_result_lie_where_its_siting_says() -> None:

@@ -9,7 +9,7 @@ import pytest
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.cpu.schedule import Sweep, schedule
+from vidstyle.cpu.schedule import READS_PLANES, Sweep, schedule
 from vidstyle.gpu.compile.shader_graph import FILES
 from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.lower import lower
@@ -259,8 +259,11 @@ def test_the_cpu_stores_what_filters_read_before_they_run(name: str) -> None:
         if isinstance(task, Sweep):
             for each in task.steps:
                 assert not each.is_loaded or each.node.op == "plane" or each.node in at_hand
-                if not each.is_loaded and each.node.block:
+                if not each.is_loaded and (each.node.block or each.node.op == "resample"):
                     computed.append(each.node)
+                if not each.is_loaded and each.node.op in READS_PLANES:
+                    images = each.node.inputs.values()
+                    assert all(image.op == "plane" or image in at_hand for image in images)
                 assert each.node.measure is None or each.is_loaded or each.node.measure in at_hand
                 if each.node.reads_neighbors and not each.is_loaded:
                     assert each.margin == 0, "a sweep has one neighborhood operation in a row"
@@ -287,6 +290,16 @@ def test_what_two_sweeps_need_is_stored_by_the_first() -> None:
     ((sweep, _),) = plan.tasks
     assert isinstance(sweep, Sweep)
     assert [node.block.name for node in sweep.stores if node.block] == ["brightness", "posterize"]
+
+
+def test_a_picture_is_resampled_in_the_sweep_that_reads_it_and_stored_for_two() -> None:
+    small, blurred = step("scale", factor=0.5, save="small"), step("gaussian")
+    (once,) = schedule(lowered(style(small, blurred), GRAY)).tasks
+    assert [node.block.name for node in once[0].stores if node.block] == ["gaussian"]
+    edges, again = step("sobel", save="edges"), step("gaussian", source="small")
+    twice = style(small, edges, again, step("blend", other="edges"))
+    stored, *_ = (task for task, _ in schedule(lowered(twice, GRAY)).tasks)
+    assert isinstance(stored, Sweep) and [node.op for node in stored.stores] == ["resample"]
 
 
 def test_a_long_style_needs_no_recursion() -> None:

@@ -12,7 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from vidstyle.core.kernels import compiled, interleaved, look_up_at
+from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.core.kernels.weighing import column_taps, weigh_rows_and_columns
 from vidstyle.core.picture import Encoding, Picture
 
 Chroma = tuple[np.ndarray, np.ndarray]
@@ -35,6 +36,13 @@ def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
     if picture.chroma is None:
         return np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     return upsampled_chroma(picture.chroma, picture.encoding, top, shape)
+
+
+def stored_chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
+    """Rows of the chroma planes themselves, on the grid that they have, as float32."""
+    assert picture.chroma is not None
+    blue, red = (_from_levels(each[top:bottom], *picture.encoding.chroma_levels) for each in picture.chroma)
+    return blue, red
 
 
 def upsampled_chroma(chroma: Chroma, encoding: Encoding, top: int, shape: tuple[int, int]) -> Chroma:
@@ -143,7 +151,7 @@ def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) 
         first, line = index[1, 0] - 1, np.empty(plane.shape[1] + 4, np.float32)
         _halve(plane, row_index, row_weight, int(first), weight[0], line, out)
     else:
-        weigh_rows_and_columns(plane, (row_index, row_weight), (index, weight), out)
+        weigh_rows_and_columns(plane, (row_index, row_weight), column_taps((index, weight)), out)
     return out
 
 
@@ -159,10 +167,10 @@ def _from_codes(rows: np.ndarray, encoding: Encoding) -> np.ndarray:
     if encoding.depth == 0:
         return rows
     black, white = encoding.luma_levels
-    return from_levels(rows, black, white - black)
+    return _from_levels(rows, black, white - black)
 
 
-def from_levels(codes: np.ndarray, zero: float, span: float) -> np.ndarray:
+def _from_levels(codes: np.ndarray, zero: float, span: float) -> np.ndarray:
     """Samples, of which `zero` becomes 0 and `span` more becomes 1, as new float32."""
     out = np.empty(codes.shape, np.float32)
     _decode(interleaved(codes), np.float32(1 / span), np.float32(zero / span), interleaved(out))
@@ -183,7 +191,7 @@ def _enlarged(plane: np.ndarray, encoding: Encoding, top: int, shape: tuple[int,
         _lerp_double(plane, row_index, row_weight, offset, np.float32(x / 2), line, out)
     else:
         index, weight = _between(shape[1], across, x, 0, plane.shape[1])
-        weigh_rows_and_columns(plane, (row_index, row_weight), (index, weight), out)
+        weigh_rows_and_columns(plane, (row_index, row_weight), column_taps((index, weight)), out)
         out += offset
     return out
 
@@ -258,81 +266,6 @@ def _lerp_double(plane, index, weight, offset, part, line, out):  # type: ignore
         if width % 2:
             here = line[width // 2 + 1]
             out[row, width - 1] = here + part * (line[width // 2] - here)
-
-
-def weigh_rows_and_columns(
-    plane: np.ndarray,
-    rows: tuple[np.ndarray, np.ndarray],
-    columns: tuple[np.ndarray, np.ndarray],
-    out: np.ndarray,
-    columns_first: bool = False,
-) -> None:
-    """Each sample a weighted sum of a few rows, and of a few columns of that.
-
-    Args:
-        plane: N x W.
-        rows, columns: for each sample of `out` the places it is the sum of, and their weights: count x taps.
-        out: float32, written.
-        columns_first: the columns before the rows, which is faster where there are fewer rows before; the
-            same for all bands of a plane, as it rounds differently.
-    """
-    (row_index, row_weight), (index, weight) = rows, columns
-    across = np.ascontiguousarray(index.T, np.int32), np.ascontiguousarray(weight.T)
-    if columns_first:
-        first = row_index.min()
-        count = row_index.max() + 1 - first
-        wide = np.empty((count, out.shape[1]), np.float32)
-        _enlarge(plane[first : first + count], row_index - first, row_weight, *across, wide, out)
-    else:
-        _gather(plane, row_index, row_weight, *across, np.empty(plane.shape[1], np.float32), out)
-
-
-@compiled
-def _enlarge(plane, row_index, row_weight, index, weight, wide, out):  # type: ignore[no-untyped-def]
-    """`_gather` with columns first, which are scattered: there are fewer rows before than after."""
-    for row in range(wide.shape[0]):
-        _weigh_columns(plane[row], index, weight, wide[row])
-    last = row_index.shape[1] - 1
-    for row in range(out.shape[0]):
-        for tap in range(0, last + 1, 2):
-            beside = min(tap + 1, last)
-            second = row_weight[row, beside] if beside > tap else np.float32(0)
-            one, other = wide[row_index[row, tap]], wide[row_index[row, beside]]
-            _weigh_two(one, row_weight[row, tap], other, second, tap > 0, out[row])
-
-
-@compiled(noalias=True)
-def _weigh_two(one, first, other, second, adds, out):  # type: ignore[no-untyped-def]
-    if adds:
-        for x in range(out.size):
-            out[x] += first * one[x] + second * other[x]
-    else:
-        for x in range(out.size):
-            out[x] = first * one[x] + second * other[x]
-
-
-@compiled
-def _gather(plane, row_index, row_weight, index, weight, line, out):  # type: ignore[no-untyped-def]
-    """`index` and `weight` are taps x columns here, for the sake of vectors."""
-    for row in range(out.shape[0]):
-        for x in range(plane.shape[1]):
-            line[x] = 0
-        for tap in range(row_index.shape[1]):
-            part = row_weight[row, tap]
-            if part != 0:
-                source = row_index[row, tap]
-                for x in range(plane.shape[1]):
-                    line[x] += part * plane[source, x]
-        _weigh_columns(line, index, weight, out[row])
-
-
-@compiled(noalias=True)
-def _weigh_columns(line, index, weight, out):  # type: ignore[no-untyped-def]
-    for x in range(out.size):
-        out[x] = weight[0, x] * line[look_up_at(index[0, x])]
-    for tap in range(1, index.shape[0]):
-        for x in range(out.size):
-            out[x] += weight[tap, x] * line[look_up_at(index[tap, x])]
 
 
 @compiled

@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import Executor
+from dataclasses import dataclass
 from functools import lru_cache
 
-import cv2
 import numpy as np
 
-from vidstyle.core.bands import CallingThread, in_bands
 from vidstyle.core.kernels import interleaved
-from vidstyle.core.planes import weigh_rows_and_columns
+from vidstyle.core.kernels.weighing import Taps, column_taps, weigh_rows_and_columns
 
-METHODS = {
-    "nearest": cv2.INTER_NEAREST,
-    "bilinear": cv2.INTER_LINEAR,
-    "bicubic": cv2.INTER_CUBIC,
-    "lanczos": cv2.INTER_LANCZOS4,
-    "area": cv2.INTER_AREA,
-    "smooth": -1,
-}
-"""The resampling methods and OpenCV's numbers of them, which has no `smooth`.
+METHODS = ("nearest", "bilinear", "bicubic", "lanczos", "area", "smooth")
+"""The resampling methods.
 
 All but `area` and `smooth` alias when shrinking; `area` is bicubic when enlarging. `smooth` weighs by the
 cubics of Mitchell and Netravali 1988: by a stretched one with B = 0 and C = 1/2 (Catmull and Rom) when
@@ -31,37 +22,54 @@ shrinking, by one with B = 1 and C = 0, the B-spline, when enlarging, which is s
 OVERSHOOTING = ("bicubic", "lanczos", "smooth")
 """The methods whose result may leave the range of the plane, beside edges."""
 
+_RADII = {"bilinear": 1, "bicubic": 2, "lanczos": 4, "smooth": 2}
+"""How far away the farthest samples are that an interpolation reads."""
 
-def resample(
-    plane: np.ndarray,
-    shape: tuple[int, int],
-    method: str,
-    limits: tuple[float, float] | None = None,
-    pool: Executor | None = None,
-) -> np.ndarray:
-    """The H x W or H x W x 3 plane at another height and width; itself where they are its own.
+
+@dataclass(frozen=True)
+class Resampling:
+    """From one height and width to another, a band of rows at a time.
 
     Maps pixel areas, not pixel centres, so that corners stay corners.
 
-    Args:
-        limits: the range that the result is clipped to.
-        pool: threads for what OpenCV does not do on its own.
+    Attributes:
+        old, new: height and width.
+        method: one of METHODS; of those that `fitting_method` returns.
     """
-    if plane.shape[:2] == shape:
+
+    old: tuple[int, int]
+    new: tuple[int, int]
+    method: str
+
+    def rows_read(self, top: int, bottom: int) -> tuple[int, int]:
+        """The old rows that the new rows top..bottom are made of: the first, and the one after the last."""
+        index = _taps(self.method, self.old[0], self.new[0])[0][top:bottom]
+        return int(index.min()), int(index.max()) + 1
+
+    def rows(self, plane: np.ndarray, first: int, top: int, bottom: int) -> np.ndarray:
+        """The new rows top..bottom, the same in any band; new.
+
+        Args:
+            plane: N x W or N x W x 3 float32, the old rows from `first` on: those of `rows_read`, or more.
+        """
+        index, weight = (each[top:bottom] for each in _taps(self.method, self.old[0], self.new[0]))
+        index = index - first
+        if self.method == "nearest":
+            columns_read, _ = _taps(self.method, self.old[1], self.new[1])
+            return np.ascontiguousarray(plane[index[:, 0]][:, columns_read[:, 0]])
+        out = np.empty((bottom - top, self.new[1], *plane.shape[2:]), np.float32)
+        columns = _columns(self.method, self.old[1], self.new[1], plane[0, 0].size)
+        grows = self.new[0] > self.old[0]
+        weigh_rows_and_columns(interleaved(plane), (index, weight), columns, interleaved(out), grows)
+        return out
+
+
+def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarray:
+    """The H x W or H x W x 3 plane at another height and width; itself where they are its own."""
+    old = plane.shape[0], plane.shape[1]
+    if old == shape:
         return plane
-    if method == "nearest":
-        rows, columns = (_nearest(old, new) for old, new in zip(plane.shape, shape, strict=False))
-        return np.ascontiguousarray(plane[rows][:, columns])
-    fitting = fitting_method(method, (plane.shape[0], plane.shape[1]), shape)
-    # Of areas that are no whole number of pixels OpenCV's means take thrice as long.
-    if fitting == "smooth" or (
-        fitting == "area" and (plane.shape[0] % shape[0] or plane.shape[1] % shape[1])
-    ):
-        resized = _weighed(plane, shape, fitting, pool or CallingThread())
-    else:
-        interpolation = METHODS[fitting]
-        resized = cv2.resize(np.ascontiguousarray(plane), (shape[1], shape[0]), interpolation=interpolation)
-    return np.clip(resized, *limits, out=resized) if limits else resized
+    return Resampling(old, shape, fitting_method(method, old, shape)).rows(plane, 0, 0, shape[0])
 
 
 def scaled_shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
@@ -84,29 +92,22 @@ def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> s
     return "bicubic" if method == "area" and grows else method
 
 
-def _weighed(plane: np.ndarray, shape: tuple[int, int], method: str, pool: Executor) -> np.ndarray:
-    """Each new pixel a weighted sum of old ones, for `area` and `smooth`."""
-    (index, weights), columns = (
-        _taps(method, plane.shape[0], shape[0], 1),
-        _taps(method, plane.shape[1], shape[1], plane[0, 0].size),
-    )
-    out = np.empty((*shape, *plane.shape[2:]), np.float32)
-    flat = interleaved(plane), out.reshape(shape[0], -1)
-
-    def run(top: int, bottom: int) -> None:
-        rows = index[top:bottom], weights[top:bottom]
-        weigh_rows_and_columns(flat[0], rows, columns, flat[1][top:bottom], shape[0] > plane.shape[0])
-
-    in_bands(pool, shape, 0, run)
-    return out
+@lru_cache(maxsize=64)
+def _columns(method: str, old: int, new: int, channels: int) -> Taps:
+    """The taps of columns whose channels lie side by side, as `weigh_rows_and_columns` takes them."""
+    index, weights = _taps(method, old, new)
+    index = channels * index[:, None] + np.arange(channels)[:, None]
+    return column_taps((index.reshape(new * channels, -1), np.repeat(weights, channels, axis=0)))
 
 
-@lru_cache(maxsize=32)
-def _taps(method: str, old: int, new: int, channels: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each new number the old ones, channels apart, that it is made of, and their weights."""
-    index, weights = _shares(old, new) if method == "area" else _cubic_weights(old, new)
-    index = channels * np.clip(index, 0, old - 1)[:, None] + np.arange(channels)[:, None]
-    return index.reshape(new * channels, -1), np.repeat(weights, channels, axis=0).astype(np.float32)
+@lru_cache(maxsize=64)
+def _taps(method: str, old: int, new: int) -> Taps:
+    """For each new sample the old ones that it is made of, and their weights, float32."""
+    if method == "nearest":
+        # Not OpenCV's, whose choice at an edge depends on rounding: an edge belongs to the pixel after it.
+        return (2 * np.arange(new)[:, None] + 1) * old // (2 * new), np.ones((new, 1), np.float32)
+    index, weights = _shares(old, new) if method == "area" else _interpolation(method, old, new)
+    return np.clip(index, 0, old - 1), weights.astype(np.float32)
 
 
 def _shares(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
@@ -119,24 +120,30 @@ def _shares(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
     return (index, weights) if weights[:, -1].max() > 1e-9 else (index[:, :-1], weights[:, :-1])
 
 
-def _cubic_weights(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
-    """The old pixels around each new one that `smooth` reads, and their weights."""
-    stretch = max(old / new, 1.0)
-    half = math.ceil(2 * stretch)
+def _interpolation(method: str, old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
+    """The old pixels around each new one that an interpolation reads, and their weights."""
+    stretch = max(old / new, 1.0) if method == "smooth" else 1.0
+    half = math.ceil(_RADII[method] * stretch)
     moved = ((2 * np.arange(new) + 1) * old + new)[:, None]
     index = moved // (2 * new) - half + np.arange(2 * half)
     x = abs(index + 1 - moved / (2 * new)) / stretch
-    if old >= new:
-        near, far = (1.5 * x - 2.5) * x * x + 1, ((-0.5 * x + 2.5) * x - 4) * x + 2
+    if method == "bilinear":
+        weights = 1 - x
+    elif method == "lanczos":
+        weights = np.sinc(x) * np.sinc(x / _RADII[method])
     else:
-        near, far = (0.5 * x - 1) * x * x + 2 / 3, (2 - x) ** 3 / 6
-    weights = np.where(x < 1, near, np.where(x < 2, far, 0))
+        near, far = _bicubic(x) if method == "bicubic" else _smooth(x, old >= new)
+        weights = np.where(x < 1, near, np.where(x < 2, far, 0))
     return index, weights / weights.sum(axis=1, keepdims=True)
 
 
-def _nearest(old: int, new: int) -> np.ndarray:
-    """The old pixel under the centre of each new one; an edge belongs to the pixel after it.
+def _bicubic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights at distances below and above 1: OpenCV's, whose slope at 1 is -0.75."""
+    return (1.25 * x - 2.25) * x * x + 1, ((-0.75 * x + 3.75) * x - 6) * x + 3
 
-    Not OpenCV's, whose choice at an edge depends on rounding.
-    """
-    return (2 * np.arange(new) + 1) * old // (2 * new)
+
+def _smooth(x: np.ndarray, shrinks: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Weights at distances below and above 1 for `smooth`."""
+    if shrinks:
+        return (1.5 * x - 2.5) * x * x + 1, ((-0.5 * x + 2.5) * x - 4) * x + 2
+    return (0.5 * x - 1) * x * x + 2 / 3, (2 - x) ** 3 / 6

@@ -18,15 +18,15 @@ from vidstyle.core.planes import (
     Chroma,
     chroma_radius,
     color_rows,
-    from_levels,
     gray_rgb,
     luma_from_rgb,
     luma_rows,
     rgb_from_yuv,
+    stored_chroma_rows,
     upsampled_chroma,
     yuv_from_rgb,
 )
-from vidstyle.core.resample import resample
+from vidstyle.core.resample import Resampling
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
 from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of
@@ -61,10 +61,8 @@ class FrameExecutor:
             if isinstance(task, Measure):
                 measured = percentiles(self._sampled(task.of), task.percentages)
                 self._numbers[task] = follow(task, measured)
-            elif isinstance(task, Sweep):
-                self._run_sweep(task)
             else:
-                self._stored[task] = self._resampled(task)
+                self._run_sweep(task)
             for node in releases:
                 self._stored.pop(node, None)
 
@@ -144,6 +142,8 @@ class FrameExecutor:
             return self._run_block(node, inputs, top, bottom)
         if node.op == "filter_bank":
             return _run_bank(node, inputs, top, bottom)
+        if node.op == "resample":
+            return self._resampled(node, top, bottom)
         if node.op == "upsample":
             chroma = node.inputs["chroma"]
             assert chroma.grid is not None
@@ -173,22 +173,26 @@ class FrameExecutor:
 
     def _load(self, node: Node, top: int, bottom: int) -> Value:
         if node.op == "plane":
+            if node.kind == "chroma":
+                return stored_chroma_rows(self._source, top, bottom)
             return (color_rows if node.kind == "color" else luma_rows)(self._source, top, bottom)
         planes = self._stored[node]
         if isinstance(planes, tuple):
             return planes[0][top:bottom], planes[1][top:bottom]
         return planes[top:bottom]
 
-    def _resampled(self, node: Node) -> Value:
-        image, method = node.inputs["image"], node.values["method"]
-        if image.grid is not None:
-            levels = image.grid.chroma_levels
-            value: Value = tuple(from_levels(plane, *levels) for plane in self._subsampled_chroma(image))
-        else:
-            value = self._load(image, 0, image.shape[0])
-        if isinstance(value, tuple):
-            return tuple(resample(plane, node.shape, method, node.limits, self._pool) for plane in value)
-        return resample(value, node.shape, method, node.limits, self._pool)
+    def _resampled(self, node: Node, top: int, bottom: int) -> Value:
+        """The rows of a node at this size, of an image at another one."""
+        image = node.inputs["image"]
+        resampling = Resampling(image.shape, node.shape, node.values["method"])
+        first, last = resampling.rows_read(top, bottom)
+
+        def resampled(plane: np.ndarray) -> np.ndarray:
+            rows = resampling.rows(plane, first, top, bottom)
+            return np.clip(rows, *node.limits, out=rows) if node.limits else rows
+
+        value = self._load(image, first, last)
+        return tuple(map(resampled, value)) if isinstance(value, tuple) else resampled(value)
 
     def _sampled(self, node: Node) -> np.ndarray:
         """A small copy of luma or RGB that is at hand as planes, but for a conversion."""

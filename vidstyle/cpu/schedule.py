@@ -3,7 +3,7 @@
 A sweep computes nodes band by band, on all cores, so that a band stays in a core's cache from the first node
 to the last. A neighborhood operation reads rows around its band: what it reads is stored as whole planes
 first, and the per-pixel operations after it run in the same sweep. Conversions between RGB and luma with
-chroma are computed again for the rows in question rather than stored.
+chroma, and resampled pictures, are computed again for the rows in question rather than stored.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, in_order, nodes_in_order
 
 CONVERSIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
-WHOLE = ("plane", "resample")
-"""Operations whose result exists as whole planes in any case."""
+READS_PLANES = ("resample", "upsample")
+"""Operations that read planes of another size, which are stored for them."""
 
 CHANNELS = {"luma": 1, "chroma": 2, "color": 3}
 """Numbers of a pixel, by the kind of a node."""
@@ -67,8 +67,8 @@ class Sweep:
         return max(CHANNELS[step.node.kind] for step in self.steps)
 
 
-Task = Sweep | Node | Measure[Node]
-"""A sweep, a node that is resampled as a whole plane, or percentiles to be measured."""
+Task = Sweep | Measure[Node]
+"""A sweep, or percentiles to be measured."""
 
 
 @dataclass(frozen=True)
@@ -98,30 +98,32 @@ def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
         if not more:
             return scheduler.schedule()
         repeated |= more
+        whole |= {node for node in more if node.op == "resample"}  # a sweep may have it with margins only
 
 
 def _needed_whole(outputs: Sequence[Node]) -> set[Node]:
-    """The nodes that neighborhood operations, measures and resampling need as whole planes."""
+    """The nodes that neighborhood operations, measures and resampling need as whole planes, or subsampled."""
     nodes = nodes_in_order(outputs)
     users = Counter([*outputs, *(other for node in nodes for other in node.inputs.values())])
 
     def behind_conversions(node: Node) -> set[Node]:
-        if node.op in WHOLE:
+        if node.op == "plane":
             return set()
         color = node.inputs.get("color")
-        is_used_once = node.op == "luma_from_rgb" and color and color.op not in WHOLE and users[color] == 1
+        is_used_once = node.op == "luma_from_rgb" and color and color.op != "plane" and users[color] == 1
         if node.op not in CONVERSIONS or is_used_once:  # then one plane is stored instead of three
             return {node}
         return set().union(*map(behind_conversions, node.inputs.values()))
 
-    whole: set[Node] = set()
+    whole = {node for node in outputs if node.grid}
     for node in nodes:
         if node.measure is not None:
             whole |= behind_conversions(node.measure.of)
-        if node.op == "resample":
-            whole.add(node.inputs["image"])
+        if node.op in READS_PLANES:
+            whole |= set(node.inputs.values())
         elif node.reads_neighbors:
-            whole = whole.union(*map(behind_conversions, node.inputs.values()))
+            read = set().union(*map(behind_conversions, node.inputs.values()))
+            whole |= {each for each in read if each.op != "resample"}
     return whole
 
 
@@ -143,9 +145,7 @@ class _Scheduler:
         for node in nodes_in_order([*lowered.outputs, *kept]):
             if node.measure is not None and node.measure not in self._tasks:
                 self._tasks.append(node.measure)
-            if node.op == "resample":
-                self._tasks.append(node)
-            elif node in whole - self._done and node.op != "plane":
+            if node in whole - self._done and node.op != "plane":
                 self._tasks.append(self._sweep([node]))
         made = [lowered.color, None if lowered.luma_untouched else lowered.luma, lowered.chroma]
         self._output = self._sweep([node for node in made if node and not node.grid], is_output=True)
@@ -199,15 +199,14 @@ class _Scheduler:
         return Sweep(steps, tuple(roots), tuple(stores), max((margin for _, margin in order), default=0))
 
     def _is_loaded(self, node: Node) -> bool:
-        return node in self._done or node.op in WHOLE
+        return node in self._done or node.op == "plane"
 
     def _inputs(self, key: Key) -> tuple[tuple[str, Key], ...]:
-        """The inputs of a node at every pixel, with the rows that it reads of them."""
+        """The inputs of a node at its own size, with the rows that it reads of them."""
         node, margin = key
-        if self._is_loaded(node):
+        if self._is_loaded(node) or node.op in READS_PLANES:
             return ()
-        margin += node.radius
-        return tuple((name, (other, margin)) for name, other in node.inputs.items() if not other.grid)
+        return tuple((name, (other, margin + node.radius)) for name, other in node.inputs.items())
 
     def _twins(self, order: list[Key]) -> dict[Key, Key]:
         """Conversions from RGB, each with the later one that is the other half of it."""
@@ -222,9 +221,9 @@ class _Scheduler:
 
 
 def _planes_read(task: Task) -> Iterable[Node]:
-    """The nodes whose planes a task may read."""
-    if isinstance(task, Node):
-        return task.inputs.values()
+    """The nodes whose planes a task reads."""
     if isinstance(task, Measure):
         return nodes_in_order([task.of])
-    return [other for step in task.steps for other in (step.node, *step.node.inputs.values())]
+    loaded = [step.node for step in task.steps if step.is_loaded]
+    others = [step.node for step in task.steps if not step.is_loaded and step.node.op in READS_PLANES]
+    return loaded + [image for node in others for image in node.inputs.values()]
