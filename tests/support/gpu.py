@@ -24,7 +24,7 @@ SHAPES = {
     for height, width in ((360, 640), (361, 641), (1, 1), (8192, 16), (16, 8192))
 }
 """Height and width by a name of width x height."""
-ODD = (91, 123)
+ODD = (75, 101)
 SMALL = (61, 97)
 """Heights and widths of most pictures: whole multiples of no group of a shader."""
 

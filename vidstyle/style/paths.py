@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from typing import Any, NamedTuple
 
 from vidstyle.block import Parameter
@@ -89,13 +90,15 @@ def _find_step(table: dict[str, Any], path: str) -> _StepEntry:
 
 
 def _paths(entries: list[_StepEntry]) -> list[str]:
-    paths = []
-    for number, entry in enumerate(entries):
-        same_block = [other for other in entries if other.block == entry.block]
-        same_layer = [other for other in same_block if other.layer == entry.layer]
-        if len(same_block) == 1:
+    of_block = Counter(entry.block for entry in entries)
+    of_layer = Counter(entry[:2] for entry in entries)
+    paths, before = [], Counter[tuple[object, ...]]()
+    for entry in entries:
+        step = entry[:2]
+        before[step] += 1
+        if of_block[entry.block] == 1:
             paths.append(entry.block)
         else:
-            place = 1 + sum(other[:2] == entry[:2] for other in entries[:number])
-            paths.append(f"{entry.layer}.{entry.block}" + (f"#{place}" if len(same_layer) > 1 else ""))
+            place = f"#{before[step]}" if of_layer[step] > 1 else ""
+            paths.append(f"{entry.layer}.{entry.block}{place}")
     return paths
