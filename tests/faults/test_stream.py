@@ -45,16 +45,17 @@ def test_13_no_times_and_two_sizes_in_raw_h264(program: Program):
 
 def test_14_nine_sizes_in_one_stream(program: Program):
     path = program.folder / "sizes.webm"
+    options = {"deadline": "realtime", "cpu-used": "8", "threads": "1"}
     sizes = [(96 + 32 * number, 200 - 16 * number) for number in range(9)]
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libvpx", rate=25, options={"deadline": "realtime", "cpu-used": "8"})
+        stream = container.add_stream("libvpx", rate=25, options=options)
         stream.width, stream.height = sizes[0]
         for number, size in enumerate(sizes):
             encoder = stream.codec_context if number == 0 else av.CodecContext.create("libvpx", "w")
             if number:
                 encoder.width, encoder.height, encoder.pix_fmt = *size, "yuv420p"
                 encoder.framerate, encoder.time_base = Fraction(25), Fraction(1, 25)
-                encoder.options = {"deadline": "realtime", "cpu-used": "8"}
+                encoder.options = options
             for index, rgb in enumerate(moving_frames(5, size)):
                 frame = frame_from_rgb(rgb)
                 frame.pts, frame.time_base = 5 * number + index, Fraction(1, 25)

@@ -38,8 +38,14 @@ def photograph(name: str = "coffee") -> np.ndarray:
 
 
 @cache
-def _blurred(name: str, sigma: float) -> np.ndarray:
-    return cv2.GaussianBlur(photograph(name), (0, 0), sigma)
+def _still(name: str, width: int, height: int) -> tuple[np.ndarray, float]:
+    """A photograph, softened to be shown in frames of a size, and the zoom at which it is shown."""
+    still = photograph(name)
+    zoom = 1.3 * max(width / still.shape[1], height / still.shape[0])
+    if zoom < 0.1:  # of so few pixels the blur would take a second
+        still = cv2.resize(still, None, fx=10 * zoom, fy=10 * zoom, interpolation=cv2.INTER_AREA)
+        zoom = 1.3 * max(width / still.shape[1], height / still.shape[0])
+    return cv2.GaussianBlur(still, (0, 0), max(0.6, 0.5 / zoom)), zoom
 
 
 def moving_frames(
@@ -51,10 +57,8 @@ def moving_frames(
 
 def moving_frame(number: int, size: tuple[int, int], name: str = "coffee") -> np.ndarray:
     """One of `moving_frames`."""
-    still = photograph(name)
     width, height = size
-    zoom = 1.3 * max(width / still.shape[1], height / still.shape[0])
-    still = _blurred(name, max(0.6, 0.5 / zoom))
+    still, zoom = _still(name, width, height)
     turn = cv2.getRotationMatrix2D((still.shape[1] / 2, still.shape[0] / 2), 3 * np.sin(number / 17), zoom)
     turn[:, 2] += (width - still.shape[1]) / 2, (height - still.shape[0]) / 2
     turn[0, 2] += 0.08 * width * np.sin(number / 23)
@@ -235,6 +239,7 @@ def make_clip(
     with av.open(str(path), "w", format=format, container_options={"fflags": "+bitexact"}) as container:
         video = container.add_stream(codec, rate=Fraction(rate), options=_encoder_options(codec, options))
         video.width, video.height, video.pix_fmt = *size, pix_fmt
+        video.codec_context.thread_count = 1  # those of libvpx would wait for each other longer than work
         video.codec_context.time_base = _time_base(times, Fraction(rate))
         _tag(video.codec_context, matrix if tagged else "", full_range, transfer)
         if sample_aspect:
