@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from covering import in_one_test
 from media import photograph
 from pictures import noise
 
@@ -136,9 +137,9 @@ def test_squares_choose_by_the_tensor_in_their_middle(rho: float) -> None:
         assert (found == expected)[4 + radius :, radius:-radius].mean() > 0.97
 
 
-@pytest.mark.parametrize("size", [3, 9, 11])
-@pytest.mark.parametrize("shape", [(1, 1), (3, 7), (33, 41)])
-@pytest.mark.parametrize("top", [0, 1])
+@in_one_test("size", [3, 9, 11])
+@in_one_test("shape", [(1, 1), (3, 7), (33, 41)])
+@in_one_test("top", [0, 1])
 def test_a_shared_filter_is_applied_to_all_pixels_of_its_square(
     size: int, shape: tuple[int, int], top: int
 ) -> None:
@@ -150,8 +151,8 @@ def test_a_shared_filter_is_applied_to_all_pixels_of_its_square(
     np.testing.assert_allclose(result, slowly_filtered(luma, of_each, bank.filters[0]), atol=2e-5)
 
 
-@pytest.mark.parametrize("size", [3, 5, 7, 9, 11, 15])
-@pytest.mark.parametrize("shape", [(1, 1), (3, 7), (20, 8), (33, 41)])
+@in_one_test("size", [3, 5, 7, 9, 11, 15])
+@in_one_test("shape", [(1, 1), (3, 7), (20, 8), (33, 41)])
 def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[int, int]) -> None:
     luma, bank = noise(*shape), random_bank(size=size)
     chosen = np.random.default_rng(1).integers(0, BINS.count, shape).astype(np.int32)

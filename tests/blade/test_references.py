@@ -9,6 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from covering import in_one_test
 from pictures import noise
 
 from vidstyle.blade.references import (
@@ -85,14 +86,14 @@ def rms(picture: np.ndarray) -> float:
 
 
 @every
-@pytest.mark.parametrize("level", [0.0, 0.3, 1.0])
+@in_one_test("level", [0.0, 0.3, 1.0])
 def test_a_constant_stays(name: str, level: float):
     out = ALL[name](np.full((20, 30), level, np.float32))
     assert np.abs(out - level).max() < 2e-6
 
 
 @every
-@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2), (5, 40)])
+@in_one_test("shape", [(1, 1), (1, 9), (9, 1), (2, 2), (5, 40)])
 def test_any_shape_gives_numbers_and_leaves_its_input(name: str, shape: tuple[int, int]):
     luma = noise(*shape)
     before = luma.copy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from covering import in_one_test
 from media import photograph
 from pictures import noise, run, run_color, run_luma, step, style
 
@@ -75,16 +76,16 @@ def test_sobel_draws_gray_lines_on_a_colour_picture() -> None:
     np.testing.assert_array_equal(out, np.repeat(out[..., :1], 3, axis=2))
 
 
-@pytest.mark.parametrize("factor", [0.05, 0.33, 0.5, 1, 1.7, 4])
-@pytest.mark.parametrize("size", [(1, 1), (2, 9), (37, 41)], ids=str)
+@in_one_test("factor", [0.05, 0.33, 0.5, 1, 1.7, 4])
+@in_one_test("size", [(1, 1), (2, 9), (37, 41)])
 def test_scale_comes_back_to_the_size_and_keeps_flat_colours(factor: float, size: tuple[int, int]) -> None:
     out = run_color(style(step("scale", factor=factor)), np.full((*size, 3), (0.2, 0.5, 0.7)))
     np.testing.assert_allclose(out, np.broadcast_to((0.2, 0.5, 0.7), (*size, 3)), atol=1e-6)
 
 
-@pytest.mark.parametrize("step_of", [(1, 1), (2, 2), (2, 1), (4, 1)], ids=str)
-@pytest.mark.parametrize("factor", [0.5, 2])
-@pytest.mark.parametrize("after", [(), (step("saturation", factor=1.0),)], ids=["planes", "rgb"])
+@in_one_test("step_of", [(1, 1), (2, 2), (2, 1), (4, 1)])
+@in_one_test("factor", [0.5, 2])
+@in_one_test("after", [(), (step("saturation", factor=1.0),)])
 def test_scale_moves_nothing(step_of: tuple[int, int], factor: float, after: tuple[Step, ...]) -> None:
     """Another size and back leaves ramps where they were, colours too, mixed there with luma or not."""
     y, x = np.mgrid[:48, :64]

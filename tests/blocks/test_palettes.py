@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from covering import in_one_test
 from media import photograph
 from pictures import noise, run_color, run_luma, step, style
 
@@ -101,8 +102,8 @@ def test_colours_of_a_film_stay_until_it_changes_and_begin_anew_at_a_cut() -> No
     np.testing.assert_array_equal(after, stylize(other, chosen, "cpu"))
 
 
-@pytest.mark.parametrize("name", sorted(shipped_thresholds()))
-@pytest.mark.parametrize("tone", [0.0, 0.2, 0.5, 0.7, 1.0])
+@in_one_test("name", sorted(shipped_thresholds()))
+@in_one_test("tone", [0.0, 0.2, 0.5, 0.7, 1.0])
 def test_points_are_as_dense_as_it_is_bright(name: str, tone: float) -> None:
     two_tones = step("dither", thresholds=name, strength=1), step("posterize", levels=2, softness=0)
     made = run_luma(style(*two_tones), np.full((128, 128), tone, np.float32))

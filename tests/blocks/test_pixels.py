@@ -6,6 +6,7 @@ import colorsys
 
 import numpy as np
 import pytest
+from covering import in_one_test
 from pictures import FLOAT, noise, run, run_color, run_luma, step, style
 
 from vidstyle.blocks.blend import MODES, blend
@@ -52,7 +53,7 @@ def test_hard_posterize_is_the_floor_formula(levels: int) -> None:
     np.testing.assert_allclose(out, expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("levels", range(2, 33))
+@in_one_test("levels", range(2, 33))
 def test_hard_posterize_leaves_no_other_tones(levels: int) -> None:
     """Not where a code of 8 bits lies just on the border of two tones either."""
     luma = np.arange(256, dtype=np.uint8)[None]
@@ -104,8 +105,8 @@ def test_brightness(factor: float) -> None:
     np.testing.assert_allclose(run_luma(style(step("brightness", factor=factor)), luma), expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("factor", [0, 0.5, 1, 1.8, 4])
-@pytest.mark.parametrize("matrix", ["bt601", "bt709", "bt2020"])
+@in_one_test("factor", [0, 0.5, 1, 1.8, 4])
+@in_one_test("matrix", ["bt601", "bt709", "bt2020"])
 def test_saturation_moves_away_from_gray(factor: float, matrix: str) -> None:
     color = noise(20, 30, 3)
     weights = {"bt601": (0.299, 0.587, 0.114), "bt709": WEIGHTS, "bt2020": (0.2627, 0.678, 0.0593)}[matrix]
@@ -177,8 +178,8 @@ def test_every_mode_has_its_known_values() -> None:
     assert {mode for mode, *_ in BLENDS} == set(MODES)
 
 
-@pytest.mark.parametrize(("mode", "light", "dark"), BLENDS)
-@pytest.mark.parametrize("opacity", [1, 0.25])
+@in_one_test("mode, light, dark", BLENDS)
+@in_one_test("opacity", [1, 0.25])
 def test_blend_modes_on_known_values(mode: str, light: float, dark: float, opacity: float) -> None:
     below, above = np.array([[0.25, 0.6]]), np.array([[0.8, 0.2]])
     out = blended(below, above, mode=mode, opacity=opacity)

@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 import pytest
+from covering import in_one_test
 from pictures import RGB8, VIDEO, step, style
 
 import vidstyle
@@ -115,8 +116,8 @@ def test_the_last_pass_lays_lines_over_colours_and_writes_the_planes() -> None:
     assert "gaussian" in calls(plan)[-1], "the wider picture is not stored, the lines are"
 
 
-@pytest.mark.parametrize("form", ["compute", "fragment"])
-@pytest.mark.parametrize("name", style_names())
+@in_one_test("form", ["compute", "fragment"])
+@in_one_test("name", style_names())
 def test_passes_run_after_what_they_read_and_textures_are_free_when_used_again(name: str, form: Form) -> None:
     plan = plan_of(vidstyle.load_style(name), form)
     made: set[object] = set()

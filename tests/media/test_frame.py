@@ -9,6 +9,7 @@ import av
 import media
 import numpy as np
 import pytest
+from covering import in_one_test
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError
@@ -42,7 +43,7 @@ def noisy_frame(name: str, size: tuple[int, int] = ODD) -> av.VideoFrame:
     return frame
 
 
-@pytest.mark.parametrize("name", PLAIN)
+@in_one_test("name", PLAIN)
 def test_planes_survive_the_round_trip(name):
     frame = noisy_frame(name)
     picture = picture_from_frame(frame)
@@ -62,8 +63,8 @@ def test_the_other_byte_order(name):
         assert (swapped == visible(copied, name).reshape(-1)).all()
 
 
-@pytest.mark.parametrize("name", ["nv12", "nv21", "nv16", "nv24", "p010le", "p210le", "yuyv422", "uyvy422"])
-@pytest.mark.parametrize("color_range", [0, 1, 2])
+@in_one_test("name", ["nv12", "nv21", "nv16", "nv24", "p010le", "p210le", "yuyv422", "uyvy422"])
+@in_one_test("color_range", [0, 1, 2])
 def test_shuffled_formats_lose_nothing_in_either_range(name, color_range):
     frame = noisy_frame(name, (64, 32))
     frame.color_range = color_range

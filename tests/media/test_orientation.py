@@ -7,6 +7,7 @@ import struct
 
 import numpy as np
 import pytest
+from covering import in_one_test
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
@@ -41,11 +42,9 @@ def misfit(picture: Picture) -> float:
     return float(np.abs(plane[rows_in][:, columns_in] - expected).max())
 
 
-@pytest.mark.parametrize("orientation", ALL)
-@pytest.mark.parametrize("size", [(24, 32), (23, 31)])
-@pytest.mark.parametrize(
-    ("step", "siting"), [((2, 2), (0.0, 0.5)), ((2, 1), (0.0, 0.0)), ((4, 1), (0.0, 0.0))]
-)
+@in_one_test("orientation", ALL)
+@in_one_test("size", [(24, 32), (23, 31)])
+@in_one_test("step, siting", [((2, 2), (0.0, 0.5)), ((2, 1), (0.0, 0.0)), ((4, 1), (0.0, 0.0))])
 def test_chroma_stays_on_its_luma_however_it_is_turned(orientation, size, step, siting):
     picture = ramp(*size, step, siting)
     turned = orientation.apply(picture)

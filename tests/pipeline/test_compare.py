@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from covering import in_one_test
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.pipeline.compare import compared
@@ -15,8 +16,8 @@ def flat(luma: int, chroma: int, width: int, step: tuple[int, int] = (2, 2), hei
     return Picture(encoding, luma=np.full((height, width), luma, np.uint8), chroma=(plane, plane.copy()))
 
 
-@pytest.mark.parametrize("width", [1, 2, 7, 640, 641])
-@pytest.mark.parametrize("step", [(1, 1), (2, 1), (2, 2), (4, 1)])
+@in_one_test("width", [1, 2, 7, 640, 641])
+@in_one_test("step", [(1, 1), (2, 1), (2, 2), (4, 1)])
 def test_side_keeps_all_of_both_pictures(width, step):
     both = compared(flat(20, 100, width, step), flat(200, 150, width, step), "side")
     left = both.shape[1] - width

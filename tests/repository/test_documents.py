@@ -10,6 +10,7 @@ from pathlib import Path
 
 import click
 import pytest
+from covering import in_one_test
 
 import vidstyle
 from tools import api_reference, performance
@@ -45,7 +46,7 @@ def test_there_are_commands_to_look_at() -> None:
     assert {words[0] for words in COMMANDS} > {"render", "live", "comic", "styles", "train"}
 
 
-@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+@in_one_test("words", COMMANDS)
 def test_a_command_in_the_documents_is_understood(words: list[str]) -> None:
     context = click.Context(commands, obj=Reporting())
     command = commands.get_command(context, words[0])

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import jsonschema
 import pytest
+from covering import in_one_test
 from PIL import ImageColor
 
 from vidstyle.block import Block, Choice, Slider, block
@@ -74,8 +75,8 @@ def test_colours_have_the_names_and_short_forms_of_css() -> None:
     assert COLOR_NAMES == ImageColor.colormap
 
 
-@pytest.mark.parametrize(
-    ("assignment", "mistake"),
+@in_one_test(
+    "assignment, mistake",
     [
         ("posterize", "'posterize' is not written as step.parameter=value"),
         ("posterize.levels=5", "may be base.posterize#1 or base.posterize#2 or lines.posterize"),

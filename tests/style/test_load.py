@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import pytest
+from covering import in_one_test
 
 from vidstyle.block import Asset, block
 from vidstyle.blocks import all_blocks
@@ -52,7 +53,7 @@ def test_a_file_is_read_to_the_letter() -> None:
     assert [each.block for each in style.lines] == ["to_gray", "soft_threshold", "to_color", "to_gray"]
 
 
-@pytest.mark.parametrize("name", style_names())
+@in_one_test("name", style_names())
 def test_every_shipped_style_opens_by_its_name(name: str) -> None:
     style = load_style(name)
     assert style.name == name
@@ -82,8 +83,8 @@ def test_coloured_paper_alone_is_not_plain() -> None:
     assert not Style("flat", lines=(Step("posterize"),)).is_plain
 
 
-@pytest.mark.parametrize(
-    ("table", "mistake"),
+@in_one_test(
+    "table, mistake",
     [
         ({}, "format is missing; a style file says format = 1"),
         ({"format": 2, "shiny": 1}, "format 2 is unknown; this vidstyle reads format 1"),

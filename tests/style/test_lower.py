@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from covering import in_one_test
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import Encoding, PictureLayout
@@ -240,7 +241,7 @@ def test_lines_are_inked_over_the_background(chosen: Style, luma: Any, chroma: A
     assert result.chroma is None if chroma is None else once(ops(result.chroma)) == once(chroma)
 
 
-@pytest.mark.parametrize("name", style_names())
+@in_one_test("name", style_names())
 def test_each_node_of_a_shipped_style_has_an_operation_that_the_gpu_knows(name: str) -> None:
     known = {"plane", "upsample", "resample", "filter_bank", "block", *FILES} - {"same_chroma"}
     assert known == set(Op.__args__)  # type: ignore[attr-defined]
@@ -249,7 +250,7 @@ def test_each_node_of_a_shipped_style_has_an_operation_that_the_gpu_knows(name: 
         assert node.radius == 0 or node.reads_neighbors
 
 
-@pytest.mark.parametrize("name", style_names())
+@in_one_test("name", style_names())
 def test_the_cpu_stores_what_filters_read_before_they_run(name: str) -> None:
     """And computes nothing but conversions twice."""
     plan = schedule(lowered(load_style(name)))

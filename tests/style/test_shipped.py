@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from covering import of_the_day
+from covering import in_one_test, of_the_day
 from media import photograph
 
 from vidstyle.blocks import all_blocks
@@ -23,8 +23,8 @@ CLEAR = 12 / 255
 
 @cache
 def styled(name: str) -> np.ndarray:
-    """A photograph of a person in the style, float64 RGB 0..1."""
-    return stylize(photograph("astronaut"), name, device="cpu").astype(np.float64) / 255
+    """A photograph of a person in the style, float32 RGB 0..1."""
+    return stylize(photograph("astronaut"), name, device="cpu").astype(np.float32) / 255
 
 
 def distance(one: str, other: str) -> float:
@@ -41,7 +41,7 @@ def test_together_they_use_every_block() -> None:
     assert used - {""} == set(all_blocks())
 
 
-@pytest.mark.parametrize("name", STYLES)
+@in_one_test("name", STYLES)
 def test_a_style_says_what_it_is_and_holds_still_at_any_size(name: str) -> None:
     style = load_style(name)
     assert len(style.note) >= 40

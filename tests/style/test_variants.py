@@ -12,6 +12,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+from covering import in_one_test
 from random_styles import add_comments, random_style
 
 from vidstyle.cli import main
@@ -117,8 +118,8 @@ def test_other_colons_are_no_variants(path: Path, tmp_path: Path, monkeypatch: p
     assert mistakes_of("C:none.toml") == ["cannot be read: No such file or directory"]
 
 
-@pytest.mark.parametrize(
-    ("variants", "mistake"),
+@in_one_test(
+    "variants, mistake",
     [
         ("x", "variants: 'x' is not a table; write [variants.NAME] above each"),
         ({"blue": 3}, "variants.blue: 3 is not a table of values"),

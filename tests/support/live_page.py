@@ -26,8 +26,9 @@ from vidstyle.style import load_style
 def live_frame(number: int = 0, size: tuple[int, int] = (64, 48), captured: float = 0.0) -> LiveFrame:
     """A frame with a ramp in it, brighter from one frame to the next."""
     width, height = size
-    ramp = np.linspace(0, 150, width)[None, :, None] * np.ones((height, 1, 3)) + number % 100
-    picture = av.VideoFrame.from_ndarray(ramp.astype(np.uint8), format="rgb24").reformat(format="yuv420p")
+    ramp = (np.linspace(0, 150, width) + number % 100).astype(np.uint8)
+    rgb = np.repeat(np.repeat(ramp[None, :, None], 3, axis=2), height, axis=0)
+    picture = av.VideoFrame.from_ndarray(rgb, format="rgb24").reformat(format="yuv420p")
     return LiveFrame(picture_from_frame(picture), captured, number)
 
 
