@@ -6,11 +6,10 @@ import math
 from functools import lru_cache
 from typing import Annotated
 
-import cv2
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
-from vidstyle.core.kernels import compiled, look_up_at
+from vidstyle.core.kernels import compiled, interleaved, look_up_at
 from vidstyle.core.stroke_directions import STILL, stroke_directions
 from vidstyle.core.white_noise import APART, PAIR_CODES, between_pair, pairs_of, white_noise
 
@@ -44,19 +43,20 @@ def lic(
     size = float(np.float32(size))
     reach, (height, width) = _radius(length, size), picture.shape[:2]
     # Beyond the picture, so that no step has to look for its border.
-    directions = cv2.merge(stroke_directions(picture, angle, angle_strength))
-    around = cv2.copyMakeBorder(directions, *(reach,) * 4, cv2.BORDER_REPLICATE)
+    around = np.empty((height + 2 * reach, 2 * (width + 2 * reach)), np.float32)
+    _surround(*stroke_directions(picture, angle, angle_strength), reach, around)
     lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
     points = [(int(each[0][0]), int(each[0][-1]) + 2 * lead + 2) for each in (rows, columns)]
     noise = _noise_pairs(points[0], points[1], drawing_at(moment, rate) * APART)
     # Means of noise are paler the longer and finer the strokes.
     gain = np.float32(contrast * math.sqrt(1 + length / (2 * size)))
-    out = np.empty((height, width), np.float32)
+    out = np.empty((height, width, 3), np.float32)
     way = _steps(length, size), np.float32(size), reach
     flat, lines = (around.reshape(-1), noise.reshape(-1)), np.empty((5, width), np.float32)
-    _smear(flat, (around.shape[1], noise.shape[1]), rows, columns, way, gain, place.margin, lines, out)
-    return cv2.merge([out] * 3)
+    widths = width + 2 * reach, noise.shape[1]
+    _smear(flat, widths, rows, columns, way, gain, place.margin, lines, interleaved(out))
+    return out
 
 
 @lru_cache(maxsize=64)
@@ -73,6 +73,21 @@ def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray,
     places = (np.arange(first, first + count) + 0.5) / size
     points = np.floor(places).astype(np.int32)
     return points - np.int32(lead), (places - points + lead).astype(np.float32)
+
+
+@compiled
+def _surround(right, down, reach, around):  # type: ignore[no-untyped-def]
+    """Both parts of each direction side by side, with the border repeated `reach` pixels far."""
+    height, width = right.shape
+    for row in range(around.shape[0]):
+        inside = min(max(row - reach, 0), height - 1)
+        x, y, before, behind = right[inside], down[inside], around[row], around[row][2 * (reach + width) :]
+        own = before[2 * reach :]
+        for i in range(reach):
+            before[2 * i], before[2 * i + 1] = x[0], y[0]
+            behind[2 * i], behind[2 * i + 1] = x[width - 1], y[width - 1]
+        for i in range(width):
+            own[2 * i], own[2 * i + 1] = x[i], y[i]
 
 
 @compiled(fastmath=True)
@@ -103,13 +118,13 @@ def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type:
         first, y = (rows[0][row] - rows[0][0]) * widths[1] - starts[0], rows[1][row]
         own = directions[2 * ((row + reach) * widths[0] + reach) :]
         lattice, place = (widths[1], first, y), (widths[0], row, reach)
-        for i in range(out.shape[1]):
+        for i in range(mean.size):
             mean[i] = 0
             across[i], along[i] = 0, 0
         _add_noise(noise, lattice, starts, x, (one / size, one), lines)
         for side in range(2):
             turn, weight = one if side == 0 else -one, one
-            for i in range(out.shape[1]):
+            for i in range(mean.size):
                 right[i], down[i] = turn * own[2 * i], turn * own[2 * i + 1]
                 across[i], along[i] = size * right[i], size * down[i]
             for number in range(steps):
@@ -117,9 +132,10 @@ def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type:
                     _turn(directions, place, size, lines)
                 weight -= one / total
                 _add_noise(noise, lattice, starts, x, (one / size, weight), lines)
-        for i in range(out.shape[1]):
+        for i in range(mean.size):
             shown = mean[i] / (total * np.float32(PAIR_CODES))
-            out[row, i] = min(max(half + gain * (shown - half), np.float32(0)), one)
+            level = min(max(half + gain * (shown - half), np.float32(0)), one)
+            out[row, 3 * i], out[row, 3 * i + 1], out[row, 3 * i + 2] = level, level, level
 
 
 @compiled(fastmath=True, noalias=True)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-import cv2
 import numpy as np
 
 from vidstyle.block import Slider, block
+from vidstyle.blocks.sobel import smooth_and_steep
+from vidstyle.core.kernels import compiled
 
 
 @block("filter", on="luma", radius=lambda: 1, chroma="dropped")
@@ -22,9 +23,21 @@ def relief(
     Half white plus depth times the slope towards the light (3 x 3 Sobel, divided by 8), cut off at black and
     white. Lay it over a picture with `blend` and the mode grain_merge, for thick paint or rough paper.
     """
-    turn = math.radians(angle)
-    across, down = (
-        cv2.Sobel(luma, cv2.CV_32F, *order, scale=depth / 8 * part, borderType=cv2.BORDER_REPLICATE)
-        for order, part in (((1, 0), -math.cos(turn)), ((0, 1), math.sin(turn)))
-    )
-    return np.clip(across + down + np.float32(0.5), 0, 1)
+    turn, step = math.radians(angle), depth / 8
+    gains = np.float32(-step * math.cos(turn)), np.float32(step * math.sin(turn))
+    out = np.empty(luma.shape, np.float32)
+    _light(luma, gains, np.empty((2, luma.shape[1] + 2), np.float32), out)
+    return out
+
+
+@compiled
+def _light(luma, gains, scratch, out):  # type: ignore[no-untyped-def]
+    zero, half, one, two = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
+    (to_right, to_bottom), last = gains, luma.shape[0] - 1
+    smooth, steep = scratch[0], scratch[1]
+    for row in range(luma.shape[0]):
+        smooth_and_steep(luma[max(row - 1, 0)], luma[row], luma[min(row + 1, last)], smooth, steep)
+        for x in range(luma.shape[1]):
+            across = to_right * (smooth[x + 2] - smooth[x])
+            down = to_bottom * (steep[x] + two * steep[x + 1] + steep[x + 2])
+            out[row, x] = min(max(across + down + half, zero), one)

@@ -29,18 +29,28 @@ def sobel(
 
 @compiled
 def _edges(luma, gain, invert, scratch, out):  # type: ignore[no-untyped-def]
-    height, width = luma.shape
-    one = np.float32(1)
+    one, two, last = np.float32(1), np.float32(2), luma.shape[0] - 1
     smooth, steep = scratch[0], scratch[1]
-    for row in range(height):
-        above, below = max(row - 1, 0), min(row + 1, height - 1)
-        for x in range(width):
-            smooth[x + 1] = luma[above, x] + np.float32(2) * luma[row, x] + luma[below, x]
-            steep[x + 1] = luma[below, x] - luma[above, x]
-        smooth[0], steep[0] = smooth[1], steep[1]
-        smooth[width + 1], steep[width + 1] = smooth[width], steep[width]
-        for x in range(width):
+    for row in range(luma.shape[0]):
+        smooth_and_steep(luma[max(row - 1, 0)], luma[row], luma[min(row + 1, last)], smooth, steep)
+        for x in range(luma.shape[1]):
             across = smooth[x + 2] - smooth[x]
-            down = steep[x] + np.float32(2) * steep[x + 1] + steep[x + 2]
+            down = steep[x] + two * steep[x + 1] + steep[x + 2]
             edge = min(gain * np.sqrt(across * across + down * down), one)
             out[row, x] = one - edge if invert else edge
+
+
+@compiled
+def smooth_and_steep(above, middle, below, smooth, steep):  # type: ignore[no-untyped-def]
+    """The vertical halves of a 3 x 3 Sobel filter: a row smoothed, and its slope down.
+
+    Args:
+        above, middle, below: three rows of W numbers.
+        smooth, steep: W + 2 numbers, written: those of the row, and beside them its ends again.
+    """
+    width = middle.size
+    for x in range(width):
+        smooth[x + 1] = above[x] + np.float32(2) * middle[x] + below[x]
+        steep[x + 1] = below[x] - above[x]
+    smooth[0], steep[0] = smooth[1], steep[1]
+    smooth[width + 1], steep[width + 1] = smooth[width], steep[width]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vidstyle.block import LumaWeights, block
+from vidstyle.blocks.sobel import smooth_and_steep
 from vidstyle.core.kernels import compiled, interleaved
 
 
@@ -39,12 +40,7 @@ def _encode(picture, weights, scratch, out):  # type: ignore[no-untyped-def]
         _luma_of_row(picture[min(row + 1, height - 1)], weights, rows[(row + 1) % 3])
         if row < 0:
             continue
-        above, middle, below = rows[max(row - 1, 0) % 3], rows[row % 3], rows[(row + 1) % 3]
-        for x in range(width):
-            smooth[x + 1] = above[x] + two * middle[x] + below[x]
-            steep[x + 1] = below[x] - above[x]
-        smooth[0], steep[0] = smooth[1], steep[1]
-        smooth[width + 1], steep[width + 1] = smooth[width], steep[width]
+        smooth_and_steep(rows[max(row - 1, 0) % 3], rows[row % 3], rows[(row + 1) % 3], smooth, steep)
         for x in range(width):
             across = np.float32(0.25) * (smooth[x + 2] - smooth[x])
             down = np.float32(0.25) * (steep[x] + two * steep[x + 1] + steep[x + 2])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -243,7 +244,7 @@ def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> 
         case "rgb_from_gray":
             return gray_rgb(inputs["luma"])
         case "constant_luma":
-            return np.full(shape, values["level"], np.float32)
+            return _constant(shape, values["level"])
         case "constant_chroma":
             return Tints((), (), values["tint"])
         case "on_paper":
@@ -256,6 +257,14 @@ def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> 
             pairs = zip(values["ink"], inputs["under"], strict=True)
             return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
     raise ValueError(f"{node.op} is not computed pixel by pixel")
+
+
+@lru_cache(maxsize=4)
+def _constant(shape: tuple[int, int], level: float) -> np.ndarray:
+    """The same for all bands of a height; read-only."""
+    plane = np.full(shape, level, np.float32)
+    plane.setflags(write=False)
+    return plane
 
 
 def _planes_of(chroma: Chroma | Tints) -> tuple[Sequence[np.ndarray], Callable[..., Chroma]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vidstyle.core.kernels import compiled
 from vidstyle.core.planes import Chroma
 
 Tint = tuple[float, ...]
@@ -37,8 +38,16 @@ class Tints:
 
     def chroma(self, planes: Sequence[np.ndarray]) -> Chroma:
         """Blue and red difference, of `planes` or of averages of them."""
-        blue, red = (np.full(planes[0].shape, level, np.float32) for level in self.everywhere)
-        for plane, (by_blue, by_red) in zip(planes, self.tints, strict=True):
-            blue += plane * np.float32(by_blue)
-            red += plane * np.float32(by_red)
+        blue, red = np.empty((2, *planes[0].shape), np.float32)
+        for out, everywhere, *parts in zip((blue, red), self.everywhere, *self.tints, strict=True):
+            out.fill(everywhere)
+            for plane, part in zip(planes, parts, strict=True):
+                _add(plane, np.float32(part), out)
         return blue, red
+
+
+@compiled
+def _add(plane, part, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            out[row, x] += plane[row, x] * part
