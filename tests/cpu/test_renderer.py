@@ -57,8 +57,9 @@ def test_chroma_is_not_even_read(monkeypatch: pytest.MonkeyPatch) -> None:
     def read(*_: object) -> None:
         raise AssertionError("chroma was converted")
 
-    for name in ("upsampled_chroma", "color_rows", "rgb_from_yuv", "yuv_from_rgb"):
+    for name in ("upsampled_chroma", "stored_chroma_rows", "color_rows", "yuv_from_rgb"):
         monkeypatch.setattr(f"vidstyle.cpu.execute.{name}", read)
+    monkeypatch.setattr("vidstyle.cpu.pixel_operations.rgb_from_yuv", read)
     for steps in LUMA_STYLES.values():
         run(style(*steps), SOURCES["video"])
     with pytest.raises(AssertionError, match="chroma was converted"):

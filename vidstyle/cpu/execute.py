@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,28 +11,22 @@ import numpy as np
 from vidstyle.block import FrameTime, LumaWeights, Margin, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
-from vidstyle.core.kernels import compiled, mix_channels
 from vidstyle.core.measured import percentiles, sampled, sampled_values
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     Chroma,
     chroma_radius,
     color_rows,
-    gray_rgb,
     luma_from_rgb,
     luma_rows,
-    rgb_from_yuv,
     stored_chroma_rows,
     upsampled_chroma,
     yuv_from_rgb,
 )
 from vidstyle.core.resample import Resampling
+from vidstyle.cpu.pixel_operations import Value, at_every_pixel, per_pixel, planes_of
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
-from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of
-
-Value = Any
-"""float32: luma, N x W; RGB, N x W x 3; or blue and red difference, two of N x W, or `Tints`."""
 
 
 class FrameExecutor:
@@ -89,7 +82,7 @@ class FrameExecutor:
             if "color" in made:
                 assembler.put_color(top, values[made["color"]])
             if "chroma" in made:
-                assembler.put_chroma(top, bottom, top - first, *_planes_of(values[made["chroma"]]))
+                assembler.put_chroma(top, bottom, top - first, *planes_of(values[made["chroma"]]))
             if "luma" in made:
                 assembler.put_luma(top, values[made["luma"]][top - first : bottom - first])
 
@@ -150,7 +143,7 @@ class FrameExecutor:
             assert chroma.grid is not None
             shape = bottom - top, node.shape[1]
             return upsampled_chroma(self._subsampled_chroma(chroma), chroma.grid, top, shape)
-        return _per_pixel(node, (bottom - top, node.shape[1]), inputs)
+        return per_pixel(node, (bottom - top, node.shape[1]), inputs)
 
     def _run_block(self, node: Node, inputs: dict[str, Value], top: int, bottom: int) -> np.ndarray:
         block = node.block
@@ -225,65 +218,7 @@ def _empty_planes(node: Node) -> Value:
 
 
 def _copy_rows(value: Value, planes: Value, top: int, bottom: int) -> None:
-    value = _at_every_pixel(value)
+    value = at_every_pixel(value)
     pairs = zip(value, planes, strict=True) if isinstance(value, tuple) else [(value, planes)]
     for rows, plane in pairs:
         plane[top:bottom] = rows
-
-
-def _per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> Value:
-    """The operations that compute each pixel from the same pixel of their inputs."""
-    values = node.values
-    match node.op:
-        case "luma_from_rgb":
-            return luma_from_rgb(inputs["color"], encoding_of(node.matrix))
-        case "chroma_from_rgb":
-            return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[1:]
-        case "rgb_from_yuv":
-            return rgb_from_yuv(inputs["luma"], _at_every_pixel(inputs["chroma"]), encoding_of(node.matrix))
-        case "rgb_from_gray":
-            return gray_rgb(inputs["luma"])
-        case "constant_luma":
-            return _constant(shape, values["level"])
-        case "constant_chroma":
-            return Tints((), (), values["tint"])
-        case "on_paper":
-            return mix_channels(inputs["color"], np.diag([*values["paper"], 0.0])[:3])
-        case "inked_luma":
-            return _mixed(values["ink"], inputs["under"], inputs["lines"])
-        case "inked_chroma" if isinstance(inputs["under"], Tints):
-            return inputs["under"].inked(values["ink"], inputs["lines"])
-        case "inked_chroma":
-            pairs = zip(values["ink"], inputs["under"], strict=True)
-            return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
-    raise ValueError(f"{node.op} is not computed pixel by pixel")
-
-
-@lru_cache(maxsize=4)
-def _constant(shape: tuple[int, int], level: float) -> np.ndarray:
-    """The same for all bands of a height; read-only."""
-    plane = np.full(shape, level, np.float32)
-    plane.setflags(write=False)
-    return plane
-
-
-def _planes_of(chroma: Chroma | Tints) -> tuple[Sequence[np.ndarray], Callable[..., Chroma]]:
-    """Planes of any size, and how chroma is made of them."""
-    return (chroma.planes, chroma.chroma) if isinstance(chroma, Tints) else (chroma, tuple)
-
-
-def _at_every_pixel(value: Value) -> Value:
-    return value.chroma(value.planes) if isinstance(value, Tints) else value
-
-
-def _mixed(ink: float, under: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    out = np.empty(under.shape, np.float32)
-    _lay_ink(np.float32(ink), under, lines, out)
-    return out
-
-
-@compiled
-def _lay_ink(ink, under, lines, out):  # type: ignore[no-untyped-def]
-    for row in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            out[row, x] = (under[row, x] - ink) * lines[row, x] + ink

@@ -1,0 +1,76 @@
+"""Operations that compute each pixel of a node from the same pixel of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from vidstyle.core.kernels import compiled, mix_channels
+from vidstyle.core.planes import Chroma, gray_rgb, luma_from_rgb, rgb_from_yuv, yuv_from_rgb
+from vidstyle.cpu.tints import Tints
+from vidstyle.style.nodes import Node, encoding_of
+
+Value = Any
+"""float32: luma, N x W; RGB, N x W x 3; or blue and red difference, two of N x W, or `Tints`."""
+
+
+def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> Value:
+    """The operations that compute each pixel from the same pixel of their inputs."""
+    values = node.values
+    match node.op:
+        case "luma_from_rgb":
+            return luma_from_rgb(inputs["color"], encoding_of(node.matrix))
+        case "chroma_from_rgb":
+            return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[1:]
+        case "rgb_from_yuv":
+            return rgb_from_yuv(inputs["luma"], at_every_pixel(inputs["chroma"]), encoding_of(node.matrix))
+        case "rgb_from_gray":
+            return gray_rgb(inputs["luma"])
+        case "constant_luma":
+            return _constant(shape, values["level"])
+        case "constant_chroma":
+            return Tints((), (), values["tint"])
+        case "on_paper":
+            return mix_channels(inputs["color"], np.diag([*values["paper"], 0.0])[:3])
+        case "inked_luma":
+            return _mixed(values["ink"], inputs["under"], inputs["lines"])
+        case "inked_chroma" if isinstance(inputs["under"], Tints):
+            return inputs["under"].inked(values["ink"], inputs["lines"])
+        case "inked_chroma":
+            pairs = zip(values["ink"], inputs["under"], strict=True)
+            return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
+    raise ValueError(f"{node.op} is not computed pixel by pixel")
+
+
+@lru_cache(maxsize=4)
+def _constant(shape: tuple[int, int], level: float) -> np.ndarray:
+    """The same for all bands of a height; read-only."""
+    plane = np.full(shape, level, np.float32)
+    plane.setflags(write=False)
+    return plane
+
+
+def planes_of(chroma: Chroma | Tints) -> tuple[Sequence[np.ndarray], Callable[..., Chroma]]:
+    """Planes of any size, and how chroma is made of them."""
+    return (chroma.planes, chroma.chroma) if isinstance(chroma, Tints) else (chroma, tuple)
+
+
+def at_every_pixel(value: Value) -> Value:
+    """The value as planes."""
+    return value.chroma(value.planes) if isinstance(value, Tints) else value
+
+
+def _mixed(ink: float, under: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    out = np.empty(under.shape, np.float32)
+    _lay_ink(np.float32(ink), under, lines, out)
+    return out
+
+
+@compiled
+def _lay_ink(ink, under, lines, out):  # type: ignore[no-untyped-def]
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            out[row, x] = (under[row, x] - ink) * lines[row, x] + ink
