@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -186,19 +186,11 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.
     Args:
         still: the change without motion.
     """
-    places: Any = None  # both coordinates in one map
-    moved = cv2.remap(
-        before, flow + _places(now.shape), places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
+    both: Any = None  # coordinates are in the first map
+    relative = cv2.INTER_LINEAR | cv2.WARP_RELATIVE_MAP
+    moved = cv2.remap(before, flow, both, relative, borderMode=cv2.BORDER_REPLICATE)
     part, whole = MAX_RESIDUAL
     return (still > MAX_STILL * NOISE_AREA**2) & (whole * _change(now, moved) < part * still)
-
-
-@lru_cache(1)
-def _places(shape: tuple[int, int]) -> np.ndarray:
-    """Column and row of each pixel, h x w x 2 float32."""
-    rows, columns = np.indices(shape, np.float32)
-    return np.dstack([columns, rows])
 
 
 def _reduced_luma(picture: Picture) -> np.ndarray:

@@ -96,11 +96,11 @@ def grid_row(y, height, rows):  # type: ignore[no-untyped-def]
 def _in_segments(grid, width, out):  # type: ignore[no-untyped-def]
     half, last = np.float32(0.5), np.int32(grid.shape[1] - 1)
     each = np.float32(grid.shape[1]) / np.float32(width)
-    for row in range(out.shape[0]):
-        for segment in range(out.shape[1]):
-            place = np.float32(segment * SEGMENT + SEGMENT // 2) * each - half
-            before = np.floor(place)
-            left, right = index_at(before, last), index_at(before + np.float32(1), last)
+    for segment in range(out.shape[1]):
+        place = np.float32(segment * SEGMENT + SEGMENT // 2) * each - half
+        before = np.floor(place)
+        left, right = index_at(before, last), index_at(before + np.float32(1), last)
+        for row in range(out.shape[0]):
             for axis in range(out.shape[2]):
                 difference = grid[row, right, axis] - grid[row, left, axis]
                 out[row, segment, axis] = grid[row, left, axis] + (place - before) * difference
