@@ -43,8 +43,8 @@ class Resampling:
 
     def rows_read(self, top: int, bottom: int) -> tuple[int, int]:
         """The old rows that the new rows top..bottom are made of: the first, and the one after the last."""
-        index = _taps(self.method, self.old[0], self.new[0])[0][top:bottom]
-        return int(index.min()), int(index.max()) + 1
+        index, _ = _taps(self.method, self.old[0], self.new[0])
+        return int(index[top, 0]), int(index[bottom - 1, -1]) + 1
 
     def rows(self, plane: np.ndarray, first: int, top: int, bottom: int) -> np.ndarray:
         """The new rows top..bottom, the same in any band; new.
@@ -102,7 +102,7 @@ def _columns(method: str, old: int, new: int, channels: int) -> Taps:
 
 @lru_cache(maxsize=64)
 def _taps(method: str, old: int, new: int) -> Taps:
-    """For each new sample the old ones that it is made of, and their weights, float32."""
+    """For each new sample the old ones that it is made of, in rising order, and their weights, float32."""
     if method == "nearest":
         # Not OpenCV's, whose choice at an edge depends on rounding: an edge belongs to the pixel after it.
         return (2 * np.arange(new)[:, None] + 1) * old // (2 * new), np.ones((new, 1), np.float32)

@@ -8,7 +8,7 @@ from vidstyle.core.kernels.declare import compiled
 from vidstyle.core.kernels.indices import look_up_at
 
 Taps = tuple[np.ndarray, np.ndarray]
-"""For each sample the places that it is the sum of, and their weights: count x taps."""
+"""For each sample the places that it is the sum of, in rising order, and their weights: count x taps."""
 
 
 def column_taps(taps: Taps) -> Taps:
@@ -34,10 +34,9 @@ def weigh_rows_and_columns(
             same for all bands of a plane, as it rounds differently.
     """
     if columns_first:
-        first = rows[0].min()
-        count = rows[0].max() + 1 - first
-        wide = np.empty((count, out.shape[1]), np.float32)
-        _enlarge(plane[first : first + count], rows[0] - first, rows[1], *columns, wide, out)
+        first, end = rows[0][0, 0], rows[0][-1, -1] + 1
+        wide = np.empty((end - first, out.shape[1]), np.float32)
+        _enlarge(plane[first:end], rows[0] - first, rows[1], *columns, wide, out)
     else:
         _gather(plane, *rows, *columns, np.empty(plane.shape[1], np.float32), out)
 
