@@ -39,7 +39,7 @@ collect_ignore = ["support", "export/gstreamer_pipeline.py"]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Draw a share of the thorough tests."""
+    """Draw a share of the thorough tests, and begin with those that wait, while others have work to do."""
 
     def is_left_out(item: pytest.Item) -> bool:
         is_thorough = item.get_closest_marker("thorough") is not None
@@ -48,6 +48,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     left_out = [item for item in items if is_left_out(item)]
     config.hook.pytest_deselected(items=left_out)
     items[:] = [item for item in items if not is_left_out(item)]
+    items.sort(key=lambda item: item.path.parent.name != "live")
 
 
 def pytest_collection_finish() -> None:

@@ -64,6 +64,15 @@ def least_of_all(panels: np.ndarray, weights: LayoutWeights, break_costs: list[f
     return least(0, 0, 0, None)
 
 
+def test_rows_of_a_count_have_the_types_that_their_panels_allow() -> None:
+    row_types = RowTypes(COLUMNS, WIDE, HIGH)
+    for count in range(1, COLUMNS + 2):
+        several = product(range(2, min(count, COLUMNS) + 1), range(1, WIDE))
+        found = {row_types.of(columns, split, 0) for columns, split in several}
+        found = found or {row_types.of(1, 0, high) for high in range(1, HIGH + 1)}
+        assert found <= set(range(len(row_types))[row_types.of_rows(count)])
+
+
 @pytest.mark.parametrize(
     ("count", "pages", "seed"),
     [(1, 1, 0), (2, 1, 1), (3, 1, 2), (3, 2, 3), (4, 2, 4), *((4, 1, seed) for seed in range(5, 15))],

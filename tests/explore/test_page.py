@@ -25,6 +25,7 @@ from vidstyle.cli.explore import designer_until
 from vidstyle.errors import UsageError
 from vidstyle.explore import chooser
 from vidstyle.explore.look import SIDE
+from vidstyle.explore.page import exploration as exploration_file
 from vidstyle.explore.page import explore_page, outputs
 from vidstyle.explore.page.exploration import Exploration
 from vidstyle.explore.page.explore_messages import FIELDS
@@ -51,13 +52,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def page(folder: Path) -> Iterator[ExplorePage]:
     """A page with a film of half a second, whose first screen is there.
 
-    It draws less ahead, which would keep all cores busy as long as it is open.
+    It draws less ahead, which would keep all cores busy as long as it is open, and fewer pictures of a plane.
     """
     film = make_clip(folder / "film.mp4", size=SIZE, frames=15)
     clip = open_clip(film)
     fewer = {"values": 6, "step": 3, "cross": 1, "wild": 1, "shipped": 4}
     with pytest.MonkeyPatch.context() as patch, Exploration(clip, 3) as exploration:
         patch.setattr(chooser, "DRAWN", fewer)
+        patch.setattr(exploration_file, "GRID", 3)
         likeliest = exploration.chooser.by_liking
         patch.setattr(exploration.chooser, "by_liking", lambda: likeliest()[:1])
         page = ExplorePage(exploration)
