@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.core.convert import convert
@@ -49,8 +51,8 @@ def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Sub
 
 def film_picture_at(width: int, height: int) -> Picture:
     """A picture of the demo film at this size, 4:2:0, 8 bit."""
-    drawn = resample(film_picture(FILM_TIME), (height, width), "bicubic")
-    return convert(Picture.from_array(drawn), Encoding())
+    drawn = resample(film_picture(FILM_TIME).astype(np.float32), (height, width), "bicubic")
+    return convert(Picture.from_array(np.rint(drawn).clip(0, 255).astype(np.uint8)), Encoding())
 
 
 def _blocks(names: Iterable[str]) -> list[Subject]:
