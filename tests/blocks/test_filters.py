@@ -71,6 +71,17 @@ def test_sobel_of_a_full_step_is_its_gain() -> None:
     np.testing.assert_allclose(out, np.repeat([[0, 0, 0.75, 0.75, 0, 0]], 6, axis=0), atol=1e-6)
 
 
+@pytest.mark.parametrize("angle", [135, 0, -60])
+def test_relief_of_a_ramp_is_its_slope_towards_the_light(angle: float) -> None:
+    rise = np.array([0.02, -0.01])  # to the right, and down
+    ramp = (rise[0] * np.arange(12) + rise[1] * np.arange(10)[:, None] + 0.4).astype(np.float32)
+    out = run_luma(style(step("relief", depth=8.0, angle=angle)), ramp)
+    towards = -np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    np.testing.assert_allclose(out[1:-1, 1:-1], 0.5 + 8 * rise @ towards, atol=1e-5)
+    beside_border = 0.5 + 8 * (rise[0] / 2 * towards[0] + rise[1] * towards[1])
+    np.testing.assert_allclose(out[1:-1, 0], beside_border, atol=1e-5)
+
+
 def test_sobel_draws_gray_lines_on_a_colour_picture() -> None:
     out = run_color(style(step("sobel")), noise(9, 9, 3))
     np.testing.assert_array_equal(out, np.repeat(out[..., :1], 3, axis=2))
