@@ -183,8 +183,8 @@ def bank_row(name: str, bank: Bank) -> str:
     bins, samples = bank.bins, np.array(bank.about["samples"])
     residuals = np.sqrt((np.square(bank.about["residuals"]) * samples).sum(axis=1) / max(samples.sum(), 1))
     return (
-        f"| `{name}` | {bank.about['imitates']} | {'; '.join(bank.about['parts'])} | {bins.orientations} x "
-        f"{bins.strengths} x {bins.coherences} | {bank.size} x {bank.size} | {bank.rho:g} | "
+        f"| `{name}` | {bank.about['imitates']} | {'; '.join(bank.about['parts'])} | "
+        f"{' x '.join(map(str, bins.counts))} | {bank.size} x {bank.size} | {bank.rho:g} | "
         f"{', '.join(f'{each:.2f}' for each in residuals)} | {(samples == 0).sum()} | "
         f"{bank.about['long_side']} |"
     )

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from vidstyle.blade.bank import save_bank
+from vidstyle.blade.bins import Bins
 from vidstyle.blade.photographs import Photograph, photographs_in
 from vidstyle.blade.reference_filter import ReferenceFilter, joined, reference_by_name
 from vidstyle.blade.regression import TrainingConfig
-from vidstyle.blade.structure_tensor import Bins
 from vidstyle.blade.training import train
 from vidstyle.blocks.detail import CONTRASTS
 from vidstyle.blocks.tvf import SHARES, TIME
@@ -54,7 +54,7 @@ def _teacher(name: str, *settings: dict[str, float], scale: float = 1.0) -> tupl
 def _lines(name: str, config: TrainingConfig, *sigmas: float, long_side: int = LONG_SIDE) -> Plan:
     """A bank for lines of several widths, in pixels; those above 1 are of reduced pictures.
 
-    Lines bend where the coherence is low, which needs filters of its own; their strength hardly matters.
+    Bent lines need filters of their own; strength and coherence hardly matter beside that.
     """
     whole = [{"sigma": sigma} for sigma in sigmas if sigma <= 1]
     teachers = [_teacher("flow_dog", *whole)] if whole else []
@@ -88,13 +88,11 @@ PLANS = (
         (_teacher("tv_flow", *FLOWS),),
         {"times": TIMES},
     ),
-    _lines(
-        "flow_dog_fine", TrainingConfig(Bins(24, 1, 12, coherence_range=(0.0, 0.5)), 2.0, 9), 0.5, 0.7, 1.0
-    ),
+    _lines("flow_dog_fine", TrainingConfig(Bins(24, 1, 1, curvatures=9), 2.0, 9), 0.5, 0.7, 1.0),
     # The reference enlarges the tensor of a reduced picture, which widens its window a little.
     _lines(
         "flow_dog",
-        TrainingConfig(Bins(24, 1, 16, coherence_range=(0.0, 0.7)), 2.1, 9),
+        TrainingConfig(Bins(24, 1, 1, curvatures=9), 2.1, 9),
         *(1.0, 1.4, 2.0, 4.0),
         long_side=768,
     ),

@@ -1,38 +1,13 @@
 #include "lib/filter_number.glsl"
-#include "lib/tensor_line.glsl"
+#include "lib/window_tensor.glsl"
 
 #ifdef PREPARED_ROOM
-shared vec3 tensor_lines[PREPARED_ROOM];
-
-// Each line of the tensor serves all pixels of the group above and below it. The differences themselves are
-// not stored: reading three numbers from shared memory costs more than computing them from two.
 void chosen_filter_prepare(int radius, float window[16]) {
-    ivec2 own = ivec2(gl_LocalInvocationID.xy), next = ivec2(gl_WorkGroupSize.xy);
-    for (int y = own.y; y < group_size.y + 2 * radius - 1; y += next.y) {
-        for (int x = own.x; x < group_size.x; x += next.x) {
-            tensor_lines[y * group_size.x + x] =
-                tensor_line(group_first + ivec2(x, y - radius), radius, window);
-        }
-    }
-    barrier();
-}
-
-vec3 tensor_line_at(ivec2 at, int radius, float window[16]) {
-    ivec2 inside = at - group_first + ivec2(0, radius);
-    return tensor_lines[inside.y * group_size.x + inside.x];
-}
-#else
-vec3 tensor_line_at(ivec2 at, int radius, float window[16]) {
-    return tensor_line(at, radius, window);
+    prepare_tensor_lines(radius, window);
 }
 #endif
 
 // The index of the filter selected by the local structure, in a compute pass.
 float chosen_filter(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
-    vec3 tensor = vec3(0.0);
-    for (int row = 0; row < 2 * radius; row++) {
-        vec3 line = tensor_line_at(at + ivec2(0, row - radius), radius, window);
-        tensor += window[min(row, 2 * radius - 1 - row)] * line;
-    }
-    return filter_number(tensor, bins, start, density);
+    return filter_number(window_tensor(at, radius, window), bins, start, density);
 }

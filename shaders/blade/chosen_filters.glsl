@@ -1,14 +1,19 @@
 #include "lib/filter_number.glsl"
+#include "lib/line_angle.glsl"
 
 // A weight of the even Gaussian, of which `window` is one half, from its end to its middle; 0 beyond it.
 float window_weight(int tap, int radius, float window[16]) {
     return tap < 0 || tap >= 2 * radius ? 0.0 : window[min(tap, 2 * radius - 1 - tap)];
 }
 
-// The indices of the filters selected for 2 x 2 pixels, row by row, in a fragment pass: their windows share
-// most of the differences, and four pixels are read at a time. Paper, section 6.3.
-vec4 chosen_filters(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
-    vec3 upper_left = vec3(0.0), upper_right = vec3(0.0), lower_left = vec3(0.0), lower_right = vec3(0.0);
+struct FourTensors {
+    vec3 upper_left, upper_right, lower_left, lower_right;
+};
+
+// The structure tensors of 2 x 2 pixels: their windows share most of the differences, and four pixels are
+// read at a time. Paper, section 6.3.
+FourTensors four_tensors(ivec2 at, int radius, float window[16]) {
+    FourTensors found = FourTensors(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     for (int row = 0; row <= 2 * radius; row++) {
         vec3 left = vec3(0.0), right = vec3(0.0);
         vec2 before = vec2(0.0);
@@ -28,13 +33,27 @@ vec4 chosen_filters(ivec2 at, int radius, float window[16], vec3 bins, vec2 star
             weight_before = window_weight(column + 1, radius, window);
         }
         float weight = window_weight(row, radius, window);
-        upper_left += weight * left;
-        upper_right += weight * right;
+        found.upper_left += weight * left;
+        found.upper_right += weight * right;
         weight = window_weight(row - 1, radius, window);
-        lower_left += weight * left;
-        lower_right += weight * right;
+        found.lower_left += weight * left;
+        found.lower_right += weight * right;
     }
+    return found;
+}
+
+// The indices of the filters selected for 2 x 2 pixels, row by row, in a fragment pass.
+vec4 chosen_filters(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
+    FourTensors of = four_tensors(at, radius, window);
     return vec4(
-        filter_number(upper_left, bins, start, density), filter_number(upper_right, bins, start, density),
-        filter_number(lower_left, bins, start, density), filter_number(lower_right, bins, start, density));
+        filter_number(of.upper_left, bins, start, density), filter_number(of.upper_right, bins, start, density),
+        filter_number(of.lower_left, bins, start, density), filter_number(of.lower_right, bins, start, density));
+}
+
+// The angles that curvatures are found from, of 2 x 2 pixels likewise.
+vec4 four_angles(ivec2 at, int radius, float window[16]) {
+    FourTensors of = four_tensors(at, radius, window);
+    return vec4(
+        line_angle(of.upper_left), line_angle(of.upper_right),
+        line_angle(of.lower_left), line_angle(of.lower_right));
 }

@@ -1,11 +1,14 @@
 // A pixel filtered with the filter selected for it. The bank holds, for each pair of opposite pixels, the
-// weight of their difference from the middle; `part_sums` are the responses of the parts to a constant 1.
+// weight of their sum less twice the middle, and where filters are not symmetric then those of their
+// differences; `part_sums` are the responses of the parts to a constant 1.
 channels filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
         float part_sums[8], float identity) {
     int number = clamp(int(chosen * 1024.0 + 0.5), 0, textureSize(bank, 0).y - 1);
     int radius = size / 2, pair = 0;
+    int texels = (size * size - 1) / 8;
+    bool is_symmetric = textureSize(bank, 0).x == texels;
     channels middle = picture_at(at), total = identity * middle;
-    vec4 weights = vec4(0.0);
+    vec4 weights = vec4(0.0), differences = vec4(0.0);
     for (int part = 0; part < bank_count; part++) {
         total += part_weights[part] * part_sums[part] * middle;
     }
@@ -13,13 +16,19 @@ channels filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, i
         for (int right = down == 0 ? 1 : -radius; right <= radius; right++) {
             ivec2 there = ivec2(right, down);
             if ((pair & 3) == 0) {
-                weights = vec4(0.0);
+                weights = differences = vec4(0.0);
                 for (int part = 0; part < bank_count; part++) {
-                    weights += part_weights[part] * texelFetch(bank, ivec3(pair / 4, number, part), 0);
+                    ivec3 place = ivec3(pair / 4, number, part);
+                    weights += part_weights[part] * texelFetch(bank, place, 0);
+                    if (!is_symmetric) {
+                        differences += part_weights[part] * texelFetch(bank, place + ivec3(texels, 0, 0), 0);
+                    }
                 }
             }
-            total += weights.x * (picture_at(at + there) + picture_at(at - there) - 2.0 * middle);
+            channels one = picture_at(at + there), other = picture_at(at - there);
+            total += weights.x * (one + other - 2.0 * middle) + differences.x * (one - other);
             weights = weights.yzww;
+            differences = differences.yzww;
             pair++;
         }
     }

@@ -17,6 +17,8 @@ from media import photograph
 from pictures import noise
 
 from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
+from vidstyle.blade.bins import Bins, Feature
+from vidstyle.blade.choice import choose_filters
 from vidstyle.blade.draw import EMPTY, GAP, LEFT, RIGHT, TOP, draw_bank
 from vidstyle.blade.inference import RESAMPLING, BankRun, apply_filters
 from vidstyle.blade.regression import (
@@ -28,14 +30,15 @@ from vidstyle.blade.regression import (
     solve,
 )
 from vidstyle.blade.simd import packed_filters
-from vidstyle.blade.structure_tensor import Bins, select_filters, window_radius, window_weights
-from vidstyle.blade.symmetry import SYMMETRIES, pixel_pairs
+from vidstyle.blade.structure_tensor import select_filters, window_radius, window_weights
+from vidstyle.blade.symmetry import SYMMETRIES, Symmetry, pixel_pairs
 from vidstyle.blade.training import mssim, psnr
 from vidstyle.core.picture import WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
 BINS = Bins(24, 3, 3)
 SHARED = replace(BINS, step=2)
+CURVED = Bins(24, 1, 1, curvatures=5)
 IMAGES = {
     "half turn": (lambda a: a[::-1, ::-1], lambda o, n: o),
     "mirror": (lambda a: a[:, ::-1], lambda o, n: -o % n),
@@ -91,6 +94,35 @@ def test_a_turned_picture_chooses_the_turned_bins(name: str, bins: Bins) -> None
     assert (expected != after).mean() < 1e-4
 
 
+@pytest.mark.parametrize("symmetry", SYMMETRIES, ids=lambda each: str(each.matrix))
+def test_a_turned_picture_chooses_the_bins_that_training_expects(symmetry: Symmetry) -> None:
+    bins = Bins(24, 1, 2, curvatures=7, features=(Feature("mean", 3, 1.0),))
+    (a, b), (c, d) = symmetry.matrix
+
+    def turned(plane: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray((plane.T if a == 0 else plane)[:: c + d, :: a + b])
+
+    luma = cv2.GaussianBlur(noise(91, 83), (0, 0), 2)
+    images = np.array([symmetry.bin_of(bins, number) for number in range(bins.count)])
+    expected = images[turned(choose_filters(luma, bins, 1.5))]
+    assert (expected != choose_filters(turned(luma), bins, 1.5)).mean() < 1e-3
+
+
+def test_curvature_is_one_by_the_radius() -> None:
+    rows, columns = np.mgrid[-40:41, -40:41].astype(np.float32)
+    radius = np.hypot(rows, columns)
+    bins = Bins(24, 1, 1, curvatures=101)
+    chosen = select_filters(0.5 + 0.4 * np.sin(radius / 4), bins, 1.5)
+    begins = np.array([bins.curvature_at(number) for number in range(102)])
+    inside = (radius > 10) & (radius < 35)
+    low, high = (begins[chosen[inside] % 101 + each] for each in (-1, 2))  # or in the bin beside it
+    one_by_radius = 1 / radius[inside]
+    to_the_left = chosen[inside] % 101 < 50
+    assert to_the_left.mean() == pytest.approx(0.5, abs=0.02), "each line is seen from its other end, too"
+    bends = np.where(to_the_left, -one_by_radius, one_by_radius)
+    assert ((low < bends) & (bends < high)).mean() > 0.95
+
+
 def test_directions_strengths_and_coherence_are_what_they_are_called() -> None:
     ramp = np.arange(64, dtype=np.float32)
     for degrees in range(0, 180, 15):
@@ -116,9 +148,9 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
         1e4 * noise(30, 30) - 5e3,
         np.zeros((7, 7), np.float32),
     ):
-        for bins in (BINS, SHARED):
+        for bins in (BINS, SHARED, CURVED):
             chosen = select_filters(luma, bins, 1.5)
-            assert chosen.min() >= 0 and chosen.max() < BINS.count
+            assert chosen.min() >= 0 and chosen.max() < bins.count
 
 
 @pytest.mark.parametrize("rho", [0.4, 1.5, 2.0, 3.1, 8.0])
@@ -162,7 +194,7 @@ def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[i
 
 @pytest.mark.parametrize("reselect", [True, False])
 @pytest.mark.parametrize("passes", [1, 3])
-@pytest.mark.parametrize("bins", [BINS, SHARED], ids=["each", "shared"])
+@pytest.mark.parametrize("bins", [BINS, SHARED, CURVED], ids=["each", "shared", "curved"])
 def test_bands_with_their_margin_give_what_the_whole_gives(bins: Bins, passes: int, reselect: bool) -> None:
     luma = face()
     run = BankRun(random_bank(bins), (0.5,), 0.5, passes=passes, reselect=reselect)
@@ -223,10 +255,12 @@ def test_constants_stay_or_vanish_whatever_is_learned() -> None:
     np.testing.assert_allclose(found[1].sum(axis=(1, 2)), 0, atol=1e-5)
 
 
-def test_filters_have_the_eight_symmetries() -> None:
-    bins = Bins(8, 2, 2)
+@pytest.mark.parametrize("bins", [Bins(8, 2, 2), CURVED], ids=["straight", "curved"])
+def test_filters_have_the_eight_symmetries(bins: Bins) -> None:
     found = learned(TrainingConfig(bins, 1.0, 5), [face()], lambda z: [cv2.bilateralFilter(z, 5, 0.1, 2)])[0]
-    np.testing.assert_allclose(found, found[:, ::-1, ::-1], atol=1e-6)
+    is_symmetric = np.abs(found - found[:, ::-1, ::-1]).max(axis=(1, 2)) < 1e-6
+    assert is_symmetric.mean() == 1 / bins.curvatures
+    assert is_symmetric[bins.curvatures // 2 :: bins.curvatures].all(), "those of straight lines"
     for symmetry in SYMMETRIES:
         for number in range(bins.count):
             turned = np.zeros((5, 5), np.float32)
@@ -237,8 +271,9 @@ def test_filters_have_the_eight_symmetries() -> None:
             np.testing.assert_allclose(found[symmetry.bin_of(bins, number)], turned, atol=1e-5)
 
 
-def test_learning_from_turned_pictures_gives_the_same_filters() -> None:
-    config = TrainingConfig(Bins(8, 2, 2), 1.0, 5)
+@pytest.mark.parametrize("bins", [Bins(8, 2, 2), Bins(8, 1, 1, curvatures=3)], ids=["straight", "curved"])
+def test_learning_from_turned_pictures_gives_the_same_filters(bins: Bins) -> None:
+    config = TrainingConfig(bins, 1.0, 5)
     blur = lambda z: [cv2.bilateralFilter(np.ascontiguousarray(z), 5, 0.1, 2)]  # noqa: E731
     upright = learned(config, [face()], blur)
     turned = learned(config, [np.ascontiguousarray(np.rot90(face()))], blur)
@@ -255,14 +290,15 @@ def test_the_number_of_threads_changes_no_digit() -> None:
     np.testing.assert_array_equal(sums[0].vectors, sums[1].vectors)
 
 
-def test_residuals_are_the_error_on_the_samples() -> None:
-    config, luma = TrainingConfig(Bins(8, 1, 1), 1.5, 5), face()
+@pytest.mark.parametrize("curvatures", [1, 3])
+def test_residuals_are_the_error_on_the_samples(curvatures: int) -> None:
+    config, luma = TrainingConfig(Bins(8, 1, 1, curvatures=curvatures), 1.5, 5), face()
     target = cv2.bilateralFilter(luma, 9, 0.1, 3)
     with ThreadPoolExecutor(2) as pool:
         sums = accumulate(config, luma, [target], pool)
     filters = solve(config, sums)
     bank = Bank(config.bins, 1.5, filters)
-    error = (BankRun(bank).run(luma) - target)[4:-4, 4:-4]
+    error = (BankRun(bank).run(luma) - target)[5:-5, 5:-5]
     mean = (residuals(config, sums, filters)[0] * sums.samples).sum() / sums.samples.sum()
     assert mean == pytest.approx(float(np.mean(error.astype(np.float64) ** 2)), rel=0.05)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -12,9 +13,9 @@ from gpu import SMALL, Sessions, faults, film_picture, gray_picture
 from media import photograph
 
 from vidstyle.blade.bank import Bank, load_bank, save_bank
+from vidstyle.blade.bins import Bins, Feature
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import chroma_of, luma_of
-from vidstyle.blade.structure_tensor import Bins, Feature
 from vidstyle.blade.training import psnr
 from vidstyle.cli import main
 from vidstyle.style import load_style
@@ -133,6 +134,23 @@ def test_features_that_are_none_are_refused(features: object, tmp_path: Path) ->
     path = tmp_path / "bank.npz"
     saved_with(path, about=np.frombuffer(json.dumps({"features": features}).encode(), np.uint8))
     with pytest.raises(ValueError, match="feature|filters|window"):
+        load_bank(path)
+
+
+def test_a_bank_comes_back_with_its_curvatures(tmp_path: Path) -> None:
+    bins = Bins(8, 1, 2, curvatures=5)
+    save_bank(
+        replace(some_bank(), bins=bins, filters=np.zeros((1, 80, 5, 5), np.float32), chroma=None),
+        tmp_path / "a",
+    )
+    assert load_bank(tmp_path / "a").bins == bins
+
+
+@pytest.mark.parametrize("curvatures", [0, -1, 2.0, "2", [2], 7])
+def test_curvatures_that_are_none_are_refused(curvatures: object, tmp_path: Path) -> None:
+    path = tmp_path / "bank.npz"
+    saved_with(path, about=np.frombuffer(json.dumps({"curvatures": curvatures}).encode(), np.uint8))
+    with pytest.raises(ValueError, match="has bins|filters for"):
         load_bank(path)
 
 

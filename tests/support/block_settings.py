@@ -11,7 +11,7 @@ import pytest
 from pictures import step
 
 from vidstyle.blade.bank import Bank, save_bank
-from vidstyle.blade.structure_tensor import Bins, Feature
+from vidstyle.blade.bins import Bins, Feature
 from vidstyle.block import Block, Choice, Slider, Switch
 from vidstyle.style import Style
 

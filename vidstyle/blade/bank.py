@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.assets import asset_folder
-from vidstyle.blade.structure_tensor import FEATURES, Bins, Feature
+from vidstyle.blade.bins import FEATURES, Bins, Feature
 from vidstyle.blade.symmetry import pair_weights
 from vidstyle.core.regular_file import read_regular_file
 from vidstyle.media.write.atomic import atomic_file
@@ -44,6 +44,8 @@ MAX_WEIGHT = 1024.0
 ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
 CHROMA = "chroma"
 """The array of filters for chroma, which a bank may have."""
+SHAPE = ("curvatures", "step")
+"""What the description of a bank says of its bins if it is not 1."""
 _NPY_HEADER = re.compile(
     rb"\x93NUMPY\x01\x00..\{'descr': '(<[fi][48]|\|u1)', 'fortran_order': (True|False), "
     rb"'shape': \(((?:\d{1,9}, ?)*(?:\d{1,9})?)\), \} *\n",
@@ -106,11 +108,12 @@ class Bank:
 
     @cached_property
     def packed(self) -> tuple[np.ndarray, ...]:
-        """The weights of the pairs of opposite pixels, a bins x texels x 4 float32 array for each part."""
-        weights = pair_weights(self.filters, self.size)
-        packed = np.zeros((*weights.shape[:2], -(-weights.shape[2] // 4) * 4), np.float32)
-        packed[:, :, : weights.shape[2]] = weights
-        return tuple(packed.reshape(*packed.shape[:2], -1, 4))
+        """The weights of pairs of opposite pixels, a bins x texels x 4 float32 array for each part.
+
+        First those of sums, then, if bins tell curvatures, those of differences; each a multiple of four.
+        """
+        weights = pair_weights(self.filters, self.bins).astype(np.float32)
+        return tuple(weights.reshape(*weights.shape[:2], -1, 4))
 
     @cached_property
     def packed_in_half(self) -> tuple[np.ndarray, ...]:
@@ -156,7 +159,7 @@ def save_bank(bank: Bank, path: str | Path) -> None:
     arrays = {
         "format": np.int32(FORMAT),
         "filters": bank.filters,
-        "bins": np.array(bank.bins.counts, np.int32),
+        "bins": np.array(bank.bins.counts[:3], np.int32),
         "ranges": np.array([bank.bins.strength_range, bank.bins.coherence_range]),
         "rho": np.float64(bank.rho),
         "about": np.frombuffer(json.dumps(_described(bank), sort_keys=True).encode(), np.uint8),
@@ -177,8 +180,7 @@ def _described(bank: Bank) -> dict[str, Any]:
     """What a file tells of a bank beside its arrays."""
     features = [[each.name, each.bins, each.rho, *each.range] for each in bank.bins.features]
     others: dict[str, Any] = {"features": features} if features else {}
-    if bank.bins.step > 1:
-        others["step"] = bank.bins.step
+    others |= {name: getattr(bank.bins, name) for name in SHAPE if getattr(bank.bins, name) > 1}
     return bank.about | others
 
 
@@ -260,8 +262,8 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
     of_strength, of_coherence = ((float(low), float(high)) for low, high in arrays["ranges"])
     orientations, strengths, coherences = map(int, arrays["bins"])
     features = _features(described.pop("features", []))
-    step = described.pop("step", 1)
-    bins = Bins(orientations, strengths, coherences, of_strength, of_coherence, features, step)
+    shape = {name: described.pop(name, 1) for name in SHAPE}
+    bins = Bins(orientations, strengths, coherences, of_strength, of_coherence, features=features, **shape)
     return Bank(bins, float(arrays["rho"]), arrays["filters"], described, arrays.get(CHROMA))
 
 
@@ -285,9 +287,10 @@ def _feature(declared: object) -> Feature:
 def _problem(bank: Bank) -> str:
     """What is wrong with a bank, or nothing."""
     bins, filters = bank.bins, bank.filters
-    if min(bins.counts) < 1 or bins.orientations % 2:
-        return f"has bins {bins.orientations} x {bins.strengths} x {bins.coherences}; orientations are even"
-    if not isinstance(bins.step, int) or bins.step not in (1, 2) or (bins.step > 1 and bins.features):
+    if not isinstance(bins.curvatures, int) or min(bins.counts) < 1 or bins.orientations % 2:
+        return f"has bins {' x '.join(map(str, bins.counts))}; orientations are even"
+    divided = bins.features or bins.curvatures > 1
+    if not isinstance(bins.step, int) or bins.step not in (1, 2) or (bins.step > 1 and divided):
         return f"shares filters among squares of {bins.step} pixels; of 1 or, without features, 2"
     ends = (*bins.strength_range, *bins.coherence_range)
     if not (ends[0] < ends[1] and ends[2] < ends[3] and 0 < bank.rho <= MAX_RHO and bins.is_finite):

@@ -7,7 +7,8 @@ import math
 import cv2
 import numpy as np
 
-from vidstyle.blade.structure_tensor import Bins, Feature, select_filters, window_radius
+from vidstyle.blade.bins import Bins, Feature
+from vidstyle.blade.structure_tensor import select_filters, window_radius
 
 
 def choose_filters(
@@ -23,7 +24,9 @@ def choose_filters(
 
 def choice_radius(bins: Bins, rho: float) -> int:
     """How many pixels around its own a choice depends on."""
-    return max(window_radius(rho), *(feature_radius(each) for each in bins.features), 0)
+    return max(
+        window_radius(rho) + (bins.curvatures > 1), *(feature_radius(each) for each in bins.features), 0
+    )
 
 
 def feature_radius(feature: Feature) -> int:

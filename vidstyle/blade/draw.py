@@ -9,12 +9,13 @@ import cv2
 import numpy as np
 
 from vidstyle.blade.bank import Bank
+from vidstyle.blade.bins import Bins
 
 ZOOM = 8
 """Size of a coefficient in pixels."""
 GAP = 4
 LEFT, TOP, RIGHT, FEATURE = 150, 64, 90, 110
-"""Room for names of rows and columns, for the scale, and for each further feature in the name of a row."""
+"""Room for names of rows and columns, for the scale, and in names of rows for curvature and each feature."""
 NEGATIVE, ZERO, POSITIVE = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float32)
 """Colours of the most negative, zero and most positive coefficients."""
 EMPTY = (255, 220, 120)
@@ -24,9 +25,9 @@ EMPTY = (255, 220, 120)
 def draw_bank(bank: Bank) -> np.ndarray:
     """The filters of all parts, H x W x 3 uint8 RGB.
 
-    Orientations go to the right; strengths within coherences within further features down; parts below one
-    another, then those for chroma. All filters of a
-    part share a scale, which ends at the largest coefficient that is not a middle one, which outshine others.
+    Orientations go to the right; strengths within coherences within curvatures within further features down;
+    parts below one another, then those for chroma. All filters of a part share a scale, which ends at the
+    largest coefficient that is not a middle one, which outshine others.
     Where the bank says how many samples a filter had and what error was left on them, two maps follow.
     """
     samples = _per_bin(bank, "samples")
@@ -55,21 +56,21 @@ def _rows(bank: Bank) -> Iterator[tuple[int, str]]:
     """The number of each row's bin within its orientation, and its name."""
     bins = bank.bins
     of_features = [[(each, number) for number in range(each.bins)] for each in bins.features]
-    for chosen in product(*of_features):
-        beside = [f"  {each.name} {_bin_text(number, each.bins, each.range)}" for each, number in chosen]
-        for coherence in range(bins.coherences):
-            for strength in range(bins.strengths):
-                levels = _bin_text(strength, bins.strengths, bins.strength_range)
-                clear = _bin_text(coherence, bins.coherences, bins.coherence_range)
-                number = strength * bins.coherences + coherence
-                for each, level in chosen:
-                    number = number * each.bins + level
-                yield number, f"s {levels}  c {clear}{''.join(beside)}"
+    of_tensor = [*product(range(bins.curvatures), range(bins.coherences), range(bins.strengths))]
+    for chosen, (curvature, coherence, strength) in product(product(*of_features), of_tensor):
+        number = (strength * bins.coherences + coherence) * bins.curvatures + curvature
+        for each, level in chosen:
+            number = number * each.bins + level
+        levels = _bin_text(strength, bins.strengths, bins.strength_range)
+        clear = _bin_text(coherence, bins.coherences, bins.coherence_range)
+        beside = [f"k {_curvature_text(bins, curvature)}"] if bins.curvatures > 1 else []
+        beside += [f"{each.name} {_bin_text(level, each.bins, each.range)}" for each, level in chosen]
+        yield number, "  ".join([f"s {levels}", f"c {clear}", *beside])
 
 
 def _left(bank: Bank) -> int:
     """Where the first column begins."""
-    return LEFT + FEATURE * len(bank.bins.features)
+    return LEFT + FEATURE * (len(bank.bins.features) + (bank.bins.curvatures > 1))
 
 
 def _bin_text(number: int, count: int, ends: tuple[float, float]) -> str:
@@ -80,6 +81,14 @@ def _bin_text(number: int, count: int, ends: tuple[float, float]) -> str:
     if number == 0:
         return f"<{high:.3g}"
     return f">{low:.3g}" if number == count - 1 else f"{low:.3g}-{high:.3g}"
+
+
+def _curvature_text(bins: Bins, number: int) -> str:
+    """The range of a bin of curvature in radians per pixel; the bins at the ends are open."""
+    low, high = bins.curvature_at(number), bins.curvature_at(number + 1)
+    if number == 0:
+        return f"<{high:.2g}"
+    return f">{low:.2g}" if number == bins.curvatures - 1 else f"{low:.2g} to {high:.2g}"
 
 
 def _page(bank: Bank, cell_height: int, title: str) -> np.ndarray:

@@ -1,8 +1,7 @@
 """Least-squares training: for each bin the filter that comes closest to the reference filter.
 
-Paper, section 5.2, equations 4 and 5. With the eight symmetries of the training pictures every filter is
-symmetric about its middle, so the unknowns are one weight for each pair of opposite pixels: that of the
-difference between the pair and the middle. By construction a constant stays a constant.
+Paper, section 5.2, equations 4 and 5, with the eight symmetries of the training pictures. The unknowns are
+those of `vidstyle.blade.symmetry`. By construction a constant stays a constant.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from vidstyle.blade.bins import Bins
 from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.inference import RESAMPLING
-from vidstyle.blade.structure_tensor import Bins
 from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrized
 from vidstyle.core.kernels import compiled
 from vidstyle.core.resample import resample, scaled_shape
@@ -47,14 +46,19 @@ class TrainingConfig:
     prior_samples: float = 50.0
     scale: float = 1.0
 
+    @property
+    def unknowns(self) -> int:
+        """The unknown weights of a filter: one for each pair of opposite pixels, or two; see `symmetry`."""
+        return len(pixel_pairs(self.size)) * (2 if self.bins.curvatures > 1 else 1)
+
 
 @dataclass
 class NormalEquations:
     """The normal equations of each bin, summed over the samples so far.
 
     Attributes:
-        matrices: bins x pairs x pairs.
-        vectors: bins x parts x pairs.
+        matrices: bins x unknowns x unknowns.
+        vectors: bins x parts x unknowns.
         energies: bins x parts, the squared targets.
         samples: number of samples of each bin.
     """
@@ -66,7 +70,7 @@ class NormalEquations:
 
     @classmethod
     def empty(cls, config: TrainingConfig) -> NormalEquations:
-        count, parts, unknowns = config.bins.count, len(config.sums), len(pixel_pairs(config.size))
+        count, parts, unknowns = config.bins.count, len(config.sums), config.unknowns
         return cls(
             np.zeros((count, unknowns, unknowns)),
             np.zeros((count, parts, unknowns)),
@@ -118,7 +122,7 @@ def accumulate(
     def run(stripe: int) -> NormalEquations:
         sums = NormalEquations.empty(config)
         rows = int(edges[stripe]), int(edges[stripe + 1])
-        _sum_up(plane, wanted, selected, offsets, margin, rows, np.empty(len(offsets)), *sums.arrays)
+        _sum_up(plane, wanted, selected, offsets, margin, rows, np.empty(config.unknowns), *sums.arrays)
         return sums
 
     for sums in pool.map(run, range(STRIPES)):
@@ -184,7 +188,7 @@ def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
 
 def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> np.ndarray:
     """The mean squared error of each part and bin on the training samples; NaN for empty bins."""
-    weights = pair_weights(filters, config.size)
+    weights = pair_weights(filters, config.bins)
     mixed = np.einsum("pbi,bpi->pb", weights, sums.vectors)
     squared = np.einsum("pbi,bij,pbj->pb", weights, sums.matrices, weights)
     with np.errstate(invalid="ignore"):
@@ -214,39 +218,46 @@ def _regularizer(config: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     impulse[config.size // 2, config.size // 2] = 1
     from_weights, from_middle = (
         np.concatenate([np.diff(filters, axis=axis).reshape(-1, filters.shape[2]) for axis in (0, 1)])
-        for filters in (_coefficients_of_weights(config.size), impulse)
+        for filters in (_coefficients_of_weights(config), impulse)
     )
     return from_weights.T @ from_weights, -np.outer(config.sums, from_weights.T @ from_middle)
 
 
-def _coefficients_of_weights(size: int) -> np.ndarray:
-    """The filter of each pair, size x size x pairs: 1 at both of its pixels, -2 in the middle."""
-    matrix = np.zeros((size, size, len(pixel_pairs(size))))
-    radius = size // 2
-    for number, (down, right) in enumerate(pixel_pairs(size)):
+def _coefficients_of_weights(config: TrainingConfig) -> np.ndarray:
+    """The filter of each unknown, size x size x unknowns.
+
+    That of a pair's sum has 1 at both of its pixels and -2 in the middle, that of its difference 1 and -1.
+    """
+    pairs, radius = pixel_pairs(config.size), config.size // 2
+    matrix = np.zeros((config.size, config.size, config.unknowns))
+    for number in range(config.unknowns):
+        down, right = pairs[number % len(pairs)]
+        is_sum = number < len(pairs)
         matrix[radius + down, radius + right, number] = 1
-        matrix[radius - down, radius - right, number] = 1
-        matrix[radius, radius, number] = -2
+        matrix[radius - down, radius - right, number] = 1 if is_sum else -1
+        matrix[radius, radius, number] = -2 if is_sum else 0
     return matrix
 
 
 def _as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
-    size = config.size
-    filters = np.tensordot(weights, _coefficients_of_weights(size), (2, 2))
-    filters[:, :, size // 2, size // 2] += np.array(config.sums)[:, None]
+    filters = np.tensordot(weights, _coefficients_of_weights(config), (2, 2))
+    middle = config.size // 2
+    filters[:, :, middle, middle] += np.array(config.sums)[:, None]
     return filters.astype(np.float32)
 
 
 @compiled(fastmath=True)
 def _sum_up(luma, wanted, selected, offsets, margin, rows, differences, matrices, vectors, energies, samples):  # type: ignore[no-untyped-def]
-    unknowns, parts = len(offsets), len(wanted)
+    unknowns, pairs, parts = len(differences), len(offsets), len(wanted)
     for row in range(rows[0], rows[1]):
         for column in range(margin, luma.shape[1] - margin):
             number, middle = selected[row, column], luma[row, column]
-            for k in range(unknowns):
+            for k in range(pairs):
                 down, right = offsets[k, 0], offsets[k, 1]
-                there = luma[row + down, column + right] + luma[row - down, column - right]
-                differences[k] = there - middle - middle
+                one, other = luma[row + down, column + right], luma[row - down, column - right]
+                differences[k] = one + other - middle - middle
+                if unknowns > pairs:
+                    differences[pairs + k] = one - other
             samples[number] += 1
             for k in range(unknowns):
                 for j in range(k, unknowns):

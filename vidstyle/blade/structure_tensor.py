@@ -4,17 +4,18 @@ Paper, section 5.3, equations 6 to 10: gradients from differences along the diag
 structure tensor smoothed by a Gaussian, and its orientation, strength and coherence in uniform bins. The
 Gaussian has an even number of taps, so that its window is centred on the pixel, and the bins of orientation
 are centred on its multiples: a rotated or mirrored picture then selects the rotated or mirrored filters.
+Beyond the paper, bins can be divided by the curvature of the lines, the change of orientation along them.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
 import numpy as np
 
+from vidstyle.blade.bins import CURVE, Bins
 from vidstyle.core.kernels import compiled, index_at
 
 LANES = 8
@@ -25,93 +26,6 @@ PAIRS_AT_ONCE = 5
 """The most pairs of products, equally far from the middle of a window, that are added in one go."""
 EPSILON = 1e-12
 """Added to divisors: a flat picture has coherence 0."""
-
-
-@dataclass(frozen=True)
-class Feature:
-    """A further feature by which filters are chosen.
-
-    Attributes:
-        name: "mean", the local mean of luma, a Gaussian; or "strength" or "coherence" as in `Bins`, of a
-            tensor with a window of its own.
-        bins: their number.
-        rho: standard deviation of the window in pixels.
-        ends: of the range of the uniform bins, in levels of 255 but for coherence; None for `FEATURES`.
-    """
-
-    name: str
-    bins: int
-    rho: float
-    ends: tuple[float, float] | None = None
-
-    @property
-    def range(self) -> tuple[float, float]:
-        """The ends of its bins."""
-        return FEATURES[self.name] if self.ends is None else self.ends
-
-    @property
-    def start_and_density(self) -> tuple[np.float32, np.float32]:
-        """Of the bins of a mean: where they start, from 0 to 1, and their number per unit."""
-        low, high = self.range
-        return np.float32(low / 255), np.float32(255 * self.bins / (high - low))
-
-    @property
-    def tensor_bins(self) -> Bins:
-        """The bins of this feature of a tensor alone."""
-        if self.name == "strength":
-            return Bins(1, self.bins, 1, strength_range=self.range)
-        return Bins(1, 1, self.bins, coherence_range=self.range)
-
-
-FEATURES = {"mean": (0.0, 255.0), "strength": (10.0, 40.0), "coherence": (0.2, 0.8)}
-"""Names of features, and the ranges of their bins where nothing else is said."""
-
-
-@dataclass(frozen=True)
-class Bins:
-    """The quantization of the features. Values outside a range fall into the bin at its end.
-
-    Attributes:
-        orientations: bins of the gradient's direction over half a turn, the first centred on "to the right".
-        strengths: bins of the square root of the larger eigenvalue, in levels of 255 per pixel.
-        coherences: bins of (a - b) / (a + b), where a and b are the roots of the two eigenvalues.
-        strength_range, coherence_range: the ranges of the uniform bins.
-        features: further features, each of which divides every bin into its own.
-        step: side of the squares of pixels that share a filter: 1, or 2, which is four times as fast.
-    """
-
-    orientations: int = 24
-    strengths: int = 1
-    coherences: int = 3
-    strength_range: tuple[float, float] = FEATURES["strength"]
-    coherence_range: tuple[float, float] = FEATURES["coherence"]
-    features: tuple[Feature, ...] = ()
-    step: int = 1
-
-    @property
-    def counts(self) -> tuple[int, int, int]:
-        """The numbers of bins of the three features."""
-        return self.orientations, self.strengths, self.coherences
-
-    @property
-    def count(self) -> int:
-        """The number of filters: orientation x strength x coherence x features, the last varying fastest."""
-        return math.prod((*self.counts, *(each.bins for each in self.features)))
-
-    @property
-    def is_finite(self) -> bool:
-        """Whether kernels can work with the ranges."""
-        arrays = (self.as_array, *(each.tensor_bins.as_array for each in self.features))
-        return all(bool(np.isfinite(each).all()) for each in arrays)
-
-    @property
-    def as_array(self) -> np.ndarray:
-        """For kernels, seven float32: the counts, then start and bins per unit of both ranges."""
-        low, high = self.strength_range
-        first, last = self.coherence_range
-        densities = 255 * self.strengths / (high - low), self.coherences / (last - first)
-        with np.errstate(over="ignore"):
-            return np.array([*self.counts, low / 255, densities[0], first, densities[1]], np.float32)
 
 
 def window_radius(rho: float) -> int:
@@ -175,6 +89,7 @@ def select_filters(
         np.empty(3 * wide + taps, np.float32),
         (taps_of_row % step * (3 * wide // step) + taps_of_row // step).astype(np.uint64),
         np.empty((3, wide // step), np.float32),
+        np.empty((3, 2, columns + 2), np.float32),
     )
     selected = np.empty((-(-(height + lead) // step), columns // step), np.int32)
     _select(
@@ -187,7 +102,7 @@ def select_filters(
         step,
         scratch,
         scratch[0].reshape(-1),
-        scratch[-1].reshape(-1),
+        scratch[5].reshape(-1),
         selected,
     )
     return selected[:, : -(-width // step)]
@@ -216,12 +131,15 @@ def _select(  # type: ignore[no-untyped-def]
         rows: the first row of squares, and the one after the last.
         first: the row of products with which the first window begins, and the columns in front of luma.
         scratch: the kept products, and where those of each tap begin; a row weighed vertically; its even and
-            then its odd columns; where those of each tap begin; the tensor.
+            then its odd columns; where those of each tap begin; the tensor; the directions of three rows.
     """
-    products, row_starts, narrow, halves, column_starts, tensor = scratch
+    products, row_starts, narrow, halves, column_starts, tensor, directions = scratch
     taps, total, bottom = products.shape[0], 3 * products.shape[2], luma.shape[0] - 1
-    begun = first[0] + rows[0] * step
-    for row in range(rows[0], rows[1]):
+    is_curved = bins[3] > 1
+    # The curvature in a row depends on those above and below it.
+    start, stop = (max(rows[0] - 1, 0), min(rows[1] + 1, luma.shape[0])) if is_curved else rows
+    begun = first[0] + start * step
+    for row in range(start, stop):
         end = first[0] + row * step + taps
         for last in range(begun, end):
             above, below = luma[min(max(last, 0), bottom)], luma[min(max(last + 1, 0), bottom)]
@@ -236,6 +154,11 @@ def _select(  # type: ignore[no-untyped-def]
         for pair in range(0, weights.size, len(pairs)):
             _weigh(narrow if step == 1 else halves, column_starts, weights, pair, pairs, flat_sums)
         _quantize(tensor, bins, selected[row])
+        if is_curved:
+            _point(tensor, luma.shape[1], directions[row % 3])
+            for bent in range(max(row - 1, rows[0]), min(row + (row + 1 == stop), rows[1])):
+                above, below = directions[max(bent - 1, start) % 3], directions[min(bent + 1, row) % 3]
+                _bend(above, directions[bent % 3], below, bins, selected[bent])
 
 
 @compiled(fastmath=True, noalias=True)
@@ -306,6 +229,49 @@ def _quantize(tensor, bins, selected):  # type: ignore[no-untyped-def]
         # Whole numbers as floats: vectors multiply them in half the time.
         orientation = np.floor(angle * per_turn + half)
         orientation = orientation + orientations if orientation < zero else orientation
-        level = np.floor(min(max((strength - bins[3]) * bins[4], zero), strengths - half))
-        clearness = np.floor(min(max((coherence - bins[5]) * bins[6], zero), coherences - half))
+        level = np.floor(min(max((strength - bins[4]) * bins[5], zero), strengths - half))
+        clearness = np.floor(min(max((coherence - bins[6]) * bins[7], zero), coherences - half))
         selected[x] = index_at((orientation * strengths + level) * coherences + clearness, last)
+
+
+@compiled(fastmath=True, noalias=True)
+def _point(tensor, width, directions):  # type: ignore[no-untyped-def]
+    """Cosine and sine of the doubled angle of a row's gradients, 1 and 0 where there is none.
+
+    Args:
+        width: of the picture; the values at its ends are repeated on both sides.
+        directions: 2 x N float32, starting one column to the left of the picture.
+    """
+    least = np.float32(EPSILON)
+    cosines, sines = directions[0], directions[1]
+    for x in range(width):
+        a, b, c = tensor[0, x], tensor[1, x], tensor[2, x]
+        right, up = b + b, a - c
+        factor = np.float32(1) / (np.sqrt(right * right + up * up) + least)
+        cosines[1:][x], sines[1:][x] = (right + least) * factor, up * factor
+    for row in (cosines, sines):
+        row[0], row[width + 1 :] = row[1], row[width]
+
+
+@compiled(fastmath=True, noalias=True)
+def _bend(above, here, below, bins, selected):  # type: ignore[no-untyped-def]
+    """Divide the bins of a row by the curvature of lines: how fast their gradient's angle a turns on them.
+
+    With c and s, the cosine and sine of 2 a, the gradient of a is (c grad s - s grad c) / 2, and the line
+    runs a quarter turn further. Seen from its other end the curvature has the other sign: of two opposite
+    angles that within half a turn from the beginning of the first bin of orientation is taken.
+    """
+    half, quarter, one = np.float32(0.5), np.float32(0.25), np.float32(1)
+    curvatures, per_orientation = bins[3], np.int32(bins[1] * bins[2])
+    middle, zero, curve, last = half * curvatures, np.float32(0), np.float32(CURVE), curvatures - half
+    for x in range(selected.size):
+        c, s = here[0, 1:][x], here[1, 1:][x]
+        across = c * (here[1, 2:][x] - here[1, x]) - s * (here[0, 2:][x] - here[0, x])
+        down = c * (below[1, 1:][x] - above[1, 1:][x]) - s * (below[0, 1:][x] - above[0, 1:][x])
+        cosine, sine = np.sqrt(max(half + half * c, zero)), np.sqrt(max(half - half * c, zero))
+        # Of the two opposite angles the first has this cosine and, where s is positive, this sine.
+        turned = quarter * (cosine * down - (sine if s >= zero else -sine) * across)
+        curvature = -turned if s < zero and selected[x] >= per_orientation else turned
+        share = curvature / (abs(curvature) + curve)
+        number = min(max(middle * (share + one), zero), last)
+        selected[x] = selected[x] * np.int32(curvatures) + np.int32(number)

@@ -3,6 +3,10 @@
 A rotated or mirrored picture selects the rotated or mirrored filters, since bins of orientation are centred
 on multiples of their width and windows on the pixel. So the sums over a picture give those over its seven
 images (paper, section 5.2) without visiting them.
+
+The unknowns of a filter are one weight for each pair of opposite pixels, that of their sum less twice the
+middle. Turned by 180 degrees a straight line is the same line, and so is its filter; a curved one bends the
+other way. Where bins tell curvatures, a second weight for each pair is that of the difference of its pixels.
 """
 
 from __future__ import annotations
@@ -11,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.blade.structure_tensor import Bins
+from vidstyle.blade.bins import Bins
 
 
 @dataclass(frozen=True)
@@ -31,19 +35,27 @@ class Symmetry:
 
     def bin_of(self, bins: Bins, number: int) -> int:
         """The image of a bin."""
-        rest = bins.count // bins.orientations
-        orientation = number // rest
+        orientation, clearness, curvature, feature = np.unravel_index(number, _sides(bins))
         (a, b), (c, d) = self.matrix
         mirrored = a * d - b * c < 0
-        turned = bins.orientations // 2 if a == 0 else 0
-        orientation = (turned + (-orientation if mirrored else orientation)) % bins.orientations
-        return orientation * rest + number % rest
+        turned = (bins.orientations // 2) * [(1, 0), (0, 1), (-1, 0), (0, -1)].index((a, c))
+        turns, orientation = divmod(turned + (-orientation if mirrored else orientation), bins.orientations)
+        if turns % 2:  # what was the beginning of a line is now its end
+            curvature = bins.curvatures - 1 - curvature
+        return int(np.ravel_multi_index((orientation, clearness, curvature, feature), _sides(bins)))
 
 
 SYMMETRIES = tuple(
     Symmetry(matrix) for x in (1, -1) for y in (1, -1) for matrix in (((x, 0), (0, y)), ((0, x), (y, 0)))
 )
 """All eight. A rotation by 180 degrees changes no orientation."""
+
+
+def _sides(bins: Bins) -> tuple[int, int, int, int]:
+    """The numbers of bins of orientation, strength with coherence, curvature, and further features."""
+    clearnesses = bins.strengths * bins.coherences
+    before = bins.orientations * clearnesses * bins.curvatures
+    return bins.orientations, clearnesses, bins.curvatures, bins.count // before
 
 
 def pixel_pairs(size: int) -> list[tuple[int, int]]:
@@ -61,12 +73,23 @@ def pixel_pairs(size: int) -> list[tuple[int, int]]:
     ]
 
 
-def pair_weights(filters: np.ndarray, size: int) -> np.ndarray:
-    """The weight of each pair: parts x bins x pairs, of parts x bins x size x size symmetric filters."""
-    radius = size // 2
-    return np.stack(
-        [filters[:, :, radius + down, radius + right] for down, right in pixel_pairs(size)], axis=-1
-    ).astype(np.float64)
+def pair_weights(filters: np.ndarray, bins: Bins) -> np.ndarray:
+    """The weights of pairs: parts x bins x unknowns, of parts x bins x size x size filters.
+
+    Where bins tell no curvatures filters have to be symmetric about the middle.
+    """
+    radius = filters.shape[2] // 2
+    one, other = (
+        np.stack(
+            [
+                filters[:, :, radius + sign * down, radius + sign * right]
+                for down, right in pixel_pairs(filters.shape[2])
+            ],
+            axis=-1,
+        ).astype(np.float64)
+        for sign in (1, -1)
+    )
+    return np.concatenate([(one + other) / 2, (one - other) / 2], axis=-1) if bins.curvatures > 1 else one
 
 
 def symmetrized(
@@ -75,22 +98,24 @@ def symmetrized(
     """Sums over samples, each with those of its seven images added.
 
     Args:
-        matrices: bins x pairs x pairs.
-        vectors: bins x parts x pairs.
+        matrices: bins x unknowns x unknowns.
+        vectors: bins x parts x unknowns.
     """
     all_matrices, all_vectors = np.zeros_like(matrices), np.zeros_like(vectors)
     for symmetry in SYMMETRIES:
-        order = _order(symmetry, size)
-        target = [symmetry.bin_of(bins, number) for number in range(bins.count)]
-        all_matrices[np.ix_(target, order, order)] += matrices
-        all_vectors[np.ix_(target, range(vectors.shape[1]), order)] += vectors
+        order, signs = _images_of_unknowns(symmetry, size, matrices.shape[1])
+        target = np.array([symmetry.bin_of(bins, number) for number in range(bins.count)])
+        all_matrices[np.ix_(target, order, order)] += np.outer(signs, signs) * matrices
+        all_vectors[np.ix_(target, np.arange(vectors.shape[1]), order)] += signs * vectors
     return all_matrices, all_vectors
 
 
-def _order(symmetry: Symmetry, size: int) -> list[int]:
-    """For each pair the index of its image."""
+def _images_of_unknowns(symmetry: Symmetry, size: int, unknowns: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each unknown the index of its image, and -1 where that is of a difference the other way round."""
     pairs = pixel_pairs(size)
-    images = (symmetry.moved(*pixel) for pixel in pairs)
-    return [
-        pairs.index((down, right) if (down, right) in pairs else (-down, -right)) for down, right in images
-    ]
+    images = [symmetry.moved(*pixel) for pixel in pairs]
+    order = [pairs.index(image if image in pairs else (-image[0], -image[1])) for image in images]
+    signs = [1 if image in pairs else -1 for image in images]
+    if unknowns == len(pairs):
+        return np.array(order), np.ones(unknowns)
+    return np.array([*order, *(len(pairs) + each for each in order)]), np.array([1] * len(pairs) + signs)

@@ -14,9 +14,9 @@ from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import StepProgress
 
 if TYPE_CHECKING:
+    from vidstyle.blade.bins import Feature
     from vidstyle.blade.reference_filter import ReferenceFilter
     from vidstyle.blade.regression import TrainingConfig
-    from vidstyle.blade.structure_tensor import Feature
 
 LEARNABLE = 0.4
 """The part of a filter's change below which a bank is not worth its name."""
@@ -40,8 +40,8 @@ MIN_RHO = 0.3
               help="Approximate the pictures of the same names in DIR.")  # fmt: skip
 @click.option("--slider", "sliders", metavar="NAME=LOW:HIGH", multiple=True,
               help="Weight of a further picture that the function returns.")  # fmt: skip
-@click.option("--bins", metavar="OxSxC", default="16x5x3",
-              help="Bins of orientation, strength and coherence.")  # fmt: skip
+@click.option("--bins", metavar="OxSxC[xK]", default="16x5x3",
+              help="Bins of orientation, strength, coherence and curvature.")  # fmt: skip
 @click.option("--feature", "features", metavar="NAME=BINS@RHO", multiple=True,
               help="Choose by the mean, or by strength or coherence at another scale, too.")  # fmt: skip
 @click.option("--chroma", is_flag=True, help="Learn what the filter does to chroma, too.")
@@ -130,7 +130,7 @@ def _sliders(texts: tuple[str, ...]) -> list[tuple[str, float, float]]:
 
 def _features(texts: tuple[str, ...]) -> tuple[Feature, ...]:
     from vidstyle.blade.bank import MAX_FEATURES, MAX_FILTERS, MAX_RHO
-    from vidstyle.blade.structure_tensor import FEATURES, Feature
+    from vidstyle.blade.bins import FEATURES, Feature
 
     found = []
     for text in texts:
@@ -172,20 +172,23 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
 
 def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConfig:
     from vidstyle.blade.bank import MAX_FILTERS
+    from vidstyle.blade.bins import Bins
     from vidstyle.blade.regression import TrainingConfig
-    from vidstyle.blade.structure_tensor import Bins
 
     try:
-        orientations, strengths, coherences = (int(part) for part in options["bins"].split("x"))
+        orientations, strengths, coherences, *others = (int(part) for part in options["bins"].split("x"))
+        (curvatures,) = others or [1]
     except ValueError:
-        raise UsageError("--bins", f"{options['bins']} is not OxSxC", "write 16x5x3") from None
+        reason, remedy = f"{options['bins']} is not OxSxC or OxSxCxK", "write 16x5x3"
+        raise UsageError("--bins", reason, remedy) from None
     size, rho = options["size"], options["rho"]
-    if orientations < 2 or orientations % 2 or min(strengths, coherences) < 1:
+    if orientations < 2 or orientations % 2 or min(strengths, coherences, curvatures) < 1:
         reason = f"{options['bins']} cannot be: orientations are even, the rest above 0"
         raise UsageError("--bins", reason)
     if size % 2 == 0:
         raise UsageError("--size", f"{size} is not odd", f"choose {size - 1} or {size + 1}")
-    bins = Bins(orientations, strengths, coherences, features=_features(options["features"]))
+    features = _features(options["features"])
+    bins = Bins(orientations, strengths, coherences, curvatures=curvatures, features=features)
     if bins.count > MAX_FILTERS:
         raise UsageError("--bins", f"make {bins.count} filters", f"there are at most {MAX_FILTERS}")
     return TrainingConfig(bins, rho, size, reference.sums)

@@ -7,14 +7,15 @@ from dataclasses import replace
 from typing import Any, cast
 
 from vidstyle.blade.bank import MAX_RHO
+from vidstyle.blade.bins import CURVE, Bins, Feature
 from vidstyle.blade.choice import feature_radius
 from vidstyle.blade.inference import BankRun
-from vidstyle.blade.structure_tensor import Bins, Feature, half_window, window_radius
+from vidstyle.blade.structure_tensor import half_window, window_radius
 from vidstyle.block import Block, Choice, LumaWeights
 from vidstyle.core.picture import RANGES
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import Form, functions_of_block, signatures
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderKind, ShaderMeasure, ShaderNode
 from vidstyle.style.nodes import Measure, Node, encoding_of, identity_key, nodes_in_order
 
 FILES = {name: file for file in ("frame/color.glsl", "frame/layers.glsl") for name in signatures(file)}
@@ -215,18 +216,49 @@ class ShaderGraph:
         A compute group shares what it reads; fragments do not, so there one chooses for 2 x 2 pixels, in a
         pass of its own. So it is where these share a filter.
         """
-        radius, values = window_radius(rho), choice_values(bins, rho)
+        if bins.curvatures == 1:
+            return self._of_window(luma, bins, rho)
+        compute = "blade/chosen_with_angle.glsl"
+        if self._form == "compute":
+            direction = self._around(luma, "direction", Function(compute, "chosen_with_angle"), bins, rho)
+        else:
+            angle = self._of_four(luma, "four_angles", bins, rho)
+            inputs = {"number": self._of_window(luma, bins, rho), "angle": angle}
+            function = Function(compute, "number_and_angle")
+            direction = self.node(ShaderNode("direction", luma.shape, function, inputs))
+        function = Function("blade/curved_choice.glsl", "curved_choice")
+        values = {
+            "curvatures": float(bins.curvatures),
+            "per_orientation": float(bins.strengths * bins.coherences),
+            "curve": CURVE,
+        }
+        return self.node(ShaderNode("luma", luma.shape, function, around=direction, radius=1, values=values))
+
+    def _of_window(self, luma: ShaderNode, bins: Bins, rho: float) -> ShaderNode:
+        """The bin of the tensor but for its curvature."""
         if self._form == "compute" and bins.step == 1:
             function = Function("blade/chosen_filter.glsl", "chosen_filter")
-            return self.node(
-                ShaderNode("luma", luma.shape, function, around=luma, radius=radius, values=values)
-            )
-        half = (luma.shape[0] + 1) // 2, (luma.shape[1] + 1) // 2
-        name = "chosen_filters" if bins.step == 1 else "chosen_for_square"
-        function = Function(f"blade/{name}.glsl", name)
-        four = self.node(ShaderNode("choices", half, function, around=luma, radius=radius, values=values))
+            return self._around(luma, "luma", function, bins, rho)
+        return self._of_four(luma, "chosen_filters" if bins.step == 1 else "chosen_for_square", bins, rho)
+
+    def _of_four(self, luma: ShaderNode, name: str, bins: Bins, rho: float) -> ShaderNode:
+        """What a function finds for 2 x 2 pixels, at each of them."""
+        file = "chosen_for_square" if bins.step == 2 else "chosen_filters"
+        four = self._around(luma, "choices", Function(f"blade/{file}.glsl", name), bins, rho)
         own = Function("blade/own_choice.glsl", "IMAGE_own_choice")
         return self.node(ShaderNode("luma", luma.shape, own, around=four))
+
+    def _around(
+        self, luma: ShaderNode, kind: ShaderKind, function: Function, bins: Bins, rho: float
+    ) -> ShaderNode:
+        """What a function finds in the window around each pixel, or around 2 x 2 of them."""
+        shape, values = luma.shape, choice_values(bins, rho)
+        if kind == "choices":
+            shape = (shape[0] + 1) // 2, (shape[1] + 1) // 2
+        names = {each.name for each in function.signature.parameters}
+        values = {name: value for name, value in values.items() if name in names}
+        radius = window_radius(rho)
+        return self.node(ShaderNode(kind, shape, function, around=luma, radius=radius, values=values))
 
 
 def _exact_nodes(order: Sequence[Node]) -> set[Node]:
@@ -266,10 +298,10 @@ def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dic
 
 
 def choice_values(bins: Bins, rho: float) -> dict[str, Any]:
-    """The values of `chosen_filter`."""
+    """The values of the functions that choose filters."""
     radius = window_radius(rho)
     half = tuple(map(float, half_window(rho, bins.step)))
-    orientations, strengths, coherences, *ranges = (float(number) for number in bins.as_array)
+    orientations, strengths, coherences, _, *ranges = (float(number) for number in bins.as_array)
     return {
         "radius": radius,
         "window": half + (0.0,) * (MAX_TAPS - len(half)),

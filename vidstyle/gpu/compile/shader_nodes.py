@@ -9,10 +9,10 @@ from vidstyle.core.picture import RANGES, Encoding
 from vidstyle.gpu.compile.glsl import Form, Signature, signatures
 from vidstyle.style.nodes import Measure, Shape
 
-ShaderKind = Literal["luma", "chroma", "color", "choices"]
-"""Kinds of values; "choices" are the numbers of the filters that 2 x 2 pixels choose."""
+ShaderKind = Literal["luma", "chroma", "color", "direction", "choices"]
+"""Kinds of values; "choices" are numbers of filters or angles of 2 x 2 pixels, "direction" is one of each."""
 
-CHANNELS: dict[ShaderKind, int] = {"luma": 1, "chroma": 2, "color": 3, "choices": 4}
+CHANNELS: dict[ShaderKind, int] = {"luma": 1, "chroma": 2, "color": 3, "direction": 2, "choices": 4}
 """Number of channels of each kind of value."""
 
 
@@ -132,6 +132,7 @@ WORKING: dict[ShaderKind, Format] = {
     "luma": _working_texture("luma", 1),
     "chroma": _working_texture("chroma", 2),
     "color": _working_texture("color", 4),
+    "direction": Format(2, "nu2"),
     "choices": Format(4, "nu2"),
 }
 """Textures between passes: normalized 16 bit, not half floats of the same size. Near white the error of a

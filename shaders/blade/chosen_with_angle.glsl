@@ -1,0 +1,21 @@
+#include "lib/filter_number.glsl"
+#include "lib/line_angle.glsl"
+#include "lib/window_tensor.glsl"
+
+#ifdef PREPARED_ROOM
+void chosen_with_angle_prepare(int radius, float window[16]) {
+    prepare_tensor_lines(radius, window);
+}
+#endif
+
+// The index of the filter selected by the local structure but for its curvature, and the angle that
+// curvature is found from, in a compute pass.
+vec2 chosen_with_angle(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
+    vec3 tensor = window_tensor(at, radius, window);
+    return vec2(filter_number(tensor, bins, start, density), line_angle(tensor));
+}
+
+// The same where both were found for 2 x 2 pixels.
+vec2 number_and_angle(float number, float angle) {
+    return vec2(number, angle);
+}

@@ -1,0 +1,111 @@
+"""The bins into which a bank divides pixels by their local structure, each with a filter of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+CURVE = 0.12
+"""The curvature of a line, in radians per pixel, that is in the middle of the bins of its sign."""
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A further feature by which filters are chosen.
+
+    Attributes:
+        name: "mean", the local mean of luma, a Gaussian; or "strength" or "coherence" as in `Bins`, of a
+            tensor with a window of its own.
+        bins: their number.
+        rho: standard deviation of the window in pixels.
+        ends: of the range of the uniform bins, in levels of 255 but for coherence; None for `FEATURES`.
+    """
+
+    name: str
+    bins: int
+    rho: float
+    ends: tuple[float, float] | None = None
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The ends of its bins."""
+        return FEATURES[self.name] if self.ends is None else self.ends
+
+    @property
+    def start_and_density(self) -> tuple[np.float32, np.float32]:
+        """Of the bins of a mean: where they start, from 0 to 1, and their number per unit."""
+        low, high = self.range
+        return np.float32(low / 255), np.float32(255 * self.bins / (high - low))
+
+    @property
+    def tensor_bins(self) -> Bins:
+        """The bins of this feature of a tensor alone."""
+        if self.name == "strength":
+            return Bins(1, self.bins, 1, strength_range=self.range)
+        return Bins(1, 1, self.bins, coherence_range=self.range)
+
+
+FEATURES = {"mean": (0.0, 255.0), "strength": (10.0, 40.0), "coherence": (0.2, 0.8)}
+"""Names of features, and the ranges of their bins where nothing else is said."""
+
+
+@dataclass(frozen=True)
+class Bins:
+    """The quantization of the features. Values outside a range fall into the bin at its end.
+
+    Attributes:
+        orientations: bins of the gradient's direction over half a turn, the first centred on "to the right".
+        strengths: bins of the square root of the larger eigenvalue, in levels of 255 per pixel.
+        coherences: bins of (a - b) / (a + b), where a and b are the roots of the two eigenvalues.
+        strength_range, coherence_range: the ranges of the uniform bins.
+        curvatures: bins of how lines bend: of k / (|k| + `CURVE`), where k is the curvature of the line
+            in radians per pixel, which has a sign. Of an odd number the middle one is for straight lines.
+        features: further features, each of which divides every bin into its own.
+        step: side of the squares of pixels that share a filter: 1, or 2, which is four times as fast.
+    """
+
+    orientations: int = 24
+    strengths: int = 1
+    coherences: int = 3
+    strength_range: tuple[float, float] = FEATURES["strength"]
+    coherence_range: tuple[float, float] = FEATURES["coherence"]
+    curvatures: int = 1
+    features: tuple[Feature, ...] = ()
+    step: int = 1
+
+    @property
+    def counts(self) -> tuple[int, int, int, int]:
+        """The numbers of bins of what the structure tensor tells."""
+        return self.orientations, self.strengths, self.coherences, self.curvatures
+
+    @property
+    def count(self) -> int:
+        """The number of filters: `counts` x features, the last varying fastest."""
+        return math.prod((*self.counts, *(each.bins for each in self.features)))
+
+    @property
+    def per_orientation(self) -> int:
+        """The number of filters of one orientation."""
+        return self.count // self.orientations
+
+    def curvature_at(self, number: int) -> float:
+        """The curvature in radians per pixel at which a bin of curvature begins."""
+        share = 2 * number / self.curvatures - 1
+        return CURVE * share / (1 - abs(share)) if abs(share) < 1 else math.copysign(math.inf, share)
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether kernels can work with the ranges."""
+        arrays = (self.as_array, *(each.tensor_bins.as_array for each in self.features))
+        return all(bool(np.isfinite(each).all()) for each in arrays)
+
+    @property
+    def as_array(self) -> np.ndarray:
+        """For kernels, eight float32: the counts, then start and bins per unit of both ranges."""
+        low, high = self.strength_range
+        first, last = self.coherence_range
+        densities = 255 * self.strengths / (high - low), self.coherences / (last - first)
+        with np.errstate(over="ignore"):
+            return np.array([*self.counts, low / 255, densities[0], first, densities[1]], np.float32)
