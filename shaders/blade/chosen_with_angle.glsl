@@ -14,8 +14,3 @@ vec2 chosen_with_angle(ivec2 at, int radius, float window[16], vec3 bins, vec2 s
     vec3 tensor = window_tensor(at, radius, window);
     return vec2(filter_number(tensor, bins, start, density), line_angle(tensor));
 }
-
-// The same where both were found for 2 x 2 pixels.
-vec2 number_and_angle(float number, float angle) {
-    return vec2(number, angle);
-}

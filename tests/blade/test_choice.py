@@ -61,7 +61,7 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
         picture = np.ascontiguousarray(photograph(name)[::2, ::2, ::-1])
         assert cv2.imwrite(str(folder / "pictures" / f"{name}.png"), picture)
     arguments = ["--images", str(folder / "pictures"), "--function", "dark:dark_soft_pale", "--hold-out", "0"]
-    shape = ["--bins", "4x1x1", "--size", "5", "--feature", "mean=6@2", "--feature", "coherence=2@3"]
+    shape = ["--bins", "4x1x1x3", "--size", "5", "--feature", "mean=6@2", "--feature", "coherence=2@3"]
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(folder)
         assert main(["train", str(folder / "dark.npz"), *arguments, *shape, "--chroma"]) == 0
@@ -76,7 +76,8 @@ def test_a_bank_learns_by_the_local_mean_and_what_happens_to_chroma(trained: Pat
         Feature("mean", 6, 2.0, (0.0, 255.0)),
         Feature("coherence", 2, 3.0, (0.2, 0.8)),
     )
-    assert bank.filters.shape == (1, 48, 5, 5) and "features" not in bank.about
+    assert bank.filters.shape == (1, 144, 5, 5) and bank.bins.curvatures == 3
+    assert not {"features", "curvatures"} & set(bank.about)
     np.testing.assert_allclose(bank.of_chroma.sums, 0.5, atol=0.02)
     color = photograph("chelsea")[:200, :200].astype(np.float32) / 255
     luma, chroma = luma_of(color), tuple(chroma_of(color))

@@ -57,10 +57,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def style_of_a_richer_bank(folder: Path) -> Path:
-    """A style file whose bank chooses by the local mean and a second window, too, and changes chroma."""
-    bins = Bins(8, 1, 2, features=(Feature("mean", 3, 2.0), Feature("strength", 2, 3.0)))
-    filters = np.random.default_rng(2).normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
-    filters += filters[:, :, ::-1, ::-1].copy()
+    """A style whose bank chooses by curvature, local mean and a second window, too, and changes chroma."""
+    bins = Bins(8, 1, 2, curvatures=3, features=(Feature("mean", 3, 2.0), Feature("strength", 2, 3.0)))
+    filters = np.random.default_rng(2).normal(0, 0.03, (1, bins.count, 5, 5)).astype(np.float32)
     filters[:, :, 2, 2] += 0.9 - filters.sum(axis=(2, 3))
     save_bank(Bank(bins, 1.5, filters, {"imitates": "nothing"}, filters / 2), folder / "rich.npz")
     text = 'format = 1\n[[background]]\nblock = "learned"\nbank = "rich.npz"\npasses = 2\n'

@@ -21,6 +21,7 @@ def flow_dog(
     learned. The result goes beyond black and white. Paper, section 4.2 C, which prints the two Gaussians the
     other way round; Winnemoeller, Kyprianidis and Olsen 2012. Above 1 px it runs on a reduced picture, with
     directions of that picture; between the sigmas that were learned, filters are interpolated by variance.
+    Filters are chosen by the orientation of lines and by their curvature, not by strength and coherence.
     """
     name = "flow_dog_fine" if sigma <= 1 else "flow_dog"
     learned = shipped_bank(name).about["sigmas"]

@@ -24,7 +24,8 @@ def learned(
     A bank may declare sliders, which weigh its parts after the first; other parts are not used. It may filter
     chroma, too. Paper, section 5, equation 2. All banks differ from it in this: windows of the structure
     tensor have an even number of pixels and end at two rho; the weights of each filter add up to 1, or for
-    differences to 0; their smoothness is weighed by the energy of the samples that the filter had.
+    differences to 0; their smoothness is weighed by the energy of the samples that the filter had; filters
+    may be chosen by the curvature of lines, the local mean, or structure at a second scale, too.
     """
     weights = tuple(amount * weight for weight in bank.weights_at((first, second, third)))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect)

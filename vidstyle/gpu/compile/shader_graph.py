@@ -218,13 +218,13 @@ class ShaderGraph:
         """
         if bins.curvatures == 1:
             return self._of_window(luma, bins, rho)
-        compute = "blade/chosen_with_angle.glsl"
         if self._form == "compute":
-            direction = self._around(luma, "direction", Function(compute, "chosen_with_angle"), bins, rho)
+            function = Function("blade/chosen_with_angle.glsl", "chosen_with_angle")
+            direction = self._around(luma, "direction", function, bins, rho)
         else:
             angle = self._of_four(luma, "four_angles", bins, rho)
             inputs = {"number": self._of_window(luma, bins, rho), "angle": angle}
-            function = Function(compute, "number_and_angle")
+            function = Function("blade/number_and_angle.glsl", "number_and_angle")
             direction = self.node(ShaderNode("direction", luma.shape, function, inputs))
         function = Function("blade/curved_choice.glsl", "curved_choice")
         values = {
