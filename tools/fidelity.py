@@ -232,11 +232,12 @@ HEAD = """\
 
 Each file holds a small linear filter for each bin of local structure (orientation x strength x coherence x
 curvature), trained on photographs by `python tools/train_banks.py --images DIR`; the same photographs give
-the same bytes. `python tools/fidelity.py --images DIR` writes this page. `vidstyle train etf --show etf.png` draws a
-bank; [docs/filters.jpg](../docs/filters.jpg) shows what they do. The files are NumPy archives, read without
-pickle and checked. *Residual* is the root of the mean squared error of each part on the training pictures, in
-levels of 255 (above 1 px before the result is enlarged); *empty* counts bins that no pixel fell into, which
-have the mean filter of their orientation. *Photographs* is the length to which their longer side was reduced.
+the same bytes. `python tools/fidelity.py --images DIR` writes this page. `vidstyle train etf --show etf.png`
+draws a bank; [docs/filters.jpg](../docs/filters.jpg) shows what they do. The files are NumPy archives, read
+without pickle and checked. *Residual* is the root of the mean squared error of each part on the training
+pictures, in levels of 255 (above 1 px before the result is enlarged); *empty* counts bins that no pixel fell
+into, which have the mean filter of their orientation. *Photographs* is the length to which their longer side
+was reduced.
 
 | bank | reference | parts | bins | filters | rho | residual | empty | photographs, px |
 |---|---|---|---|---|---|---|---|---|"""

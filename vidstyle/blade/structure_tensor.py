@@ -153,7 +153,10 @@ def _select(  # type: ignore[no-untyped-def]
             _part(narrow, halves[: total // 2], halves[total // 2 :])
         for pair in range(0, weights.size, len(pairs)):
             _weigh(narrow if step == 1 else halves, column_starts, weights, pair, pairs, flat_sums)
-        _quantize(tensor, bins, selected[row])
+        if bins[1] * bins[2] > 1:
+            _quantize(tensor, bins, selected[row])
+        else:
+            _quantize_orientation(tensor, bins[0], selected[row])
         if is_curved:
             _point(tensor, luma.shape[1], directions[row % 3])
             for bent in range(max(row - 1, rows[0]), min(row + (row + 1 == stop), rows[1])):
@@ -207,10 +210,8 @@ def _part(row, even, odd):  # type: ignore[no-untyped-def]
 @compiled(fastmath=True, noalias=True)
 def _quantize(tensor, bins, selected):  # type: ignore[no-untyped-def]
     """The bins of a row. In the rotated axes of the differences, gx^2 - gy^2 is 2 b and 2 gx gy is a - c."""
-    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
+    zero, half = np.float32(0), np.float32(0.5)
     orientations, strengths, coherences = bins[0], bins[1], bins[2]
-    per_turn = orientations * np.float32(1 / (2 * math.pi))
-    pi, straight = np.float32(math.pi), np.float32(math.pi / 2)
     least, last = np.float32(EPSILON), np.int32(orientations * strengths * coherences) - 1
     for x in range(selected.shape[0]):
         a, b, c = tensor[0, x], tensor[1, x], tensor[2, x]
@@ -219,19 +220,34 @@ def _quantize(tensor, bins, selected):  # type: ignore[no-untyped-def]
         other = np.sqrt(max(a * c - b * b, zero))
         coherence = spread / (total + other + other + least)
         strength = np.sqrt(half * (total + spread))
-        # The arctangent of Rajan et al. 2006, equation 10: off by 0.22 degrees at most.
-        lower, higher = min(abs(right), abs(up)), max(abs(right), abs(up))
-        slope = lower / (higher + least)
-        angle = slope * (np.float32(math.pi / 4) + np.float32(0.273) * (one - slope))
-        angle = straight - angle if abs(up) > abs(right) else angle
-        angle = pi - angle if right < zero else angle
-        angle = -angle if up < zero else angle
-        # Whole numbers as floats: vectors multiply them in half the time.
-        orientation = np.floor(angle * per_turn + half)
-        orientation = orientation + orientations if orientation < zero else orientation
+        orientation = _orientation(right, up, orientations)
         level = np.floor(min(max((strength - bins[4]) * bins[5], zero), strengths - half))
         clearness = np.floor(min(max((coherence - bins[6]) * bins[7], zero), coherences - half))
         selected[x] = index_at((orientation * strengths + level) * coherences + clearness, last)
+
+
+@compiled(fastmath=True)
+def _orientation(right, up, orientations):  # type: ignore[no-untyped-def]
+    """The bin of a doubled angle, a whole number as a float: vectors multiply floats in half the time."""
+    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
+    # The arctangent of Rajan et al. 2006, equation 10: off by 0.22 degrees at most.
+    lower, higher = min(abs(right), abs(up)), max(abs(right), abs(up))
+    slope = lower / (higher + np.float32(EPSILON))
+    angle = slope * (np.float32(math.pi / 4) + np.float32(0.273) * (one - slope))
+    angle = np.float32(math.pi / 2) - angle if abs(up) > abs(right) else angle
+    angle = np.float32(math.pi) - angle if right < zero else angle
+    angle = -angle if up < zero else angle
+    orientation = np.floor(angle * (orientations * np.float32(1 / (2 * math.pi))) + half)
+    return orientation + orientations if orientation < zero else orientation
+
+
+@compiled(fastmath=True, noalias=True)
+def _quantize_orientation(tensor, orientations, selected):  # type: ignore[no-untyped-def]
+    """The bins of a row if there is one of strength and one of coherence."""
+    last = np.int32(orientations) - 1
+    for x in range(selected.shape[0]):
+        a, b, c = tensor[0, x], tensor[1, x], tensor[2, x]
+        selected[x] = index_at(_orientation(b + b, a - c, orientations), last)
 
 
 @compiled(fastmath=True, noalias=True)
@@ -258,20 +274,22 @@ def _bend(above, here, below, bins, selected):  # type: ignore[no-untyped-def]
     """Divide the bins of a row by the curvature of lines: how fast their gradient's angle a turns on them.
 
     With c and s, the cosine and sine of 2 a, the gradient of a is (c grad s - s grad c) / 2, and the line
-    runs a quarter turn further. Seen from its other end the curvature has the other sign: of two opposite
-    angles that within half a turn from the beginning of the first bin of orientation is taken.
+    runs a quarter turn further: the curvature is (cos a * down - sin a * across) / 4, with twice the gradient
+    between the pixels on both sides. Of c and s only one root is needed, for 1 + c if c is positive and else
+    for 1 - c, and none divides but the last. Seen from its other end a line has the other curvature: of two
+    opposite angles that within half a turn from the beginning of the first bin of orientation is taken.
     """
-    half, quarter, one = np.float32(0.5), np.float32(0.25), np.float32(1)
+    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     curvatures, per_orientation = bins[3], np.int32(bins[1] * bins[2])
-    middle, zero, curve, last = half * curvatures, np.float32(0), np.float32(CURVE), curvatures - half
+    middle, last, curve = half * curvatures, curvatures - half, np.float32(4 * math.sqrt(2) * CURVE)
     for x in range(selected.size):
         c, s = here[0, 1:][x], here[1, 1:][x]
         across = c * (here[1, 2:][x] - here[1, x]) - s * (here[0, 2:][x] - here[0, x])
         down = c * (below[1, 1:][x] - above[1, 1:][x]) - s * (below[0, 1:][x] - above[0, 1:][x])
-        cosine, sine = np.sqrt(max(half + half * c, zero)), np.sqrt(max(half - half * c, zero))
-        # Of the two opposite angles the first has this cosine and, where s is positive, this sine.
-        turned = quarter * (cosine * down - (sine if s >= zero else -sine) * across)
-        curvature = -turned if s < zero and selected[x] >= per_orientation else turned
-        share = curvature / (abs(curvature) + curve)
+        base = one + abs(c)
+        steep = s * down - base * across
+        bent = base * down - s * across if c >= zero else (steep if s >= zero else -steep)
+        bent = -bent if s < zero and selected[x] >= per_orientation else bent
+        share = bent / (abs(bent) + curve * np.sqrt(base))
         number = min(max(middle * (share + one), zero), last)
         selected[x] = selected[x] * np.int32(curvatures) + np.int32(number)
