@@ -22,7 +22,8 @@ from vidstyle.style import Style
 ONCE = style(step("learned", bank="tvf_flat", passes=3, reselect=False))
 ANEW = style(step("learned", bank="tvf_flat", passes=3, reselect=True))
 SHARED = style(step("etf", passes=3, reselect=False))
-CHOICES = ("chosen_filter", "chosen_filters", "chosen_for_square")
+CURVED = style(step("flow_dog", sigma=1))
+CHOICES = ("chosen_filter", "chosen_filters", "chosen_for_square", "curved_choice")
 
 
 @pytest.fixture(params=["compute", "fragment"])
@@ -42,7 +43,8 @@ def drawn(look: Style, form: Form, shape: tuple[int, int]) -> GpuSession:
 def numbers_in(session: GpuSession) -> np.ndarray:
     """The numbers of the filters that the GPU has chosen, H x W."""
     assert session._runner is not None
-    (node,) = [node for node in session._runner._slots.nodes if name_of(node) in CHOICES]
+    nodes = {name_of(node): node for node in session._runner._slots.nodes}
+    node = [nodes[name] for name in CHOICES if name in nodes][-1]
 
     def read() -> np.ndarray:
         assert session._runner is not None
@@ -53,7 +55,7 @@ def numbers_in(session: GpuSession) -> np.ndarray:
         return np.rint((codes / 65535 * coding.span + coding.low) * 1024)
 
     numbers = session._thread.submit(read).result()
-    if name_of(node) == "chosen_filter":
+    if node.kind == "luma":
         return numbers[..., 0]
     height, width = session._runner.plan.source.shape
     rows, columns, _ = numbers.shape
@@ -67,14 +69,18 @@ def name_of(node: ShaderNode) -> str:
 
 
 @pytest.mark.parametrize("shape", [(181, 321), (16, 700), (1, 1)])
-@pytest.mark.parametrize(("look", "name"), [(ONCE, "tvf_flat"), (SHARED, "etf")], ids=["each", "shared"])
+@pytest.mark.parametrize(
+    ("look", "name"),
+    [(ONCE, "tvf_flat"), (SHARED, "etf"), (CURVED, "flow_dog_fine")],
+    ids=["each", "shared", "curved"],
+)
 def test_gpu_and_cpu_choose_the_same_filters(
     form: Form, shape: tuple[int, int], look: Style, name: str
 ) -> None:
     """But where structure lies just upon the border of two bins."""
     session = drawn(look, form, shape)
     picture, bank = film_picture(*shape), shipped_bank(name)
-    expected = select_filters(luma_rows(picture, 0, shape[0]), bank.bins, 2.0)
+    expected = select_filters(luma_rows(picture, 0, shape[0]), bank.bins, bank.rho)
     expected = expected.repeat(bank.bins.step, 0).repeat(bank.bins.step, 1)[: shape[0], : shape[1]]
     found = numbers_in(session)
     session.close()
