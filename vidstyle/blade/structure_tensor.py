@@ -281,7 +281,7 @@ def _bend(above, here, below, bins, selected):  # type: ignore[no-untyped-def]
     """
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     curvatures, per_orientation = bins[3], np.int32(bins[1] * bins[2])
-    middle, last, curve = half * curvatures, curvatures - half, np.float32(4 * math.sqrt(2) * CURVE)
+    middle, last, curve = half * curvatures, curvatures - one, np.float32(4 * math.sqrt(2) * CURVE)
     for x in range(selected.size):
         c, s = here[0, 1:][x], here[1, 1:][x]
         across = c * (here[1, 2:][x] - here[1, x]) - s * (here[0, 2:][x] - here[0, x])
@@ -291,5 +291,5 @@ def _bend(above, here, below, bins, selected):  # type: ignore[no-untyped-def]
         bent = base * down - s * across if c >= zero else (steep if s >= zero else -steep)
         bent = -bent if s < zero and selected[x] >= per_orientation else bent
         share = bent / (abs(bent) + curve * np.sqrt(base))
-        number = min(max(middle * (share + one), zero), last)
-        selected[x] = selected[x] * np.int32(curvatures) + np.int32(number)
+        number = index_at(middle * (share + one), last)
+        selected[x] = selected[x] * np.int32(curvatures) + number
