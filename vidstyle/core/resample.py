@@ -65,7 +65,7 @@ class Resampling:
 
 
 def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarray:
-    """The H x W or H x W x 3 plane at another height and width; itself where they are its own."""
+    """The H x W or H x W x 3 plane at another height and width, float32; itself where they are its own."""
     old = plane.shape[0], plane.shape[1]
     if old == shape:
         return plane
