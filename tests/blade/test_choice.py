@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 from gpu import SMALL, Sessions, faults, film_picture, gray_picture
 from media import photograph
+from pictures import noise
 
 from vidstyle.blade.bank import Bank, load_bank, save_bank
 from vidstyle.blade.bins import Bins, Feature
+from vidstyle.blade.choice import choose_filters
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import chroma_of, luma_of
 from vidstyle.blade.training import psnr
@@ -163,6 +165,14 @@ def test_squares_of_pixels_that_cannot_share_a_filter_are_refused(step: object, 
     saved_with(path, about=np.frombuffer(json.dumps(about).encode(), np.uint8))
     with pytest.raises(ValueError, match="among squares"):
         load_bank(path)
+
+
+@pytest.mark.parametrize("anything", [3e38, -3e38, np.inf, np.nan])
+def test_what_stands_in_the_margin_does_not_matter(anything: float) -> None:
+    bins, luma = Bins(8, 1, 3, curvatures=3, features=(Feature("mean", 4, 1.0),)), noise(60, 40)
+    expected = choose_filters(luma, bins, 1.0)[20:40]
+    luma[:10] = luma[50:] = anything
+    np.testing.assert_array_equal(choose_filters(luma, bins, 1.0, (20, 20))[20:40], expected)
 
 
 def test_filters_for_chroma_are_as_many_as_for_luma(tmp_path: Path) -> None:

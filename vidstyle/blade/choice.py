@@ -41,6 +41,7 @@ def levels_of(feature: Feature, luma: np.ndarray, margin: tuple[int, int] = (0, 
     size = 2 * feature_radius(feature) + 1
     mean = cv2.GaussianBlur(luma, (size, size), feature.rho, borderType=cv2.BORDER_REPLICATE)
     start, density = feature.start_and_density
+    with np.errstate(over="ignore", invalid="ignore"):  # anything may stand in the margin
+        levels = (mean - start) * density
     # Of two numbers of which one is NaN these take the other.
-    levels = np.fmax(np.fmin((mean - start) * density, np.float32(feature.bins - 0.5)), np.float32(0))
-    return np.asarray(levels, np.int32)
+    return np.asarray(np.fmax(np.fmin(levels, np.float32(feature.bins - 0.5)), np.float32(0)), np.int32)
