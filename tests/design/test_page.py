@@ -184,7 +184,7 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
         page.undone(name)
     for name, part in (("levels", 0.9), ("angle", 0.2), ("wobble", 0.9)):
         page.slide(name, part)
-    page.undone("wobble")
+        page.undone(name)
     for label in ("angle", "levels", "unmute", ": mute", "spacing"):
         browser.click("#undo")
         page.undone(label)
