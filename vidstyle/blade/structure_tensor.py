@@ -158,10 +158,11 @@ def _select(  # type: ignore[no-untyped-def]
         else:
             _quantize_orientation(tensor, bins[0], selected[row])
         if is_curved:
-            _point(tensor, luma.shape[1], directions[row % 3])
-            for bent in range(max(row - 1, rows[0]), min(row + (row + 1 == stop), rows[1])):
-                above, below = directions[max(bent - 1, start) % 3], directions[min(bent + 1, row) % 3]
-                _bend(above, directions[bent % 3], below, bins, selected[bent])
+            _find_directions(tensor, luma.shape[1], directions[row % 3])
+            # The row before this one, and where there are no more rows, this one too.
+            for middle in range(max(row - 1, rows[0]), min(row + (row + 1 == stop), rows[1])):
+                above, below = directions[max(middle - 1, start) % 3], directions[min(middle + 1, row) % 3]
+                _divide_by_curvature(above, directions[middle % 3], below, bins, selected[middle])
 
 
 @compiled(fastmath=True, noalias=True)
@@ -251,7 +252,7 @@ def _quantize_orientation(tensor, orientations, selected):  # type: ignore[no-un
 
 
 @compiled(fastmath=True, noalias=True)
-def _point(tensor, width, directions):  # type: ignore[no-untyped-def]
+def _find_directions(tensor, width, directions):  # type: ignore[no-untyped-def]
     """Cosine and sine of the doubled angle of a row's gradients, 1 and 0 where there is none.
 
     Args:
@@ -270,7 +271,7 @@ def _point(tensor, width, directions):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True, noalias=True)
-def _bend(above, here, below, bins, selected):  # type: ignore[no-untyped-def]
+def _divide_by_curvature(above, here, below, bins, selected):  # type: ignore[no-untyped-def]
     """Divide the bins of a row by the curvature of lines: how fast their gradient's angle a turns on them.
 
     With c and s, the cosine and sine of 2 a, the gradient of a is (c grad s - s grad c) / 2, and the line
