@@ -87,7 +87,7 @@ PLANS = (
         TrainingConfig(Bins(8, 20, 4, (0.0, 40.0), (0.1, 0.9)), 1.55, 9, prior_samples=1),
         (_teacher("tv_flow", *FLOWS),),
         {"times": TIMES},
-        768,
+        long_side=768,
     ),
     _lines("flow_dog_fine", TrainingConfig(Bins(24, 1, 1, curvatures=9), 2.0, 9), 0.5, 0.7, 1.0),
     # The reference enlarges the tensor of a reduced picture, which widens its window a little.

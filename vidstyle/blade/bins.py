@@ -85,11 +85,6 @@ class Bins:
         """The number of filters: `counts` x features, the last varying fastest."""
         return math.prod((*self.counts, *(each.bins for each in self.features)))
 
-    @property
-    def per_orientation(self) -> int:
-        """The number of filters of one orientation."""
-        return self.count // self.orientations
-
     def curvature_at(self, number: int) -> float:
         """The curvature in radians per pixel at which a bin of curvature begins."""
         share = 2 * number / self.curvatures - 1

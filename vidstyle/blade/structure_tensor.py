@@ -82,13 +82,15 @@ def select_filters(
     columns = _rounded_up(width, LANES)
     wide = _rounded_up(columns + taps - 1, UNROLLED)
     taps_of_row = np.arange(taps)
+    products = np.empty((taps, 3, wide), np.float32)
+    tensor = np.empty((3, wide // step), np.float32)
     scratch = (
-        np.empty((taps, 3, wide), np.float32),
+        products,
         np.empty(taps, np.uint64),
         np.empty(3 * wide + taps, np.float32),
         np.empty(3 * wide + taps, np.float32),
         (taps_of_row % step * (3 * wide // step) + taps_of_row // step).astype(np.uint64),
-        np.empty((3, wide // step), np.float32),
+        tensor,
         np.empty((3, 2, columns + 2), np.float32),
     )
     selected = np.empty((-(-(height + lead) // step), columns // step), np.int32)
@@ -101,8 +103,8 @@ def select_filters(
         (step - 1 - lead - radius, radius + 1 - step),
         step,
         scratch,
-        scratch[0].reshape(-1),
-        scratch[5].reshape(-1),
+        products.reshape(-1),
+        tensor.reshape(-1),
         selected,
     )
     return selected[:, : -(-width // step)]

@@ -12,14 +12,12 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from vidstyle.style.limits import CHANNELS
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, in_order, nodes_in_order
 
 CONVERSIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
 READS_PLANES = ("resample", "upsample")
 """Operations that read planes of another size, which are stored for them."""
-
-CHANNELS = {"luma": 1, "chroma": 2, "color": 3}
-"""Numbers of a pixel, by the kind of a node."""
 
 Key = tuple[Node, int]
 """A node, and how many rows above and below the band it is computed for."""
