@@ -14,6 +14,7 @@ from vidstyle.block import (
     Asset,
     Block,
     FrameTime,
+    Limits,
     LumaWeights,
     Margin,
     Measured,
@@ -21,7 +22,7 @@ from vidstyle.block import (
     SavedRef,
 )
 from vidstyle.blocks import all_blocks
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import RANGES, Encoding, Picture
 from vidstyle.style import Style
 
 BLOCKS = list(all_blocks().values())
@@ -78,6 +79,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
         Margin: (0, 0),
         LumaWeights: Encoding().weights,
         FrameTime: 0,
+        Limits: RANGES["luma" if array.ndim == 2 else "color"],
         Measured: np.percentile(luma, block.percentiles_for(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.injected.items()}

@@ -10,7 +10,7 @@ from covering import in_one_test
 from pictures import FLOAT, noise, run, run_color, run_luma, step, style
 
 from vidstyle.blocks.blend import MODES, blend
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import RANGES, Encoding, Picture
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
@@ -192,8 +192,9 @@ def blended(
     """The block itself, on gray and on RGB, which must agree."""
     below, above = below.astype(np.float32), above.astype(np.float32)
     mask = None if mask is None else mask.astype(np.float32)
-    gray = blend(below, other=above, mask=mask, **values)
-    color = blend(np.stack([below] * 3, 2), other=np.stack([above] * 3, 2), mask=mask, **values)
+    values |= {"mask": mask, "limits": RANGES["luma"]}
+    gray = blend(below, other=above, **values)
+    color = blend(np.stack([below] * 3, 2), other=np.stack([above] * 3, 2), **values)
     np.testing.assert_allclose(color, np.stack([gray] * 3, 2), atol=1e-7)
     return np.asarray(gray)
 

@@ -75,7 +75,11 @@ Measured = NewType("Measured", np.ndarray)
 FrameTime = NewType("FrameTime", int)
 """Injected: the time of the frame in whole milliseconds, below 2**32; 0 for a picture that stands alone."""
 
-INJECTED: tuple[object, ...] = (PageRegion, Margin, LumaWeights, Measured, FrameTime)
+Limits = NewType("Limits", tuple[float, float])
+"""Injected into a block whose result may leave the range of its input and of 0..1: the ends of the range that
+it has to clip it to, of `core.picture`."""
+
+INJECTED: tuple[object, ...] = (PageRegion, Margin, LumaWeights, Measured, FrameTime, Limits)
 """The annotations of the parameters that the renderer fills in."""
 
 
@@ -100,8 +104,6 @@ class Block:
     Attributes:
         saves: the name under which every step of it saves its input.
         is_identity: whether its function returns luma as it is, so that only the chroma changes.
-        overshoots: whether its result may leave the range of its input and of 0..1; it is then clipped to
-            `core.picture.RANGES`.
         exact: whether a GPU has to store its input and what filters make of its result as float32.
     """
 
@@ -116,8 +118,12 @@ class Block:
     chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
     is_identity: bool = False
-    overshoots: bool = False
     exact: bool = False
+
+    @property
+    def overshoots(self) -> bool:
+        """Whether its result may leave the range of its input and of 0..1, but for `Limits`."""
+        return Limits in self.injected.values()
 
     @cached_property
     def saved_refs(self) -> dict[str, SavedRef]:
@@ -167,7 +173,6 @@ def block(
     chroma: Literal["kept", "dropped"] = "kept",
     saves: str = "",
     is_identity: bool = False,
-    overshoots: bool = False,
     exact: bool = False,
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of its name.
@@ -181,8 +186,6 @@ def block(
         chroma: "dropped" where a luma block leaves a gray picture.
         saves: a name under which each of its steps saves its input.
         is_identity: for a luma block that only changes the chroma; a style does not call its function.
-        overshoots: the function's result, a new array, may leave the range of its input and of 0..1, and has
-            to be clipped.
         exact: the result shows differences that are smaller than a GPU's textures of 16 bits keep.
 
     Raises:
@@ -200,7 +203,7 @@ def block(
         parameters, injected = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
         return Block(
             name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity,
-            overshoots, exact,
+            exact,
         )  # fmt: skip
 
     return declare

@@ -7,12 +7,13 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Choice, SavedRef, Slider, block
+from vidstyle.block import Choice, Limits, SavedRef, Slider, block
 from vidstyle.core.kernels import Compiled, compiled, interleaved
 
 ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 LEAST = np.float32(1 / 255)
 """The least divisor."""
+NO_MASK = np.empty((0, 0), np.float32)
 
 MODES: dict[str, Compiled[..., Any]] = {}
 """The blend modes: formulas of one number of each picture."""
@@ -103,9 +104,10 @@ def _burn(below, above):  # type: ignore[no-untyped-def]
     return ONE - min(max((ONE - below) / max(above, LEAST), ZERO), ONE)
 
 
-@block("pixel", on="channels", overshoots=True)
+@block("pixel", on="channels")
 def blend(
     picture: np.ndarray,
+    limits: Limits,
     other: Annotated[Any, SavedRef("picture blended over the current one")] = "source",
     mode: Annotated[str, Choice(tuple(MODES), "blend mode", explore=("multiply", "overlay"))] = "normal",
     opacity: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.3, 1))] = 0.5,
@@ -115,36 +117,34 @@ def blend(
 ) -> np.ndarray:
     """Blend a saved picture over the current one; over a gray one, its luma."""
     out = np.empty(picture.shape, np.float32)
-    weights = np.empty((0, 0), np.float32) if mask is None else np.ascontiguousarray(mask)
-    line = np.empty(out[0].size, np.float32)
+    weights = NO_MASK if mask is None else np.ascontiguousarray(mask)
+    ends = np.float32(limits[0]), np.float32(limits[1])
     pictures = interleaved(picture), interleaved(other)
-    _blend(*pictures, weights, MODES[mode], np.float32(opacity), line, interleaved(out))
+    _blend(*pictures, weights, MODES[mode], np.float32(opacity), ends, interleaved(out))
     return out
 
 
 @compiled
-def _blend(below, above, mask, mode, opacity, line, out):  # type: ignore[no-untyped-def]
-    """Row by row.
-
-    Args:
-        mask: a number for each pixel, or none.
-        mode: the formula, one of `MODES`.
-        line: scratch, the weight of each number of a row.
-    """
+def _blend(below, above, mask, mode, opacity, ends, out):  # type: ignore[no-untyped-def]
+    """Row by row; the mask has a number for each pixel, or none."""
     for row in range(out.shape[0]):
         if mask.size == 0:
             for x in range(out.shape[1]):
-                mixed = mode(below[row, x], above[row, x])
-                part = below[row, x] + opacity * (mixed - below[row, x])
-                out[row, x] = mixed if opacity == np.float32(1) else part
+                out[row, x] = _mix(below[row, x], above[row, x], mode, opacity, ends)
+        elif mask.shape[1] == out.shape[1]:
+            for x in range(out.shape[1]):
+                out[row, x] = _mix(below[row, x], above[row, x], mode, opacity * mask[row, x], ends)
         else:
-            if mask.shape[1] == line.size:
-                for x in range(line.size):
-                    line[x] = opacity * mask[row, x]
-            else:
-                for x in range(mask.shape[1]):
-                    weight = opacity * mask[row, x]
-                    line[3 * x], line[3 * x + 1], line[3 * x + 2] = weight, weight, weight
-            for x in range(line.size):
-                mixed = mode(below[row, x], above[row, x])
-                out[row, x] = below[row, x] + line[x] * (mixed - below[row, x])
+            for x in range(mask.shape[1]):
+                opacity_here = opacity * mask[row, x]
+                i, j, k = 3 * x, 3 * x + 1, 3 * x + 2
+                out[row, i] = _mix(below[row, i], above[row, i], mode, opacity_here, ends)
+                out[row, j] = _mix(below[row, j], above[row, j], mode, opacity_here, ends)
+                out[row, k] = _mix(below[row, k], above[row, k], mode, opacity_here, ends)
+
+
+@compiled
+def _mix(below, above, mode, opacity, ends):  # type: ignore[no-untyped-def]
+    mixed = mode(below, above)
+    part = below + opacity * (mixed - below)
+    return min(max(mixed if opacity == ONE else part, ends[0]), ends[1])

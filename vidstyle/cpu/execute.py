@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.block import FrameTime, LumaWeights, Margin, PageRegion
+from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion
 from vidstyle.core.bands import in_bands
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.measured import percentiles, sampled, sampled_values
@@ -152,8 +152,7 @@ class FrameExecutor:
         pictures = {name: inputs.get(name) for name in block.saved_refs}
         others = {name: self._injected(kind, node, top, margin) for name, kind in block.injected.items()}
         result: np.ndarray = block.function(inputs["image"], **node.values, **pictures, **others)
-        result = result[margin[0] : margin[0] + bottom - top]
-        return np.clip(result, *node.limits, out=result) if node.limits else result
+        return result[margin[0] : margin[0] + bottom - top]
 
     def _injected(self, kind: object, node: Node, top: int, margin: tuple[int, int]) -> Any:
         """What a block gets that is no value of its own, from row `top` on; `kind`: of `INJECTED`."""
@@ -163,6 +162,8 @@ class FrameExecutor:
             return margin
         if kind is LumaWeights:
             return encoding_of(node.matrix).weights
+        if kind is Limits:
+            return node.limits
         return self._moment if kind is FrameTime else self._numbers.get(node.measure)  # type: ignore[arg-type]
 
     def _load(self, node: Node, top: int, bottom: int) -> Value:
