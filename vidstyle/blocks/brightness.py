@@ -7,6 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Slider, block
+from vidstyle.blocks.equalize import stretched
 
 
 @block("pixel", on="luma")
@@ -18,5 +19,4 @@ def brightness(
 
     Paper, section 4.2 A.
     """
-    out = np.multiply(luma, np.float32(factor))
-    return np.clip(out, 0, 1, out=out)
+    return stretched(luma, 0, factor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -22,17 +23,23 @@ def colorize(
 
     HSL with luma as its lightness. Paper, section 4.2 A.
     """
-    pure = np.array(colorsys.hls_to_rgb(hue / 360, 0.5, 1), np.float32) - np.float32(0.5)
     out = np.empty(picture.shape, np.float32)
-    _color(interleaved(picture), weights, np.float32(saturation) * pure, interleaved(out))
+    _color(interleaved(picture), weights, _difference(hue, saturation), interleaved(out))
     return out
 
 
+@lru_cache(maxsize=16)
+def _difference(hue: float, saturation: float) -> np.ndarray:
+    """From gray to the colour, both of middle lightness; RGB."""
+    pure = np.array(colorsys.hls_to_rgb(hue / 360, 0.5, 1), np.float32)
+    return np.float32(saturation) * (pure - np.float32(0.5))
+
+
 @compiled
-def _color(picture, weights, pure, out):  # type: ignore[no-untyped-def]
+def _color(picture, weights, difference, out):  # type: ignore[no-untyped-def]
     zero, one, two = np.float32(0), np.float32(1), np.float32(2)
     of_red, of_green, of_blue = weights[0], weights[1], weights[2]
-    red, green, blue = pure[0], pure[1], pure[2]
+    red, green, blue = difference[0], difference[1], difference[2]
     for row in range(out.shape[0]):
         for x in range(out.shape[1] // 3):
             luma = of_red * picture[row, 3 * x] + of_green * picture[row, 3 * x + 1]

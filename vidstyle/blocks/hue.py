@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -25,18 +26,15 @@ def hue(
     A rotation of (blue difference, red difference) and a bias in RGB, clipped to 0..1. Paper,
     section 4.2 A.
     """
-    matrix = np.empty((3, 4))
-    matrix[:, :3] = _turn(weights, math.radians(angle))
-    matrix[:, 3] = red / 255, green / 255, blue / 255
-    return mix_channels(picture, matrix)
+    return mix_channels(picture, _matrix(tuple(weights), math.radians(angle), (red, green, blue)))
 
 
-def _turn(weights: np.ndarray, angle: float) -> np.ndarray:
-    """The 3 x 3 matrix on RGB that turns chroma anticlockwise, blue difference to the right."""
-    red, _, blue = (float(weight) for weight in weights)
-    to_chroma = np.array(
-        [weights, (-weights + [0, 0, 1]) / (2 - 2 * blue), (-weights + [1, 0, 0]) / (2 - 2 * red)]
-    )
+@lru_cache(maxsize=16)
+def _matrix(weights: tuple[np.float32, ...], angle: float, tint: tuple[float, ...]) -> np.ndarray:
+    """Turns chroma anticlockwise, blue difference to the right, and adds the tint in levels of 255; on RGB."""
+    luma, (red, _, blue) = np.array(weights), map(float, weights)
+    to_chroma = np.array([luma, ([0, 0, 1] - luma) / (2 - 2 * blue), ([1, 0, 0] - luma) / (2 - 2 * red)])
     cosine, sine = math.cos(angle), math.sin(angle)
     turn = np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
-    return np.asarray(np.linalg.inv(to_chroma) @ turn @ to_chroma)
+    turned = np.linalg.inv(to_chroma) @ turn @ to_chroma
+    return np.column_stack([turned, np.array(tint) / 255]).astype(np.float32)

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Slider, block
-from vidstyle.core.kernels import TIE_LIFT, compiled
+from vidstyle.core.kernels import TIE_LIFT, compiled, interleaved
 
 
 @block("pixel", on="channels")
@@ -24,20 +24,22 @@ def posterize(
     of Winnemoeller 2006, with a cubic ramp so that they meet the flats without a jump.
     """
     out = np.empty(picture.shape, np.float32)
-    _quantize(picture.reshape(-1), TIE_LIFT, np.float32(levels), np.float32(softness), out.reshape(-1))
+    _quantize(interleaved(picture), TIE_LIFT, np.float32(levels), np.float32(softness), interleaved(out))
     return out
 
 
-@compiled
+@compiled(fastmath=True)
 def _quantize(values, lift, levels, softness, out):  # type: ignore[no-untyped-def]
+    # Row by row: what is left over after whole vectors is rounded otherwise, but alike in any band.
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
-    sharpness = one / max(softness, np.float32(1e-6))
-    for i in range(values.size):
-        position = (values[i] + lift) * levels
-        border = min(max(np.floor(position + half), one), levels - one)
-        if softness > 0:
-            ramp = min(max((position - border) * sharpness + half, zero), one)
-            ramp = ramp * ramp * (np.float32(3) - np.float32(2) * ramp)
-        else:
-            ramp = one if position >= border else zero
-        out[i] = (border - one + ramp) / (levels - one)
+    sharpness, step = one / max(softness, np.float32(1e-6)), one / (levels - one)
+    for row in range(values.shape[0]):
+        for x in range(values.shape[1]):
+            position = (values[row, x] + lift) * levels
+            border = min(max(np.floor(position + half), one), levels - one)
+            if softness > 0:
+                ramp = min(max((position - border) * sharpness + half, zero), one)
+                ramp = ramp * ramp * (np.float32(3) - np.float32(2) * ramp)
+            else:
+                ramp = one if position >= border else zero
+            out[row, x] = (border - one + ramp) * step

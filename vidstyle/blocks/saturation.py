@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -22,6 +23,11 @@ def saturation(
 
     gray + factor (RGB - gray), clipped to 0..1. Paper, section 4.2 A.
     """
+    return mix_channels(picture, _matrix(factor, tuple(weights)))
+
+
+@lru_cache(maxsize=16)
+def _matrix(factor: float, weights: tuple[np.float32, ...]) -> np.ndarray:
     matrix = factor * np.eye(3, 4)
-    matrix[:, :3] += (1 - factor) * weights
-    return mix_channels(picture, matrix)
+    matrix[:, :3] += (1 - factor) * np.array(weights)
+    return matrix.astype(np.float32)

@@ -34,7 +34,7 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
         case "constant_chroma":
             return Tints((), (), values["tint"])
         case "on_paper":
-            return mix_channels(inputs["color"], np.diag([*values["paper"], 0.0])[:3])
+            return mix_channels(inputs["color"], _paper_matrix(values["paper"]))
         case "inked_luma":
             return _mixed(values["ink"], inputs["under"], inputs["lines"])
         case "inked_chroma" if isinstance(inputs["under"], Tints):
@@ -43,6 +43,11 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
             pairs = zip(values["ink"], inputs["under"], strict=True)
             return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
     raise ValueError(f"{node.op} is not computed pixel by pixel")
+
+
+@lru_cache(maxsize=4)
+def _paper_matrix(paper: tuple[float, float, float]) -> np.ndarray:
+    return np.diag(np.float32([*paper, 0]))[:3]
 
 
 @lru_cache(maxsize=4)
