@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
-from vidstyle.core.kernels import compiled, interleaved, look_up_at
+from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
 from vidstyle.core.stroke_directions import STILL, stroke_directions
 from vidstyle.core.white_noise import APART, PAIR_CODES, between_pair, pairs_of, white_noise
 
@@ -59,7 +58,7 @@ def lic(
     return out
 
 
-@lru_cache(maxsize=64)
+@cached(maxsize=64)
 def _noise_pairs(rows: tuple[int, int], columns: tuple[int, int], drawing: int) -> np.ndarray:
     """The noise between two rows and two columns; that of the last few bands is kept."""
     return pairs_of(white_noise(np.arange(*rows) + drawing, np.arange(*columns)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -108,7 +107,7 @@ def _strokes_in(
     return strokes_[np.argsort(-strokes_[:, 2], kind="stable")]
 
 
-@cache
+@cached(maxsize=1)
 def _bristle_marks() -> np.ndarray:
     """White noise along the diagonal: for each column its rows, in pairs with the next column."""
     columns = np.arange(FIRST_MARK, FIRST_MARK + MARKS + MARKS_BEHIND + 1)

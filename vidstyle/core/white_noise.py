@@ -21,12 +21,21 @@ def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     Returns:
         rows x columns float32, the same for the same point.
     """
-    bits = (columns.astype(np.uint32) * np.uint32(0x9E3779B1))[None] ^ (
-        rows.astype(np.uint32) * np.uint32(0x85EBCA77)
-    )[:, None]
-    for shift, factor in ((15, 0x2C1B3C6D), (12, 0x297A2D39)):
-        bits = (bits ^ (bits >> np.uint32(shift))) * np.uint32(factor)
-    return ((bits ^ (bits >> np.uint32(15))) >> np.uint32(8)).astype(np.float32) * np.float32(2.0**-24)
+    numbers = np.empty((rows.size, columns.size), np.float32)
+    _hash(rows.astype(np.uint32), columns.astype(np.uint32), numbers)
+    return numbers
+
+
+@compiled
+def _hash(rows, columns, numbers):  # type: ignore[no-untyped-def]
+    for i in range(rows.size):
+        of_row = np.uint32(rows[i] * np.uint32(0x85EBCA77))
+        for j in range(columns.size):
+            bits = np.uint32(columns[j] * np.uint32(0x9E3779B1)) ^ of_row
+            bits = np.uint32((bits ^ (bits >> np.uint32(15))) * np.uint32(0x2C1B3C6D))
+            bits = np.uint32((bits ^ (bits >> np.uint32(12))) * np.uint32(0x297A2D39))
+            bits = np.uint32(bits ^ (bits >> np.uint32(15))) >> np.uint32(8)
+            numbers[i, j] = np.float32(np.int32(bits)) * np.float32(2.0**-24)
 
 
 def pairs_of(noise: np.ndarray) -> np.ndarray:

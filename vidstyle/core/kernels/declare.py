@@ -191,10 +191,13 @@ def cached(
                 return function(*arguments, **named)
             key = arguments, tuple(named.items())
             with computing:
-                found = kept.pop(key, None)
-                result = kept[key] = function(*arguments, **named) if found is None else found
-                while len(kept) > 1 and (len(kept) > maxsize or sum(map(_bytes, kept.values())) > most_bytes):
-                    del kept[next(iter(kept))]
+                result = kept.pop(key, None)
+                if result is None:
+                    result = function(*arguments, **named)
+                    room = most_bytes - _bytes(result)
+                    while kept and (len(kept) >= maxsize or sum(map(_bytes, kept.values())) > room):
+                        del kept[next(iter(kept))]
+                kept[key] = result
                 return result
 
         return call
