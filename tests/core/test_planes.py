@@ -10,15 +10,13 @@ import pytest
 from covering import in_one_test
 from pictures import codes
 
+from vidstyle.core.codes import UNMIXED, chroma_radius, store, store_chroma, store_yuv
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import (
-    chroma_radius,
     chroma_rows,
     color_rows,
     luma_rows,
     rgb_from_yuv,
-    shrunk_chroma,
-    store,
     yuv_from_rgb,
 )
 
@@ -44,6 +42,15 @@ SUBSAMPLED = [
 
 every_encoding = in_one_test("encoding", ENCODINGS)
 every_subsampling = in_one_test("step, siting", SUBSAMPLED)
+
+
+def averaged(plane: np.ndarray, above: int, rows: int, encoding: Encoding) -> np.ndarray:
+    """The chroma samples of a band, as floats."""
+    encoding = replace(encoding, depth=0)
+    blue, red = np.empty((2, *encoding.chroma_shape(rows, plane.shape[1])), np.float32)
+    store_chroma((plane, -plane), UNMIXED, above, encoding, (blue, red))
+    np.testing.assert_array_equal(red, -blue)
+    return blue
 
 
 def expected_rgb(luma: np.ndarray, blue: np.ndarray, red: np.ndarray, encoding: Encoding) -> np.ndarray:
@@ -138,7 +145,7 @@ def test_a_ramp_survives_both_ways(
     )
     np.testing.assert_array_equal(blue[inside], large[inside])
     np.testing.assert_array_equal(red, -blue)
-    back = shrunk_chroma(large, 0, size[0], encoding)
+    back = averaged(large, 0, size[0], encoding)
     assert back.shape == small.shape
     down, across = (-(-8 // each) for each in reversed(step))
     inside = (slice(down, -down), slice(across, -across))
@@ -150,14 +157,45 @@ def test_bands_of_chroma_are_those_of_the_whole(step: tuple[int, int], siting: t
     encoding = Encoding(step=step, siting=siting)
     picture = codes(encoding, 29, 31)
     whole = chroma_rows(picture, 0, 29)
-    shrunk = shrunk_chroma(whole[0], 0, 29, encoding)
+    shrunk = averaged(whole[0], 0, 29, encoding)
     above, below = chroma_radius(encoding)
     for top, bottom in ((0, 8), (8, 20), (20, 29)):
         band = chroma_rows(picture, top, bottom)
         np.testing.assert_array_equal(np.stack(band), np.stack(whole)[:, top:bottom])
         first, last = max(top - above, 0), min(bottom + below, 29)
-        rows = shrunk_chroma(whole[0][first:last], top - first, bottom - top, encoding)
+        rows = averaged(whole[0][first:last], top - first, bottom - top, encoding)
         np.testing.assert_array_equal(rows, shrunk[top // step[1] : -(-bottom // step[1])])
+
+
+@every_subsampling
+def test_rgb_is_stored_as_its_luma_and_its_chroma(step: tuple[int, int], siting: tuple[float, float]) -> None:
+    """In one go, in bands, as the planes one after another."""
+    encoding = Encoding(step=step, siting=siting)
+    color = np.random.default_rng(6).uniform(-0.1, 1.1, (29, 31, 3)).astype(np.float32)
+    wanted, *planes = yuv_from_rgb(color, encoding)
+    luma, in_bands = np.zeros((2, 29, 31), np.uint8)
+    store(wanted, *encoding.luma_levels, 8, luma)
+    chroma, chroma_in_bands = np.zeros((2, 2, *encoding.chroma_shape(29, 31)), np.uint8)
+    store_chroma((planes[0], planes[1]), UNMIXED, 0, encoding, (chroma[0], chroma[1]))
+    above, below = chroma_radius(encoding)
+    for top, bottom in ((0, 8), (8, 20), (20, 29)):
+        first, last = max(top - above, 0), min(bottom + below, 29)
+        blue, red = chroma_in_bands[:, top // step[1] : -(-bottom // step[1])]
+        store_yuv(color[first:last], top - first, encoding, in_bands[top:bottom], (blue, red))
+    np.testing.assert_array_equal(in_bands, luma)
+    np.testing.assert_array_equal(chroma_in_bands, chroma)
+
+
+@every_subsampling
+def test_chroma_that_is_a_sum_of_planes(step: tuple[int, int], siting: tuple[float, float]) -> None:
+    encoding = Encoding(depth=16, step=step, siting=siting)
+    planes = np.random.default_rng(7).uniform(0, 1, (3, 9, 11)).astype(np.float32)
+    mix = np.array([[0.2, -0.1], [0, 0.1], [-0.3, 0], [0.05, -0.02]], np.float32)
+    summed = np.tensordot(mix[:3], planes, (0, 0)) + mix[3, :, None, None]
+    stored, wanted = np.empty((2, 2, *encoding.chroma_shape(9, 11)), np.uint16)
+    store_chroma(tuple(planes), mix, 0, encoding, (stored[0], stored[1]))
+    store_chroma((summed[0], summed[1]), UNMIXED, 0, encoding, (wanted[0], wanted[1]))
+    np.testing.assert_allclose(stored.astype(float), wanted, atol=1)
 
 
 @every_subsampling
@@ -172,7 +210,7 @@ def test_flat_chroma_stays_flat_to_the_edges(
     blue, _ = chroma_rows(picture, 0, size[0])
     assert blue.shape == size
     np.testing.assert_allclose(blue, (600 - 512) / 896, atol=1e-6)
-    np.testing.assert_allclose(shrunk_chroma(blue, 0, size[0], encoding), (600 - 512) / 896, atol=1e-6)
+    np.testing.assert_allclose(averaged(blue, 0, size[0], encoding), (600 - 512) / 896, atol=1e-6)
 
 
 def test_smooth_subsampled_planes_come_back_through_rgb() -> None:
@@ -186,7 +224,7 @@ def test_smooth_subsampled_planes_come_back_through_rgb() -> None:
     store(back, 16, 235, 8, out)
     np.testing.assert_array_equal(out, luma)
     small = np.empty((12, 16), np.uint8)
-    store(shrunk_chroma(blue, 0, 24, encoding), 128, 352, 8, small)
+    store(averaged(blue, 0, 24, encoding), 128, 352, 8, small)
     np.testing.assert_array_equal(small[1:-1, 1:-1], chroma[1:-1, 1:-1])
 
 

@@ -5,24 +5,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from vidstyle.core.bands import in_bands, shared_pool
+from vidstyle.core.codes import UNMIXED, Chroma, chroma_radius, store, store_chroma, store_yuv
+from vidstyle.core.kernels import interleaved
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.planes import (
-    Chroma,
-    alpha_in_depth,
-    chroma_radius,
-    chroma_rows,
-    color_rows,
-    luma_rows,
-    shrunk_chroma,
-    store,
-    yuv_from_rgb,
-)
+from vidstyle.core.planes import alpha_in_depth, chroma_rows, color_rows, luma_rows
 
 ONE_THREAD_PIXELS = 1 << 17
 """Smaller pictures are converted in the calling thread: handing bands out would take longer."""
@@ -85,15 +77,25 @@ class PictureAssembler:
         self._chroma = np.empty(shape, target.dtype), np.empty(shape, target.dtype)
         self._has_chroma = False
 
-    def put_color(self, top: int, color: np.ndarray) -> None:
-        """Store RGB rows, N x W x 3, 0..1, from row `top` on."""
-        assert self._color is not None
-        out = self._color[top : top + len(color)]
+    def put_color(self, top: int, bottom: int, above: int, color: np.ndarray) -> None:
+        """Store RGB, 0..1, as such or as luma and chroma, for the rows top..bottom.
+
+        Args:
+            top, bottom: a multiple of the chroma step, and another one or the last row.
+            above: rows of `color`, N x W x 3, that lie above `top`; `chroma_radius` tells how many chroma is
+                averaged over.
+        """
+        if self._color is None:
+            assert self._luma is not None
+            self._has_chroma = True
+            store_yuv(color, above, self.target, self._luma[top:bottom], self._chroma_rows(top, bottom))
+            return
+        color, out = color[above : above + bottom - top], self._color[top:bottom]
         if self.target.depth == 0:
             np.clip(color, 0, 1, out=out)
         else:
             levels = self.target.luma_levels
-            store(color.reshape(len(color), -1), *levels, self.target.depth, out.reshape(len(out), -1))
+            store(interleaved(color), *levels, self.target.depth, interleaved(out))
 
     def put_luma(self, top: int, luma: np.ndarray) -> None:
         """Store luma rows, N x W, 0..1, from row `top` on."""
@@ -101,28 +103,17 @@ class PictureAssembler:
         store(luma, *self.target.luma_levels, self.target.depth, self._luma[top : top + len(luma)])
 
     def put_chroma(
-        self,
-        top: int,
-        bottom: int,
-        above: int,
-        planes: Sequence[np.ndarray],
-        chroma: Callable[[Sequence[np.ndarray]], Chroma] = tuple,  # type: ignore[assignment]
+        self, top: int, bottom: int, above: int, planes: tuple[np.ndarray, ...], mix: np.ndarray = UNMIXED
     ) -> None:
-        """Store chroma of planes at luma's resolution, -0.5..0.5, for the rows top..bottom.
+        """Store chroma at luma's resolution, -0.5..0.5, for the rows of `put_color`.
 
         Args:
-            top, bottom: a multiple of the chroma step, and another one or the last row.
-            above: rows of the planes that lie above `top`; `chroma_radius` tells how many are averaged over.
+            above: rows of the planes that lie above `top`.
             planes: blue and red difference, or what they are sums of.
-            chroma: makes blue and red difference of the planes' averages.
+            mix: those sums, as `store_chroma` takes them.
         """
         self._has_chroma = True
-        target = self.target
-        neutral, span = target.chroma_levels
-        first = top // target.step[1]
-        averages = [shrunk_chroma(plane, above, bottom - top, target) for plane in planes]
-        for small, out in zip(chroma(averages), self._chroma, strict=True):
-            store(small, neutral, neutral + span, target.depth, out[first : first + len(small)])
+        store_chroma(planes, mix, above, self.target, self._chroma_rows(top, bottom))
 
     def reuse_luma(self, luma: np.ndarray) -> None:
         """Take a luma plane that has the target's codes, not copied."""
@@ -132,6 +123,11 @@ class PictureAssembler:
         """Take chroma planes that lie on the target's grid, not resampled, and with its codes not copied."""
         self._has_chroma = True
         self._chroma = _recoded_chroma(chroma, encoding, self.target)
+
+    def _chroma_rows(self, top: int, bottom: int) -> Chroma:
+        down = self.target.step[1]
+        blue, red = (plane[top // down : -(-bottom // down)] for plane in self._chroma)
+        return blue, red
 
     def picture(self) -> Picture:
         """The finished picture; one without chroma gets neutral chroma planes."""
@@ -145,11 +141,10 @@ class PictureAssembler:
 
 
 def _row_converter(picture: Picture, assembler: PictureAssembler, rgb: bool) -> Callable[[int, int], None]:
-    if rgb:
-        return lambda top, bottom: assembler.put_color(top, color_rows(picture, top, bottom))
     target = assembler.target
     is_gray = picture.color is None and picture.chroma is None
-    through_rgb = not is_gray and (picture.color is not None or picture.encoding.matrix != target.matrix)
+    same_matrix = picture.color is None and picture.encoding.matrix == target.matrix
+    through_rgb = rgb or not (is_gray or same_matrix)
     reuses = not through_rgb and picture.chroma is not None and picture.encoding.has_grid_of(target)
     if reuses and picture.chroma is not None:
         assembler.reuse_chroma(picture.chroma, picture.encoding)
@@ -158,9 +153,7 @@ def _row_converter(picture: Picture, assembler: PictureAssembler, rgb: bool) -> 
     def put(top: int, bottom: int) -> None:
         first, last = max(top - above, 0), min(bottom + below, picture.shape[0])
         if through_rgb:
-            luma, *chroma = yuv_from_rgb(color_rows(picture, first, last), target)
-            assembler.put_luma(top, luma[top - first : bottom - first])
-            assembler.put_chroma(top, bottom, top - first, (chroma[0], chroma[1]))
+            assembler.put_color(top, bottom, top - first, color_rows(picture, first, last))
             return
         assembler.put_luma(top, luma_rows(picture, top, bottom))
         if not is_gray and not reuses:

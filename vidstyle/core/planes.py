@@ -7,16 +7,14 @@ repeat the row at its edge.
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 
 import numpy as np
 
+from vidstyle.core.codes import Chroma, store
 from vidstyle.core.kernels import compiled, interleaved
 from vidstyle.core.kernels.weighing import column_taps, weigh_rows_and_columns
 from vidstyle.core.picture import Encoding, Picture
-
-Chroma = tuple[np.ndarray, np.ndarray]
 
 
 def luma_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
@@ -89,17 +87,6 @@ def luma_from_rgb(color: np.ndarray, encoding: Encoding) -> np.ndarray:
     return luma
 
 
-def store(values: np.ndarray, black: float, white: float, depth: int, out: np.ndarray) -> None:
-    """Write float32 values as integers: 0 becomes `black`, 1 becomes `white`, halves are rounded up.
-
-    So are values that rounding has left slightly below a half. Clips to `depth` bits; depth 0 copies.
-    """
-    if depth == 0:
-        np.copyto(out, values)
-    else:
-        _store(values, np.float32(white - black), np.float32(black), 2**depth - 1, out)
-
-
 def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
     """The picture's alpha in another depth; itself where it has that."""
     if source.alpha is None or source.encoding.depth == depth:
@@ -108,50 +95,6 @@ def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
     out = np.empty(source.alpha.shape, new.dtype)
     values = np.multiply(source.alpha, np.float32(1 / old.luma_levels[1]), dtype=np.float32)
     store(values, *new.luma_levels, depth, out)
-    return out
-
-
-def chroma_radius(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
-    """How many rows above and below a band of whole chroma rows its samples average over.
-
-    Args:
-        axis: 0 for columns left and right instead.
-    """
-    step, offset = encoding.step[axis], encoding.siting[axis]
-    if step == 1:
-        return 0, 0
-    above, below = step / 2 - 0.5 - offset, offset + 0.5 - step / 2
-    return max(math.ceil(above), 0), max(math.ceil(below), 0)
-
-
-def shrunk_chroma(plane: np.ndarray, above: int, rows: int, encoding: Encoding) -> np.ndarray:
-    """Average a chroma plane at luma's resolution over the area of each sample of the encoding.
-
-    The area is a box of one step centred on the sample, the classic filter of each siting: two equal
-    weights between pixels, 1-2-1 upon one.
-
-    Args:
-        plane: N x W float32 rows of the page; what lies outside repeats the edge.
-        above: how many of them lie above the first luma row of the band.
-        rows: luma rows in the band, starting at a multiple of the step.
-        encoding: its step and siting.
-
-    Returns:
-        float32, ceil(rows / step) x ceil(W / step).
-    """
-    across, down = encoding.step
-    if (across, down) == (1, 1):
-        return plane[above : above + rows]
-    height, width = encoding.chroma_shape(rows, plane.shape[1])
-    row_index, row_weight = _box(height, down, encoding.siting[1], above, plane.shape[0])
-    index, weight = _box(width, across, encoding.siting[0], 0, plane.shape[1])
-    out = np.empty((height, width), np.float32)
-    if across == 2 and plane.shape[1] > 2:
-        # All samples but those at the edges lie alike upon the columns, which are repeated beyond the edge.
-        first, line = index[1, 0] - 1, np.empty(plane.shape[1] + 4, np.float32)
-        _halve(plane, row_index, row_weight, int(first), weight[0], line, out)
-    else:
-        weigh_rows_and_columns(plane, (row_index, row_weight), column_taps((index, weight)), out)
     return out
 
 
@@ -209,20 +152,6 @@ def _between(count: int, step: int, siting: float, first: int, size: int) -> tup
     return index, np.stack([1 - part, part], axis=1).astype(np.float32)
 
 
-@lru_cache(maxsize=256)
-def _box(count: int, step: int, siting: float, shift: int, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """The luma positions under the box of each of `count` samples, counted from `-shift`, and weights."""
-    if step == 1:
-        return np.clip(np.arange(count)[:, None] + shift, 0, size - 1), np.ones((count, 1), np.float32)
-    centre = np.arange(count) * step + siting
-    start = np.floor(centre - step / 2 + 0.5).astype(np.int64)
-    index = start[:, None] + np.arange(step + 1)
-    low = np.maximum(index - 0.5, centre[:, None] - step / 2)
-    high = np.minimum(index + 0.5, centre[:, None] + step / 2)
-    weight = np.maximum(high - low, 0) / step
-    return np.clip(index + shift, 0, size - 1), weight.astype(np.float32)
-
-
 @compiled
 def _repeat(luma, color):  # type: ignore[no-untyped-def]
     for row in range(luma.shape[0]):
@@ -269,33 +198,6 @@ def _lerp_double(plane, index, weight, offset, part, line, out):  # type: ignore
 
 
 @compiled
-def _halve(plane, row_index, row_weight, first, weight, line, out):  # type: ignore[no-untyped-def]
-    """`_gather` for samples two columns apart, with three weights each that are the same for all.
-
-    Args:
-        first: the column of the first sample's first weight, counted from -1.
-        line: scratch for the columns -1..width + 2.
-    """
-    width = plane.shape[1]
-    left, middle, right, own = weight[0], weight[1], weight[2], line[1:]
-    for row in range(out.shape[0]):
-        for x in range(width):
-            own[x] = 0
-        for tap in range(row_index.shape[1]):
-            part = row_weight[row, tap]
-            if part != 0:
-                source = row_index[row, tap]
-                for x in range(width):
-                    own[x] += part * plane[source, x]
-        line[0] = own[0]
-        for x in range(3):
-            own[width + x] = own[width - 1]
-        read = line[first:]
-        for x in range(out.shape[1]):
-            out[row, x] = left * read[2 * x] + middle * read[2 * x + 1] + right * read[2 * x + 2]
-
-
-@compiled
 def _mix_rgb(luma, blue, red, matrix, out):  # type: ignore[no-untyped-def]
     from_red, green_blue, green_red, from_blue = matrix[0, 2], matrix[1, 1], matrix[1, 2], matrix[2, 1]
     for row in range(luma.shape[0]):
@@ -326,13 +228,3 @@ def _mix_yuv(color, matrix, luma, blue, red):  # type: ignore[no-untyped-def]
             luma[row, x] = luma_red * r + luma_green * g + luma_blue * b
             blue[row, x] = blue_red * r + blue_green * g + blue_blue * b
             red[row, x] = red_red * r + red_green * g + red_blue * b
-
-
-@compiled
-def _store(values, gain, offset, top, out):  # type: ignore[no-untyped-def]
-    for row in range(values.shape[0]):
-        for x in range(values.shape[1]):
-            # Means of a few 8-bit codes lie at a half. Rounding of a sum, or of a GPU's 16-bit textures
-            # (0.0026 codes), must not decide there: results would differ by a level.
-            code = values[row, x] * gain + offset + np.float32(0.503)
-            out[row, x] = min(max(code, np.float32(0)), np.float32(top))

@@ -10,12 +10,11 @@ import numpy as np
 
 from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion
 from vidstyle.core.bands import in_bands
+from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.measured import percentiles, sampled, sampled_values
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
-    Chroma,
-    chroma_radius,
     color_rows,
     luma_from_rgb,
     luma_rows,
@@ -74,13 +73,13 @@ class FrameExecutor:
         if chroma is not None and chroma.grid is not None:
             assembler.reuse_chroma(self._subsampled_chroma(chroma), chroma.grid)
         made = {node.kind: (node, 0) for node in output.results}
-        above, below = chroma_radius(lowered.target) if "chroma" in made else (0, 0)
+        above, below = (0, 0) if made.keys() <= {"luma"} else chroma_radius(assembler.target)
 
         def run(top: int, bottom: int) -> None:
             first = max(top - above, 0)
             values = self._run_band(output, first, min(bottom + below, source.shape[0]))
             if "color" in made:
-                assembler.put_color(top, values[made["color"]])
+                assembler.put_color(top, bottom, top - first, values[made["color"]])
             if "chroma" in made:
                 assembler.put_chroma(top, bottom, top - first, *planes_of(values[made["chroma"]]))
             if "luma" in made:

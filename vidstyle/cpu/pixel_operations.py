@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from vidstyle.core.codes import UNMIXED, Chroma
 from vidstyle.core.kernels import compiled, mix_channels
-from vidstyle.core.planes import Chroma, gray_rgb, luma_from_rgb, rgb_from_yuv, yuv_from_rgb
+from vidstyle.core.planes import gray_rgb, luma_from_rgb, rgb_from_yuv, yuv_from_rgb
 from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import Node, encoding_of
 
@@ -58,14 +58,14 @@ def _constant(shape: tuple[int, int], level: float) -> np.ndarray:
     return plane
 
 
-def planes_of(chroma: Chroma | Tints) -> tuple[Sequence[np.ndarray], Callable[..., Chroma]]:
-    """Planes of any size, and how chroma is made of them."""
-    return (chroma.planes, chroma.chroma) if isinstance(chroma, Tints) else (chroma, tuple)
+def planes_of(chroma: Chroma | Tints) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """Planes and the sums of them that chroma is, as `store_chroma` takes them."""
+    return (chroma.planes, chroma.mix) if isinstance(chroma, Tints) else (chroma, UNMIXED)
 
 
 def at_every_pixel(value: Value) -> Value:
     """The value as planes."""
-    return value.chroma(value.planes) if isinstance(value, Tints) else value
+    return value.chroma() if isinstance(value, Tints) else value
 
 
 def _mixed(ink: float, under: np.ndarray, lines: np.ndarray) -> np.ndarray:

@@ -145,8 +145,7 @@ class _Scheduler:
                 self._tasks.append(node.measure)
             if node in whole - self._done and node.op != "plane":
                 self._tasks.append(self._sweep([node]))
-        made = [lowered.color, None if lowered.luma_untouched else lowered.luma, lowered.chroma]
-        self._output = self._sweep([node for node in made if node and not node.grid], is_output=True)
+        self._output = self._sweep(_results(lowered, self._stores), is_output=True)
 
     def schedule(self) -> Schedule:
         """The tasks, with what each releases."""
@@ -216,6 +215,17 @@ class _Scheduler:
                 if first[0] is not node:
                     twins[first] = node, margin
         return twins
+
+
+def _results(lowered: LoweredStyle, stored: set[Node]) -> list[Node]:
+    """What the last sweep computes; RGB where luma and chroma are converted from it and from nothing else."""
+    luma = None if lowered.luma_untouched else lowered.luma
+    chroma = lowered.chroma if lowered.chroma and not lowered.chroma.grid else None
+    if luma and chroma and {luma.op, chroma.op} == {"luma_from_rgb", "chroma_from_rgb"}:
+        color = luma.inputs["color"]
+        if color is chroma.inputs["color"] and not {luma, chroma} & stored:
+            return [color]
+    return [node for node in (lowered.color, luma, chroma) if node]
 
 
 def _planes_read(task: Task) -> Iterable[Node]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from vidstyle.core.codes import Chroma
 from vidstyle.core.kernels import compiled
-from vidstyle.core.planes import Chroma
 
 Tint = tuple[float, ...]
 """Blue and red difference of one colour."""
@@ -18,7 +17,7 @@ Tint = tuple[float, ...]
 class Tints:
     """Chroma as a sum: planes, each with a tint by which it is multiplied, and the same tint everywhere.
 
-    Averages of chroma are the same sums of averages of the planes, of which there may be one instead of two.
+    There may be one plane instead of two.
 
     Attributes:
         planes: N x W float32, any number of them.
@@ -36,12 +35,17 @@ class Tints:
         left = tuple(under - over for under, over in zip(self.everywhere, ink, strict=True))
         return Tints(planes, (*self.tints, left), ink)
 
-    def chroma(self, planes: Sequence[np.ndarray]) -> Chroma:
-        """Blue and red difference, of `planes` or of averages of them."""
-        blue, red = np.empty((2, *planes[0].shape), np.float32)
+    @property
+    def mix(self) -> np.ndarray:
+        """The sums as `store_chroma` takes them."""
+        return np.array((*self.tints, self.everywhere), np.float32)
+
+    def chroma(self) -> Chroma:
+        """Blue and red difference."""
+        blue, red = np.empty((2, *self.planes[0].shape), np.float32)
         for out, everywhere, *parts in zip((blue, red), self.everywhere, *self.tints, strict=True):
             out.fill(everywhere)
-            for plane, part in zip(planes, parts, strict=True):
+            for plane, part in zip(self.planes, parts, strict=True):
                 _add(plane, np.float32(part), out)
         return blue, red
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.planes import chroma_radius
+from vidstyle.core.codes import chroma_radius
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter, signatures
 from vidstyle.gpu.compile.passes import Pass
