@@ -237,3 +237,18 @@ def test_pictures_in_flight_are_those_made_one_by_one(monkeypatch: pytest.Monkey
         all_started.set()
     for one, other in zip(alone, started, strict=True):
         np.testing.assert_array_equal(one.luma, other.result().luma)
+
+
+def test_a_picture_that_fails_does_not_keep_those_after_it_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(self: CpuRenderer, picture: Picture, time: float | None, *others: Any) -> Picture:
+        if time == 0:
+            raise ValueError("broken")
+        return restyle(self, picture, time, *others)
+
+    restyle = CpuRenderer._styled
+    monkeypatch.setattr(CpuRenderer, "_styled", failing)
+    with CpuRenderer(look(steady=0.8), 2) as renderer:
+        first, second = [renderer.start(film_picture(48, 64), time) for time in (0.0, 0.04)]
+        assert second.result(60).shape == (48, 64)
+        with pytest.raises(ValueError, match="broken"):
+            first.result(60)

@@ -19,7 +19,7 @@ CORES = os.cpu_count() or 1
 @cache
 def shared_pool() -> Executor:
     """The threads of everybody who has no pool of their own, one for each core; started when first used."""
-    return threads_beside_caller(CORES, "vidstyle-bands")
+    return threads_for(CORES - 1, "vidstyle-bands")
 
 
 @cache
@@ -47,9 +47,9 @@ class CallingThread(Executor):
         return future
 
 
-def threads_beside_caller(threads: int, name: str) -> Executor:
-    """Threads that make up so many with the calling one, which takes bands too."""
-    return ThreadPoolExecutor(threads - 1, thread_name_prefix=name) if threads > 1 else CallingThread()
+def threads_for(threads: int, name: str) -> Executor:
+    """So many threads, or just the calling one."""
+    return ThreadPoolExecutor(threads, thread_name_prefix=name) if threads > 1 else CallingThread()
 
 
 def in_bands(

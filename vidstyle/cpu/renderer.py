@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import Executor, Future, wait
 
 import numpy as np
 
 from vidstyle.block import moment_of
-from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory, threads_beside_caller
+from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory, threads_for
 from vidstyle.core.closing import Closing
 from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
@@ -18,11 +19,15 @@ from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.plain import done, stays
 from vidstyle.cpu.schedule import Schedule, schedule
+from vidstyle.cpu.turn import Turn
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, stabilized_layout
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
 from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, resolve, structure
+
+SIDE_BY_SIDE = 1280 * 720
+"""Pixels of a picture up to which two are restyled at the same time: their planes take twice the memory."""
 
 
 class CpuRenderer(Closing):
@@ -32,13 +37,14 @@ class CpuRenderer(Closing):
     Close it, or use it as a context manager, to end its threads.
 
     Args:
-        threads: on which a picture is restyled, the calling one among them. `start` restyles in one of its
-            own in place of the calling one, which stabilizes the next picture meanwhile.
-        pool: threads beside the calling one, instead.
+        threads: for pictures that `start` takes, and for bands of pictures while a thread has none of its
+            own; in `run` the calling one takes bands too.
+        pool: threads, instead.
 
     Attributes:
-        frames_in_flight: how many pictures may be under way before a result is asked for: one is restyled
-            while the next one is stabilized, so that neither leaves a core idle where it is not in bands.
+        frames_in_flight: how many pictures may be under way before a result is asked for. Small ones are
+            restyled side by side, so that threads need not wait for each other as for bands of one picture;
+            of large ones, one is restyled while the next one is stabilized.
     """
 
     frames_in_flight = 1
@@ -46,9 +52,9 @@ class CpuRenderer(Closing):
     def __init__(self, style: Style, threads: int = CORES, pool: Executor | None = None) -> None:
         keep_freed_memory()
         self.style = style
-        self._pool = pool or threads_beside_caller(threads, "vidstyle-cpu")
-        self._finisher = ThreadPoolExecutor(1, thread_name_prefix="vidstyle-style")
+        self._pool = pool or threads_for(threads, "vidstyle-cpu")
         self._started: list[Future[Picture]] = []
+        self._turn = Turn()
         self._cuts = SceneCutDetector()
         self._shape: tuple[int, int] | None = None
         self._prepared: Style | None = None
@@ -59,8 +65,8 @@ class CpuRenderer(Closing):
         self._film_palettes = FilmPalettes()
 
     def close(self) -> None:
-        """End the threads."""
-        self._finisher.shutdown()
+        """End the threads, after the pictures that have been started."""
+        wait(self._started)  # their bands need threads
         self._pool.shutdown()
 
     def change_style(self, style: Style) -> None:
@@ -81,7 +87,7 @@ class CpuRenderer(Closing):
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Future[Picture]:
-        """Stabilize a picture, and restyle it in another thread, after those started before it."""
+        """Stabilize a picture, and restyle it in another thread."""
         target = target or picture.encoding
         if stays(picture, self.style, target, rgb):
             return done(picture)
@@ -92,8 +98,11 @@ class CpuRenderer(Closing):
             with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
                 return finish()
 
-        self._started = [self._finisher.submit(finished)]
-        return self._started[0]
+        if self._film_palettes or math.prod(picture.shape) > SIDE_BY_SIDE:
+            wait(self._started)
+        pending = self._pool.submit(finished)
+        self._started = [*(each for each in self._started if not each.done()), pending]
+        return pending
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """The percentiles that each measured step takes of a picture that stands alone."""
@@ -109,7 +118,7 @@ class CpuRenderer(Closing):
     def _begin(
         self, picture: Picture, time: float | None, target: Encoding, rgb: bool
     ) -> Callable[[], Picture]:
-        """Detect a cut and stabilize; what is returned restyles, in the order of the pictures."""
+        """Detect a cut and stabilize; what is returned restyles."""
         self._prepare(picture)
         is_steady = self._stabilizer is not None and time is not None
         layout = stabilized_layout(picture) if is_steady else PictureLayout.of(picture)
@@ -120,13 +129,16 @@ class CpuRenderer(Closing):
         if self._stabilizer:
             stable = self._stabilizer.before(picture, time, is_cut, lowered.reads_chroma)
 
+        turn = self._turn = Turn(self._turn)
+
         def finish() -> Picture:
-            if is_cut:
-                for smoother in self._smoothers.values():
-                    smoother.restart()
-            self._film_palettes.follow(picture, time, is_cut)
-            result = self._styled(stable.picture, time, lowered, tasks)
-            return self._stabilizer.after(result, stable) if self._stabilizer else result
+            with turn:
+                self._film_palettes.follow(picture, time, is_cut)
+                result = self._styled(stable.picture, time, is_cut, turn, lowered, tasks)
+                if self._stabilizer is None:
+                    return result
+                with turn.at(self._stabilizer):
+                    return self._stabilizer.after(result, stable)
 
         return finish
 
@@ -163,9 +175,19 @@ class CpuRenderer(Closing):
         return self._lowered[layout, target, rgb]
 
     def _styled(
-        self, picture: Picture, time: float | None, lowered: LoweredStyle, tasks: Schedule
+        self,
+        picture: Picture,
+        time: float | None,
+        is_cut: bool,
+        turn: Turn,
+        lowered: LoweredStyle,
+        tasks: Schedule,
     ) -> Picture:
         def follow(measure: Measure[Node], measured: np.ndarray) -> np.ndarray:
-            return self._smoothers[measure.step].follow(measured, time, measure.time_constant)
+            smoother = self._smoothers[measure.step]
+            with turn.at(smoother):
+                if is_cut:
+                    smoother.restart()
+                return smoother.follow(measured, time, measure.time_constant)
 
         return FrameExecutor(self._pool, tasks, picture, follow, moment_of(time)).picture(lowered)
