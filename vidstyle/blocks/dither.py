@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from vidstyle.block import Asset, PageRegion, Slider, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import whole_side
-from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.core.kernels import clipped_sum, compiled, interleaved, look_up_at
 
 
 def shipped_thresholds() -> dict[str, Path]:
@@ -54,27 +55,38 @@ def dither(
     or `palette`. Bayer 1973; "blue" is blue noise, Ulichney 1993.
     """
     side, (tile,) = whole_side(cell), thresholds
-    rows, columns = (np.arange(count) for count in picture.shape[:2])
-    rows, columns = (rows + place.top) // side % tile.shape[0], columns // side % tile.shape[1]
-    out = np.empty(picture.shape, np.float32)
-    raised = np.float32(strength) * (tile - np.float32(0.5))
-    _add(interleaved(picture), raised, rows, columns, np.empty(columns.size, np.float32), interleaved(out))
+    out, line = np.empty(picture.shape, np.float32), np.empty(picture.shape[1], np.float32)
+    columns = _columns(picture.shape[1], side, tile.shape[1])
+    _add(interleaved(picture), tile, (place.top, side), columns, np.float32(strength), line, interleaved(out))
     return out
 
 
-@compiled
-def _add(picture, tile, rows, columns, line, out):  # type: ignore[no-untyped-def]
-    """Add the numbers of a tile at these rows and columns to all channels, and clip to 0..1."""
-    zero, one, channels = np.float32(0), np.float32(1), out.shape[1] // line.size
+@lru_cache(maxsize=16)
+def _columns(count: int, side: int, width: int) -> np.ndarray:
+    """The column of a tile of this width that each column of the page has."""
+    return (np.arange(count) // side % width).astype(np.int32)
+
+
+@compiled(noalias=True)
+def _add(picture, tile, rows, columns, strength, line, out):  # type: ignore[no-untyped-def]
+    """Add the tile to all channels.
+
+    Args:
+        rows: the number of the first one, and how many of them each row of the tile has.
+        line: scratch, what is added to a row.
+    """
+    top, side = rows
     for row in range(out.shape[0]):
-        if row == 0 or rows[row] != rows[row - 1]:
+        if row == 0 or (top + row) % side == 0:
+            values = tile[(top + row) // side % tile.shape[0]]
             for x in range(line.size):
-                line[x] = tile[rows[row], columns[x]]
-        if channels == 1:
+                line[x] = strength * (values[look_up_at(columns[x])] - np.float32(0.5))
+        if out.shape[1] == line.size:
             for x in range(line.size):
-                out[row, x] = min(max(picture[row, x] + line[x], zero), one)
+                out[row, x] = clipped_sum(picture[row, x], line[x])
         else:
             for x in range(line.size):
-                for channel in range(3):
-                    value = picture[row, 3 * x + channel] + line[x]
-                    out[row, 3 * x + channel] = min(max(value, zero), one)
+                i, j, k = 3 * x, 3 * x + 1, 3 * x + 2
+                out[row, i] = clipped_sum(picture[row, i], line[x])
+                out[row, j] = clipped_sum(picture[row, j], line[x])
+                out[row, k] = clipped_sum(picture[row, k], line[x])

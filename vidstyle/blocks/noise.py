@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, Choice, FrameTime, PageRegion, Slider, Switch, block, drawing_at
 from vidstyle.blocks.pixelate import whole_side
-from vidstyle.core.kernels import cached, compiled, interleaved
+from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
 from vidstyle.core.white_noise import APART, white_noise
 
 OCTAVES = {"points": 0, "soft": 1, "clouds": 4}
@@ -41,15 +42,16 @@ def noise(
     sides = np.float32(size), np.float32(size) * np.float32(stretch)
     top, (height, width) = place.top, picture.shape[:2]
     drawing = drawing_at(moment, rate) * LATTICES
-    count = picture.shape[2] if picture.ndim == 3 else 1
-    pages = tuple(
+    count = 3 if colored and picture.ndim == 3 else 1
+    pages = [
         _codes(kind, sides, lattice, top, height, width)
         if rate
         else _kept_codes(kind, sides, lattice, place.height, width)[top : top + height]
-        for lattice in (drawing + 5 * each * colored for each in range(count))
-    )
-    out = np.empty(picture.shape, np.float32)
-    _add(interleaved(picture), pages, np.float32(amount / CODES), np.float32(amount / 2), interleaved(out))
+        for lattice in (drawing + 5 * each for each in range(count))
+    ]
+    out, of_channels = np.empty(picture.shape, np.float32), tuple(pages * (3 // count))
+    scale, middle = np.float32(amount / CODES), np.float32(amount / 2)
+    _add(interleaved(picture), of_channels, scale, middle, interleaved(out))
     return out
 
 
@@ -65,22 +67,33 @@ def _codes(
     kind: str, sides: tuple[np.float32, np.float32], lattice: int, top: int, height: int, width: int
 ) -> np.ndarray:
     """Noise from 0 to CODES, height x width uint16."""
-    page = _page(kind, sides, lattice, top, (height, width))
-    page += np.float32(0.5)
-    page *= np.float32(CODES)
-    return np.rint(page, out=page).astype(np.uint16)
+    codes = np.empty((height, width), np.uint16)
+    _encode(_page(kind, sides, lattice, top, (height, width)), codes)
+    return codes
+
+
+@compiled
+def _encode(page, codes):  # type: ignore[no-untyped-def]
+    for row in range(codes.shape[0]):
+        for x in range(codes.shape[1]):
+            value = (page[row, x] + np.float32(0.5)) * np.float32(CODES) + np.float32(0.5)
+            codes[row, x] = np.uint16(np.int32(value))
 
 
 @compiled
 def _add(picture, pages, scale, middle, out):  # type: ignore[no-untyped-def]
-    """Add a page of codes to each channel, and clip to 0..1."""
-    zero, one, channels = np.float32(0), np.float32(1), len(pages)
+    """Add the pages of codes to red, green and blue, or the first to gray, and clip to 0..1."""
+    first, second, third = pages
     for row in range(out.shape[0]):
-        for channel in range(channels):
-            page = pages[channel]
-            for x in range(page.shape[1]):
-                value = picture[row, channels * x + channel] + (scale * page[row, x] - middle)
-                out[row, channels * x + channel] = min(max(value, zero), one)
+        if out.shape[1] == first.shape[1]:
+            for x in range(out.shape[1]):
+                out[row, x] = clipped_sum(picture[row, x], scale * first[row, x] - middle)
+        else:
+            for x in range(first.shape[1]):
+                i, j, k = 3 * x, 3 * x + 1, 3 * x + 2
+                out[row, i] = clipped_sum(picture[row, i], scale * first[row, x] - middle)
+                out[row, j] = clipped_sum(picture[row, j], scale * second[row, x] - middle)
+                out[row, k] = clipped_sum(picture[row, k], scale * third[row, x] - middle)
 
 
 def _page(
@@ -98,8 +111,8 @@ def _page(
         rows, down = between_points(top, shape[0], sides[0] * part)
         columns, right = between_points(0, shape[1], sides[1] * part)
         points = lattice_points(lattice + octave, rows[0], rows[-1] + 2, columns[-1] + 2)
-        share, lines = np.float32(part / whole), np.empty((2, shape[1]), np.float32)
-        _add_between(points, rows - rows[0], down, columns, right, share, lines, total)
+        lines = np.empty(shape[1], np.float32), np.empty(shape[1], np.float32)
+        _add_between(points, rows - rows[0], down, columns, right, np.float32(part / whole), lines, total)
     return total
 
 
@@ -108,6 +121,7 @@ def lattice_points(number: int, top: int, bottom: int, right: int) -> np.ndarray
     return white_noise(np.arange(top, bottom) + number * APART, np.arange(right) + number * APART)
 
 
+@lru_cache(maxsize=64)
 def between_points(first: int, count: int, size: np.float32) -> tuple[np.ndarray, np.ndarray]:
     """The point before each pixel of a row or column, and the weight of the one after it."""
     places = (np.arange(first, first + count, dtype=np.float32) + np.float32(0.5)) * (np.float32(1) / size)
@@ -123,19 +137,23 @@ def _add_between(points, rows, down, columns, right, share, lines, total):  # ty
     Args:
         lines: scratch, two rows: those of the points above and below a pixel.
     """
-    upper, lower = lines[0], lines[1]
+    (upper, lower), present = lines, -2
     for row in range(total.shape[0]):
-        below = down[row]
-        if row == 0 or rows[row] != rows[row - 1]:
-            _between_columns(points[rows[row]], columns, right, upper)
+        if rows[row] != present:
+            upper, lower = lower, upper
+            if rows[row] != present + 1:
+                _between_columns(points[rows[row]], columns, right, upper)
             _between_columns(points[rows[row] + 1], columns, right, lower)
+            present = rows[row]
+        below = down[row]
         for column in range(total.shape[1]):
             high, low = upper[column], lower[column]
             total[row, column] += share * (high + below * (low - high) - np.float32(0.5))
 
 
-@compiled
+@compiled(noalias=True)
 def _between_columns(points, columns, right, out):  # type: ignore[no-untyped-def]
+    behind = points[1:]
     for column in range(out.size):
-        left, beside = columns[column], right[column]
-        out[column] = points[left] + beside * (points[left + 1] - points[left])
+        left = look_up_at(columns[column])
+        out[column] = points[left] + right[column] * (behind[left] - points[left])

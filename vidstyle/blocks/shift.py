@@ -37,16 +37,23 @@ def shift(
     """
     out = np.empty(picture.shape, np.float32)
     from_y = float(np.float32(-y))
-    rows, parts = between_points(place.top, len(picture), np.float32(max(3 * jitter, 1)))
-    lattice = drawing_at(moment, rate) * LATTICES + LATTICES - 1
-    points = lattice_points(lattice, rows[0], rows[-1] + 2, 1)[:, 0]
-    waves = points[rows - rows[0]] + parts * (points[rows - rows[0] + 1] - points[rows - rows[0]])
-    from_x = -(np.float32(x) + np.float32(2 * jitter) * (waves - np.float32(0.5)))
+    from_x = np.full(len(picture), -x, np.float32)
+    if jitter:
+        from_x -= np.float32(2 * jitter) * _waves(place.top, len(picture), jitter, drawing_at(moment, rate))
     down = math.floor(from_y), np.float32(from_y - math.floor(from_y))
     moved = np.array([plate in ("all", "chroma", each) for each in PLATES[1:4]], np.uint8)
     line, own = np.empty(picture.shape[1] * 3, np.float32), weights * np.float32(plate == "chroma")
     _move(interleaved(picture), down, from_x, moved, own, place.margin, line, interleaved(out))
     return out
+
+
+def _waves(top: int, count: int, jitter: float, drawing: int) -> np.ndarray:
+    """By how much each row sways, about 0."""
+    rows, parts = between_points(top, count, np.float32(max(3 * jitter, 1)))
+    lattice = drawing * LATTICES + LATTICES - 1
+    points = lattice_points(lattice, rows[0], rows[-1] + 2, 1)[:, 0]
+    before, after = points[rows - rows[0]], points[rows - rows[0] + 1]
+    return before + parts * (after - before) - np.float32(0.5)
 
 
 @compiled
@@ -59,14 +66,14 @@ def _move(picture, down, from_x, moved, weights, margin, line, out):  # type: ig
     height, width, zero, one = out.shape[0], out.shape[1] // 3, np.float32(0), np.float32(1)
     first, second, third = moved[0] != 0, moved[1] != 0, moved[2] != 0
     is_whole = first and second and third and weights[0] == zero
+    low, high = (zero, one) if is_whole else (np.float32(-np.inf), np.float32(np.inf))
     for row in range(margin[0], height - margin[1]):
         upper, lower = min(max(row + down[0], 0), height - 1), min(max(row + down[0] + 1, 0), height - 1)
         whole = int(np.floor(from_x[row]))
         part = from_x[row] - np.float32(whole)
-        _between_pixels(picture[upper], picture[lower], whole, part, down[1], line)
+        moved_row = out[row] if is_whole else line
+        _between_pixels(picture[upper], picture[lower], whole, part, down[1], (low, high), moved_row)
         if is_whole:
-            for x in range(line.size):
-                out[row, x] = min(max(line[x], zero), one)
             continue
         for x in range(width):
             red, green, blue = picture[row, 3 * x], picture[row, 3 * x + 1], picture[row, 3 * x + 2]
@@ -80,8 +87,9 @@ def _move(picture, down, from_x, moved, weights, margin, line, out):  # type: ig
 
 
 @compiled
-def _between_pixels(upper, lower, whole, part, below, line):  # type: ignore[no-untyped-def]
-    """A row between two rows, `whole` pixels and a part of one further to the right in them."""
+def _between_pixels(upper, lower, whole, part, below, ends, line):  # type: ignore[no-untyped-def]
+    """A row between two rows, `whole` pixels and a part of one further to the right in them, clipped."""
+    least, most = ends
     last = line.size // 3 - 1
     begin, end = min(max(-whole, 0), last + 1), max(min(last - whole, last + 1), 0)
     # Views, since an index that may be negative prevents vectors.
@@ -89,10 +97,12 @@ def _between_pixels(upper, lower, whole, part, below, line):  # type: ignore[no-
     high, low, inner = upper[first:], lower[first:], line[3 * begin :]
     for x in range(3 * (end - begin)):
         above = high[x] + part * (high[x + 3] - high[x])
-        inner[x] = above + below * (low[x] + part * (low[x + 3] - low[x]) - above)
+        value = above + below * (low[x] + part * (low[x + 3] - low[x]) - above)
+        inner[x] = min(max(value, least), most)
     for channel in range(3):  # beyond the picture its edge is repeated
+        left, edge = upper[channel] + below * (lower[channel] - upper[channel]), 3 * last + channel
         for column in range(min(begin, last + 1)):
-            line[3 * column + channel] = upper[channel] + below * (lower[channel] - upper[channel])
-        edge = 3 * last + channel
+            line[3 * column + channel] = min(max(left, least), most)
+        right = upper[edge] + below * (lower[edge] - upper[edge])
         for column in range(max(end, begin), last + 1):
-            line[3 * column + channel] = upper[edge] + below * (lower[edge] - upper[edge])
+            line[3 * column + channel] = min(max(right, least), most)

@@ -1,6 +1,6 @@
 """Loops over pixels as machine code: how kernels are declared, compiled, kept and loaded."""
 
-from vidstyle.core.kernels.channels import interleaved, mix_channels
+from vidstyle.core.kernels.channels import clipped_sum, interleaved, mix_channels
 from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
 from vidstyle.core.kernels.indices import TIE_LIFT, index_at, look_up_at
 
@@ -8,6 +8,7 @@ __all__ = [
     "TIE_LIFT",
     "Compiled",
     "cached",
+    "clipped_sum",
     "compiled",
     "dry_run",
     "index_at",

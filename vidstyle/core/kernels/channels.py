@@ -28,6 +28,12 @@ def interleaved(color: np.ndarray) -> np.ndarray:
 
 
 @compiled
+def clipped_sum(one, other):  # type: ignore[no-untyped-def]
+    """The sum of two numbers, at least 0 and at most 1."""
+    return min(max(one + other, np.float32(0)), np.float32(1))
+
+
+@compiled
 def _mix_channels(color, matrix, out):  # type: ignore[no-untyped-def]
     zero, one = np.float32(0), np.float32(1)
     a, b, c, d = matrix[0, 0], matrix[0, 1], matrix[0, 2], matrix[0, 3]
