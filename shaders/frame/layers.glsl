@@ -22,3 +22,8 @@ float inked_luma(float under, float lines, float ink) {
 vec2 inked_chroma(vec2 under, float lines, vec2 ink) {
     return (under - ink) * lines + ink;
 }
+
+// Ink where the lines are dark: lines * under + (1 - lines) * ink, for RGB.
+vec3 inked_color(vec3 under, float lines, vec3 ink) {
+    return (under - ink) * lines + ink;
+}

@@ -112,7 +112,7 @@ def test_filters_around_the_same_picture_share_a_pass() -> None:
 def test_the_last_pass_lays_lines_over_colours_and_writes_the_planes() -> None:
     look = style(step("gaussian"), lines=(step("sobel", invert=True), step("soft_threshold")), ink="#402010")
     plan = plan_of(look)
-    assert [name for name in calls(plan)[-1] if name.startswith("inked")] == ["inked_luma", "inked_chroma"]
+    assert [name for name in calls(plan)[-1] if name.startswith("inked")] == ["inked_color"]
     assert "gaussian" in calls(plan)[-1], "the wider picture is not stored, the lines are"
 
 

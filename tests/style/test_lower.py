@@ -225,8 +225,8 @@ LINES = (step("to_gray"), step("sobel", invert=True))
         (
             style(step("brightness"), lines=LINES, paper="#ffe0c0"),
             None,
-            ["plane", "brightness", "upsample", "rgb_from_yuv", "on_paper", "chroma_from_rgb", "sobel"]
-            + ["inked_chroma"],
+            ["plane", "brightness", "upsample", "rgb_from_yuv", "on_paper", "sobel", "inked_color"]
+            + ["chroma_from_rgb"],
         ),
     ],
     ids=["lines alone", "coloured ink", "over the background", "gray on paper", "on paper"],

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.codes import UNMIXED, Chroma
-from vidstyle.core.kernels import compiled, mix_channels
+from vidstyle.core.kernels import compiled, interleaved, mix_channels
 from vidstyle.core.planes import gray_rgb, luma_from_rgb, rgb_from_yuv, yuv_from_rgb
 from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import Node, encoding_of
@@ -42,6 +42,8 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
         case "inked_chroma":
             pairs = zip(values["ink"], inputs["under"], strict=True)
             return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
+        case "inked_color":
+            return _mixed_color(values["ink"], inputs["under"], inputs["lines"])
     raise ValueError(f"{node.op} is not computed pixel by pixel")
 
 
@@ -79,3 +81,20 @@ def _lay_ink(ink, under, lines, out):  # type: ignore[no-untyped-def]
     for row in range(out.shape[0]):
         for x in range(out.shape[1]):
             out[row, x] = (under[row, x] - ink) * lines[row, x] + ink
+
+
+def _mixed_color(ink: tuple[float, ...], under: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    out = np.empty(under.shape, np.float32)
+    _lay_ink_on_color(tuple(map(np.float32, ink)), interleaved(under), lines, interleaved(out))
+    return out
+
+
+@compiled
+def _lay_ink_on_color(ink, under, lines, out):  # type: ignore[no-untyped-def]
+    red, green, blue = ink
+    for row in range(out.shape[0]):
+        for x in range(lines.shape[1]):
+            share = lines[row, x]
+            out[row, 3 * x] = (under[row, 3 * x] - red) * share + red
+            out[row, 3 * x + 1] = (under[row, 3 * x + 1] - green) * share + green
+            out[row, 3 * x + 2] = (under[row, 3 * x + 2] - blue) * share + blue

@@ -339,11 +339,14 @@ class GraphBuilder:
     def _inked(
         self, under: ImageValue, ink: tuple[float, float, float], lines: ImageValue | None
     ) -> ImageValue:
-        """Ink where the lines are dark. Mixing is linear, so luma and chroma serve, which come next."""
+        """Ink where the lines are dark. Mixing is linear, so that it needs no conversion before it."""
         if lines is None:
             return under
-        level, *tint = self.encoding.yuv_from_color(ink)
         cover, shape = self.luma(lines), self.source.shape
+        if under.color is not None:
+            inputs = {"under": under.color, "lines": cover}
+            return ImageValue(color=self.node("inked_color", "color", shape, inputs, values={"ink": ink}))
+        level, *tint = self.encoding.yuv_from_color(ink)
         inputs = {"under": self.luma(under), "lines": cover}
         luma = self.node("inked_luma", "luma", shape, inputs, values={"ink": level})
         chroma = self.chroma(under)

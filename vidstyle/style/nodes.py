@@ -21,6 +21,7 @@ Operations (`Node.op`), with the names of their inputs and values:
 | on_paper         | color                 | paper    | color * paper, clipped to 0..1                       |
 | inked_luma       | under, lines          | ink      | lines * under + (1 - lines) * ink                    |
 | inked_chroma     | under, lines          | ink      | the same for chroma                                  |
+| inked_color      | under, lines          | ink      | the same for RGB                                     |
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ Op = Literal[
     "on_paper",
     "inked_luma",
     "inked_chroma",
+    "inked_color",
 ]
 Shape = tuple[int, int]
 """Height and width."""
