@@ -49,7 +49,7 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
 
 @lru_cache(maxsize=4)
 def _paper_matrix(paper: tuple[float, float, float]) -> np.ndarray:
-    return np.diag(np.float32([*paper, 0]))[:3]
+    return np.diag(np.array([*paper, 0], np.float32))[:3]
 
 
 @lru_cache(maxsize=4)
