@@ -16,10 +16,8 @@ from typing import Any
 import numpy as np
 
 from vidstyle.blade.structure_tensor import LANES
+from vidstyle.core.kernels.alignment import aligned
 from vidstyle.core.kernels.intrinsic import Intrinsic
-
-ALIGNMENT = 64
-"""Bytes of a cache line; vectors that lie in two of them take twice as long to load."""
 
 
 def packed_filters(filters: np.ndarray) -> np.ndarray:
@@ -34,11 +32,7 @@ def packed_filters(filters: np.ndarray) -> np.ndarray:
     column = filters[:, :, width:].reshape(count, -1)
     numbers = np.concatenate([rows.reshape(count, -1), column], axis=1)
     numbers = np.pad(numbers, ((0, 0), (0, -numbers.shape[1] % LANES)))
-    room = np.empty(numbers.size + ALIGNMENT // 4, np.float32)
-    first = -room.ctypes.data % ALIGNMENT // 4
-    packed = room[first : first + numbers.size].reshape(numbers.shape)
-    packed[:] = numbers
-    return packed
+    return aligned(numbers)
 
 
 def body_width(size: int) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 
 from vidstyle.core.codes import Chroma, store
 from vidstyle.core.kernels import compiled, interleaved
-from vidstyle.core.kernels.weighing import column_taps, weigh_rows_and_columns
+from vidstyle.core.kernels.weighing import Columns, Taps, weigh_rows, weigh_rows_and_columns
 from vidstyle.core.picture import Encoding, Picture
 
 
@@ -52,7 +52,19 @@ def upsampled_chroma(chroma: Chroma, encoding: Encoding, top: int, shape: tuple[
         top: the first luma row.
         shape: rows and columns of luma.
     """
-    blue, red = (_enlarged(plane, encoding, top, shape) for plane in chroma)
+    neutral, span = encoding.chroma_levels
+    (across, down), (x, y) = encoding.step, encoding.siting
+    first, weights = _between(shape[0], down, y, top)
+    rows, offset = (first, weights / np.float32(span)), np.float32(-neutral / span)
+    blue, red = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    if across == 2 and 0 <= x <= 1:
+        line = np.empty(chroma[0].shape[1] + 2, np.float32)
+        _lerp_both(*chroma, *rows, offset, np.float32(x / 2), line, blue, red)
+        return blue, red
+    columns = Columns.of(_between(shape[1], across, x, 0), chroma[0].shape[1])
+    for plane, out in zip(chroma, (blue, red), strict=True):
+        weigh_rows_and_columns(plane, rows, columns, out)
+        out += offset
     return blue, red
 
 
@@ -120,27 +132,8 @@ def _from_levels(codes: np.ndarray, zero: float, span: float) -> np.ndarray:
     return out
 
 
-def _enlarged(plane: np.ndarray, encoding: Encoding, top: int, shape: tuple[int, int]) -> np.ndarray:
-    neutral, span = encoding.chroma_levels
-    (across, down), (x, y) = encoding.step, encoding.siting
-    row_index, row_weight = _between(shape[0], down, y, top, plane.shape[0])
-    row_weight = row_weight / np.float32(span)
-    offset = np.float32(-neutral / span)
-    out = np.empty(shape, np.float32)
-    if across == 1:
-        _lerp_rows(plane, row_index, row_weight, offset, out)
-    elif across == 2 and 0 <= x <= 1:
-        line = np.empty(plane.shape[1] + 2, np.float32)
-        _lerp_double(plane, row_index, row_weight, offset, np.float32(x / 2), line, out)
-    else:
-        index, weight = _between(shape[1], across, x, 0, plane.shape[1])
-        weigh_rows_and_columns(plane, (row_index, row_weight), column_taps((index, weight)), out)
-        out += offset
-    return out
-
-
 @lru_cache(maxsize=256)
-def _between(count: int, step: int, siting: float, first: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+def _between(count: int, step: int, siting: float, first: int) -> Taps:
     """The two samples around each of `count` luma positions, and their weights."""
     if step == 1:
         position = np.arange(first, first + count, dtype=np.float64)
@@ -148,8 +141,7 @@ def _between(count: int, step: int, siting: float, first: int, size: int) -> tup
         position = (np.arange(first, first + count) - siting) / step
     below = np.floor(position).astype(np.int64)
     part = position - below
-    index = np.clip(np.stack([below, below + 1], axis=1), 0, size - 1)
-    return index, np.stack([1 - part, part], axis=1).astype(np.float32)
+    return below, np.stack([1 - part, part], axis=1).astype(np.float32)
 
 
 @compiled
@@ -168,33 +160,32 @@ def _decode(codes, gain, offset, out):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _lerp_rows(plane, index, weight, offset, out):  # type: ignore[no-untyped-def]
-    for row in range(out.shape[0]):
-        above, below = index[row, 0], index[row, 1]
-        near, far = weight[row, 0], weight[row, 1]
-        for x in range(out.shape[1]):
-            out[row, x] = near * plane[above, x] + far * plane[below, x] + offset
+def _lerp_both(blue, red, first, weights, offset, part, line, blue_out, red_out):  # type: ignore[no-untyped-def]
+    _lerp(blue, first, weights, offset, part, line, blue_out)
+    _lerp(red, first, weights, offset, part, line, red_out)
 
 
 @compiled
-def _lerp_double(plane, index, weight, offset, part, line, out):  # type: ignore[no-untyped-def]
-    """Twice as wide: an even pixel lies `part` of a sample before its own one, an odd one behind it."""
-    width = out.shape[1]
-    behind = np.float32(0.5) - part
+def _lerp(plane, first, weights, offset, part, line, out):  # type: ignore[no-untyped-def]
+    """Weighted sums of rows, made twice as wide."""
+    samples = plane.shape[1]
     for row in range(out.shape[0]):
-        above, below = index[row, 0], index[row, 1]
-        near, far = weight[row, 0], weight[row, 1]
-        for x in range(plane.shape[1]):
-            line[x + 1] = near * plane[above, x] + far * plane[below, x] + offset
-        line[0] = line[1]
-        line[plane.shape[1] + 1] = line[plane.shape[1]]
-        for x in range(width // 2):
-            here = line[x + 1]
-            out[row, 2 * x] = here + part * (line[x] - here)
-            out[row, 2 * x + 1] = here + behind * (line[x + 2] - here)
-        if width % 2:
-            here = line[width // 2 + 1]
-            out[row, width - 1] = here + part * (line[width // 2] - here)
+        weigh_rows(plane, plane.shape[0], first[row], weights[row], line[1 : samples + 1])
+        line[0], line[samples + 1] = line[1], line[samples]
+        _double(line, part, offset, out[row])
+
+
+@compiled(noalias=True)
+def _double(line, part, offset, out):  # type: ignore[no-untyped-def]
+    """An even pixel lies `part` of a sample before its own one, an odd one behind it."""
+    behind = np.float32(0.5) - part
+    for x in range(out.size // 2):
+        here = line[x + 1] + offset
+        out[2 * x] = here + part * (line[x] + offset - here)
+        out[2 * x + 1] = here + behind * (line[x + 2] + offset - here)
+    if out.size % 2:
+        here = line[out.size // 2 + 1] + offset
+        out[out.size - 1] = here + part * (line[out.size // 2] + offset - here)
 
 
 @compiled

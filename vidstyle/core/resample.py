@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.core.kernels import interleaved
-from vidstyle.core.kernels.weighing import Taps, column_taps, weigh_rows_and_columns
+from vidstyle.core.kernels.weighing import Columns, Taps, weigh_rows_and_columns
 
 METHODS = ("nearest", "bilinear", "bicubic", "lanczos", "area", "smooth")
 """The resampling methods.
@@ -43,24 +43,26 @@ class Resampling:
 
     def rows_read(self, top: int, bottom: int) -> tuple[int, int]:
         """The old rows that the new rows top..bottom are made of: the first, and the one after the last."""
-        index, _ = _taps(self.method, self.old[0], self.new[0])
-        return int(index[top, 0]), int(index[bottom - 1, -1]) + 1
+        first, weights = _taps(self.method, self.old[0], self.new[0])
+        end = int(first[bottom - 1]) + weights.shape[1]
+        return max(int(first[top]), 0), min(end, self.old[0])
 
     def rows(self, plane: np.ndarray, first: int, top: int, bottom: int) -> np.ndarray:
         """The new rows top..bottom, the same in any band; new.
 
         Args:
-            plane: N x W or N x W x 3 float32, the old rows from `first` on: those of `rows_read`, or more.
+            plane: N x W or N x W x 3, the old rows from `first` on: those of `rows_read`, or more.
         """
-        index, weight = (each[top:bottom] for each in _taps(self.method, self.old[0], self.new[0]))
-        index = index - first
+        places, weights = (each[top:bottom] for each in _taps(self.method, self.old[0], self.new[0]))
         if self.method == "nearest":
             columns_read, _ = _taps(self.method, self.old[1], self.new[1])
-            return np.ascontiguousarray(plane[index[:, 0]][:, columns_read[:, 0]])
+            return np.ascontiguousarray(plane[places - first][:, columns_read])
         out = np.empty((bottom - top, self.new[1], *plane.shape[2:]), np.float32)
         columns = _columns(self.method, self.old[1], self.new[1], plane[0, 0].size)
         grows = self.new[0] > self.old[0]
-        weigh_rows_and_columns(interleaved(plane), (index, weight), columns, interleaved(out), grows)
+        weigh_rows_and_columns(
+            interleaved(plane), (places - first, weights), columns, interleaved(out), grows
+        )
         return out
 
 
@@ -93,40 +95,37 @@ def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> s
 
 
 @lru_cache(maxsize=64)
-def _columns(method: str, old: int, new: int, channels: int) -> Taps:
-    """The taps of columns whose channels lie side by side, as `weigh_rows_and_columns` takes them."""
-    index, weights = _taps(method, old, new)
-    index = channels * index[:, None] + np.arange(channels)[:, None]
-    return column_taps((index.reshape(new * channels, -1), np.repeat(weights, channels, axis=0)))
+def _columns(method: str, old: int, new: int, channels: int) -> Columns:
+    return Columns.of(_taps(method, old, new), old, channels)
 
 
 @lru_cache(maxsize=64)
 def _taps(method: str, old: int, new: int) -> Taps:
-    """For each new sample the old ones that it is made of, in rising order, and their weights, float32."""
+    """The old samples that each new one is made of."""
     if method == "nearest":
         # Not OpenCV's, whose choice at an edge depends on rounding: an edge belongs to the pixel after it.
-        return (2 * np.arange(new)[:, None] + 1) * old // (2 * new), np.ones((new, 1), np.float32)
-    index, weights = _shares(old, new) if method == "area" else _interpolation(method, old, new)
-    return np.clip(index, 0, old - 1), weights.astype(np.float32)
+        return (2 * np.arange(new) + 1) * old // (2 * new), np.ones((new, 1), np.float32)
+    first, weights = _shares(old, new) if method == "area" else _interpolation(method, old, new)
+    return first, weights.astype(np.float32)
 
 
 def _shares(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
-    """The old pixels under each new one, and how much of it each of them takes."""
+    """The first of the old pixels under each new one, and how much of it each of them takes."""
     edges = np.arange(new + 1) * old / new
     first = np.floor(edges[:-1] + 1e-9).astype(np.int64)
     index = first[:, None] + np.arange(math.ceil(old / new) + 1)
     parts = np.minimum(index + 1, edges[1:, None]) - np.maximum(index, edges[:-1, None])
     weights = np.maximum(parts, 0) * new / old
-    return (index, weights) if weights[:, -1].max() > 1e-9 else (index[:, :-1], weights[:, :-1])
+    return first, weights if weights[:, -1].max() > 1e-9 else weights[:, :-1]
 
 
 def _interpolation(method: str, old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
-    """The old pixels around each new one that an interpolation reads, and their weights."""
+    """The first of the old pixels around each new one that an interpolation reads, and their weights."""
     stretch = max(old / new, 1.0) if method == "smooth" else 1.0
     half = math.ceil(_RADII[method] * stretch)
-    moved = ((2 * np.arange(new) + 1) * old + new)[:, None]
-    index = moved // (2 * new) - half + np.arange(2 * half)
-    x = abs(index + 1 - moved / (2 * new)) / stretch
+    moved = (2 * np.arange(new) + 1) * old + new
+    first = moved // (2 * new) - half
+    x = abs(first[:, None] + np.arange(1, 2 * half + 1) - moved[:, None] / (2 * new)) / stretch
     if method == "bilinear":
         weights = 1 - x
     elif method == "lanczos":
@@ -134,7 +133,7 @@ def _interpolation(method: str, old: int, new: int) -> tuple[np.ndarray, np.ndar
     else:
         near, far = _bicubic(x) if method == "bicubic" else _smooth(x, old >= new)
         weights = np.where(x < 1, near, np.where(x < 2, far, 0))
-    return index, weights / weights.sum(axis=1, keepdims=True)
+    return first, weights / weights.sum(axis=1, keepdims=True)
 
 
 def _bicubic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
