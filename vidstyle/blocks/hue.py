@@ -31,7 +31,7 @@ def hue(
 
 @lru_cache(maxsize=16)
 def _matrix(weights: tuple[np.float32, ...], angle: float, tint: tuple[float, ...]) -> np.ndarray:
-    """Of RGB: turns chroma anticlockwise, blue difference to the right, and adds the tint in levels of 255."""
+    """Of RGB: turns chroma anticlockwise, blue difference to the right; adds the tint in levels of 255."""
     luma, (red, _, blue) = np.array(weights), map(float, weights)
     to_chroma = np.array([luma, ([0, 0, 1] - luma) / (2 - 2 * blue), ([1, 0, 0] - luma) / (2 - 2 * red)])
     cosine, sine = math.cos(angle), math.sin(angle)
