@@ -19,6 +19,7 @@ from vidstyle.block import (
     Margin,
     Measured,
     PageRegion,
+    ResultRows,
     SavedRef,
 )
 from vidstyle.blocks import all_blocks
@@ -80,6 +81,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
         LumaWeights: Encoding().weights,
         FrameTime: 0,
         Limits: RANGES["luma" if array.ndim == 2 else "color"],
+        ResultRows: np.empty(array.shape, np.float32),
         Measured: np.percentile(luma, block.percentiles_for(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.injected.items()}

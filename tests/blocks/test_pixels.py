@@ -193,8 +193,9 @@ def blended(
     below, above = below.astype(np.float32), above.astype(np.float32)
     mask = None if mask is None else mask.astype(np.float32)
     values |= {"mask": mask, "limits": RANGES["luma"]}
-    gray = blend(below, other=above, **values)
-    color = blend(np.stack([below] * 3, 2), other=np.stack([above] * 3, 2), **values)
+    gray = blend(below, other=above, out=np.empty_like(below), **values)
+    colors = [np.stack([each] * 3, 2) for each in (below, above)]
+    color = blend(colors[0], other=colors[1], out=np.empty_like(colors[0]), **values)
     np.testing.assert_allclose(color, np.stack([gray] * 3, 2), atol=1e-7)
     return np.asarray(gray)
 

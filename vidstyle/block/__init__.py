@@ -79,7 +79,11 @@ Limits = NewType("Limits", tuple[float, float])
 """Injected into a block whose result may leave the range of its input and of 0..1: the ends of the range that
 it has to clip it to, of `core.picture`."""
 
-INJECTED: tuple[object, ...] = (PageRegion, Margin, LumaWeights, Measured, FrameTime, Limits)
+ResultRows = NewType("ResultRows", np.ndarray)
+"""Injected: float32 rows for the result, without the margin. The function fills and returns them, or returns
+another array, in which it has the margin."""
+
+INJECTED: tuple[object, ...] = (PageRegion, Margin, LumaWeights, Measured, FrameTime, Limits, ResultRows)
 """The annotations of the parameters that the renderer fills in."""
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Choice, Limits, SavedRef, Slider, block
+from vidstyle.block import Choice, Limits, ResultRows, SavedRef, Slider, block
 from vidstyle.core.kernels import Compiled, compiled, interleaved
 
 ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
@@ -107,6 +107,7 @@ def _burn(below, above):  # type: ignore[no-untyped-def]
 @block("pixel", on="channels")
 def blend(
     picture: np.ndarray,
+    out: ResultRows,
     limits: Limits,
     other: Annotated[Any, SavedRef("picture blended over the current one")] = "source",
     mode: Annotated[str, Choice(tuple(MODES), "blend mode", explore=("multiply", "overlay"))] = "normal",
@@ -116,7 +117,6 @@ def blend(
     ] = "",
 ) -> np.ndarray:
     """Blend a saved picture over the current one; over a gray one, its luma."""
-    out = np.empty(picture.shape, np.float32)
     weights = NO_MASK if mask is None else np.ascontiguousarray(mask)
     ends = np.float32(limits[0]), np.float32(limits[1])
     pictures = interleaved(picture), interleaved(other)

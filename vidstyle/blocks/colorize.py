@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, Slider, block
+from vidstyle.block import LumaWeights, ResultRows, Slider, block
 from vidstyle.core.kernels import compiled, interleaved
 
 
@@ -16,6 +16,7 @@ from vidstyle.core.kernels import compiled, interleaved
 def colorize(
     picture: np.ndarray,
     weights: LumaWeights,
+    out: ResultRows,
     hue: Annotated[float, Slider(0, 360, "hue: 0 red, 120 green, 240 blue", "degrees", (0, 360))] = 30,
     saturation: Annotated[float, Slider(0, 1, "0 for gray, 1 for the pure hue", explore=(0.2, 0.8))] = 0.55,
 ) -> np.ndarray:
@@ -23,7 +24,6 @@ def colorize(
 
     HSL with luma as its lightness. Paper, section 4.2 A.
     """
-    out = np.empty(picture.shape, np.float32)
     _color(interleaved(picture), weights, _difference(hue, saturation), interleaved(out))
     return out
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Asset, PageRegion, Slider, block
+from vidstyle.block import Asset, PageRegion, ResultRows, Slider, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import clipped_sum, compiled, interleaved, look_up_at
@@ -41,6 +41,7 @@ def read_thresholds(path: Path) -> tuple[np.ndarray]:
 def dither(
     picture: np.ndarray,
     place: PageRegion,
+    out: ResultRows,
     thresholds: Annotated[
         Any, Asset("name of a pattern, or a .png tile", read_thresholds, shipped_thresholds)
     ] = "bayer4",
@@ -55,7 +56,7 @@ def dither(
     or `palette`. Bayer 1973; "blue" is blue noise, Ulichney 1993.
     """
     side, (tile,) = whole_side(cell), thresholds
-    out, line = np.empty(picture.shape, np.float32), np.empty(picture.shape[1], np.float32)
+    line = np.empty(picture.shape[1], np.float32)
     columns = _columns(picture.shape[1], side, tile.shape[1])
     _add(interleaved(picture), tile, (place.top, side), columns, np.float32(strength), line, interleaved(out))
     return out

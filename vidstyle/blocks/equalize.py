@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Measured, Slider, block
+from vidstyle.block import Measured, ResultRows, Slider, block
 from vidstyle.core.kernels import compiled
 
 MIN_RANGE = 8 / 255
@@ -17,6 +17,7 @@ MIN_RANGE = 8 / 255
 def equalize(
     luma: np.ndarray,
     measured: Measured,
+    out: ResultRows,
     low: Annotated[float, Slider(0, 50, "percentile that becomes black", "percent", (1, 10))] = 5,
     high: Annotated[float, Slider(50, 100, "percentile that becomes white", "percent", (90, 99))] = 95,
     settle: Annotated[float, Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s")] = 0.4,
@@ -26,12 +27,11 @@ def equalize(
     A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D, but of a reduced copy.
     """
     black, white = measured
-    return stretched(luma, black, 1 / max(white - black, MIN_RANGE))
+    return stretched(luma, black, 1 / max(white - black, MIN_RANGE), 0, out)
 
 
-def stretched(luma: np.ndarray, center: float, gain: float, level: float = 0) -> np.ndarray:
-    """Luma widened about a center, which becomes another level, and clipped to 0..1; float32, new."""
-    out = np.empty(luma.shape, np.float32)
+def stretched(luma: np.ndarray, center: float, gain: float, level: float, out: np.ndarray) -> np.ndarray:
+    """Luma widened about a center, which becomes another level, and clipped to 0..1; in `out`."""
     _stretch(luma, np.float32(center), np.float32(gain), np.float32(level), out)
     return out
 

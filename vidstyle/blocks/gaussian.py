@@ -9,7 +9,7 @@ from typing import Annotated
 import cv2
 import numpy as np
 
-from vidstyle.block import Margin, Slider, block
+from vidstyle.block import Margin, ResultRows, Slider, block
 from vidstyle.core.kernels import compiled, interleaved
 
 TAPS_AT_ONCE = 3
@@ -26,6 +26,7 @@ def _radius(sigma: float) -> int:
 def gaussian(
     picture: np.ndarray,
     margin: Margin,
+    out: ResultRows,
     sigma: Annotated[float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4))] = 2,
 ) -> np.ndarray:
     """Blur: remove noise and small detail.
@@ -35,7 +36,6 @@ def gaussian(
     if sigma == 0:
         return picture
     weights, channels = _weights(sigma), picture.size // (picture.shape[0] * picture.shape[1])
-    out = np.empty(picture.shape, np.float32)
     line = np.empty(TILE + 2 * channels * weights.size, np.float32)
     _blur(interleaved(picture), weights, channels, margin, line, interleaved(out))
     return out
@@ -69,7 +69,7 @@ def _blur(picture, weights, channels, margin, line, out):  # type: ignore[no-unt
             after = line[before + own.size :]
             for x in range(behind):
                 after[x] = own[own.size - channels + x % channels]
-            _add_places(line, beside, channels, weights, out[row, begin:end])
+            _add_places(line, beside, channels, weights, out[row - margin[0], begin:end])
 
 
 @compiled(fastmath=True, noalias=True)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, Slider, block
+from vidstyle.block import LumaWeights, ResultRows, Slider, block
 from vidstyle.core.kernels import mix_channels
 
 
@@ -16,6 +16,7 @@ from vidstyle.core.kernels import mix_channels
 def hue(
     picture: np.ndarray,
     weights: LumaWeights,
+    out: ResultRows,
     angle: Annotated[float, Slider(-180, 180, "rotation in the chroma plane", "degrees", (-60, 60))] = 60,
     red: Annotated[float, Slider(-255, 255, "added to red", "levels of 255", (-30, 30))] = 0,
     green: Annotated[float, Slider(-255, 255, "added to green", "levels of 255", (-30, 30))] = 0,
@@ -26,7 +27,7 @@ def hue(
     A rotation of (blue difference, red difference) and a bias in RGB, clipped to 0..1. Paper,
     section 4.2 A.
     """
-    return mix_channels(picture, _matrix(tuple(weights), math.radians(angle), (red, green, blue)))
+    return mix_channels(picture, _matrix(tuple(weights), math.radians(angle), (red, green, blue)), out)
 
 
 @lru_cache(maxsize=16)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Measured, Slider, block
+from vidstyle.block import Measured, ResultRows, Slider, block
 from vidstyle.blocks.equalize import MIN_RANGE, stretched
 
 
@@ -14,6 +14,7 @@ from vidstyle.blocks.equalize import MIN_RANGE, stretched
 def minimum_range(
     luma: np.ndarray,
     measured: Measured,
+    out: ResultRows,
     dynamic_range: Annotated[
         float, Slider(0, 255, "minimum distance of the 5 % and 95 % percentiles", "levels of 255", (100, 200))
     ] = 180,
@@ -30,4 +31,4 @@ def minimum_range(
         return luma
     middle = (measured[0] + measured[1]) / 2
     moved = min(max(middle, wanted / 2), 1 - wanted / 2)
-    return stretched(luma, middle, wanted / present, moved)
+    return stretched(luma, middle, wanted / present, moved, out)

@@ -7,7 +7,17 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import REDRAW_RATE, Choice, FrameTime, PageRegion, Slider, Switch, block, drawing_at
+from vidstyle.block import (
+    REDRAW_RATE,
+    Choice,
+    FrameTime,
+    PageRegion,
+    ResultRows,
+    Slider,
+    Switch,
+    block,
+    drawing_at,
+)
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
 from vidstyle.core.white_noise import APART, white_noise
@@ -27,6 +37,7 @@ def noise(
     picture: np.ndarray,
     place: PageRegion,
     moment: FrameTime,
+    out: ResultRows,
     kind: Annotated[str, Choice(tuple(OCTAVES), "square points, soft ones, or clouds")] = "soft",
     size: Annotated[float, Slider(1, 256, "size of a point, or of the largest clouds", "px", (1, 12))] = 1.5,
     stretch: Annotated[float, Slider(1, 64, "width by height", explore=(1, 6))] = 1,
@@ -49,7 +60,7 @@ def noise(
         else _kept_codes(kind, sides, lattice, place.height, width)[top : top + height]
         for lattice in (drawing + 5 * each for each in range(count))
     ]
-    out, of_channels = np.empty(picture.shape, np.float32), tuple(pages * (3 // count))
+    of_channels = tuple(pages * (3 // count))
     scale, middle = np.float32(amount / CODES), np.float32(amount / 2)
     _add(interleaved(picture), of_channels, scale, middle, interleaved(out))
     return out

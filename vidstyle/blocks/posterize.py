@@ -6,13 +6,14 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Slider, block
+from vidstyle.block import ResultRows, Slider, block
 from vidstyle.core.kernels import TIE_LIFT, compiled, interleaved
 
 
 @block("pixel", on="channels")
 def posterize(
     picture: np.ndarray,
+    out: ResultRows,
     levels: Annotated[int, Slider(2, 32, "tones in each channel", explore=(5, 12))] = 10,
     softness: Annotated[
         float, Slider(0, 1, "part of each step that is a ramp; reduces flicker", power=-1)
@@ -23,7 +24,6 @@ def posterize(
     Values outside 0..1 become the end tones. Paper, section 4.2 A; the soft steps are in the spirit
     of Winnemoeller 2006, with a cubic ramp so that they meet the flats without a jump.
     """
-    out = np.empty(picture.shape, np.float32)
     _quantize(interleaved(picture), TIE_LIFT, np.float32(levels), np.float32(softness), interleaved(out))
     return out
 

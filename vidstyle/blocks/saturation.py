@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, Slider, block
+from vidstyle.block import LumaWeights, ResultRows, Slider, block
 from vidstyle.core.kernels import mix_channels
 
 
@@ -15,6 +15,7 @@ from vidstyle.core.kernels import mix_channels
 def saturation(
     picture: np.ndarray,
     weights: LumaWeights,
+    out: ResultRows,
     factor: Annotated[
         float, Slider(0, 4, "0 for gray, 1 for no change, above 1 more vivid", explore=(1.5, 2.2))
     ] = 1.8,
@@ -23,7 +24,7 @@ def saturation(
 
     gray + factor (RGB - gray), clipped to 0..1. Paper, section 4.2 A.
     """
-    return mix_channels(picture, _matrix(factor, tuple(weights)))
+    return mix_channels(picture, _matrix(factor, tuple(weights)), out)
 
 
 @lru_cache(maxsize=16)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Slider, Switch, block
+from vidstyle.block import ResultRows, Slider, Switch, block
 from vidstyle.core.kernels import compiled
 
 SLOPE = Slider(
@@ -17,6 +17,7 @@ SLOPE = Slider(
 @block("pixel", on="channels")
 def soft_threshold(
     picture: np.ndarray,
+    out: ResultRows,
     phi: Annotated[float, SLOPE] = 0.03,
     epsilon: Annotated[
         float, Slider(0, 255, "threshold; everything above it is white", "levels of 255", explore=(50, 110))
@@ -30,7 +31,6 @@ def soft_threshold(
     `edges` is for what makes lines: their slope falls as a picture grows, so that phi has to grow with it.
     For a curve of tones it stays off.
     """
-    out = np.empty(picture.shape, np.float32)
     rows = len(picture), -1
     values = np.ascontiguousarray(picture).reshape(rows)
     _ramp(values, np.float32(phi * 255), np.float32(epsilon / 255), out.reshape(rows))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, block
+from vidstyle.block import LumaWeights, Margin, ResultRows, block
 from vidstyle.blocks.sobel import smooth_and_steep
 from vidstyle.core.kernels import compiled, interleaved
 
 
 @block("filter", on="color", radius=lambda: 1, exact=True)
-def structure_tensor(picture: np.ndarray, weights: LumaWeights) -> np.ndarray:
+def structure_tensor(
+    picture: np.ndarray, weights: LumaWeights, margin: Margin, out: ResultRows
+) -> np.ndarray:
     """Draw direction and strength of edges as colours, for `kuwahara`; smooth them with `gaussian`.
 
     With s the square root of the luma gradient's magnitude (3 x 3 Sobel, divided by 4, cut off at 1) and t
@@ -19,8 +21,8 @@ def structure_tensor(picture: np.ndarray, weights: LumaWeights) -> np.ndarray:
     paper's section 5.3, equations 6 to 8, weighted by s in place of the squared magnitude, so that the
     strongest edge nearby does not drown all others.
     """
-    out, scratch = np.empty(picture.shape, np.float32), np.empty((5, picture.shape[1] + 2), np.float32)
-    _encode(interleaved(picture), weights, scratch, interleaved(out))
+    scratch = np.empty((5, picture.shape[1] + 2), np.float32)
+    _encode(interleaved(picture), weights, margin, scratch, interleaved(out))
     return out
 
 
@@ -32,15 +34,16 @@ def _luma_of_row(row, weights, luma):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _encode(picture, weights, scratch, out):  # type: ignore[no-untyped-def]
+def _encode(picture, weights, margin, scratch, out):  # type: ignore[no-untyped-def]
     height, width = picture.shape[0], picture.shape[1] // 3
     half, one, two, least = np.float32(0.5), np.float32(1), np.float32(2), np.float32(1e-20)
     smooth, steep, rows = scratch[0], scratch[1], scratch[2:, :width]
-    for row in range(-1, height):
-        _luma_of_row(picture[min(row + 1, height - 1)], weights, rows[(row + 1) % 3])
-        if row < 0:
+    for row in range(margin[0] - 2, height - margin[1]):
+        _luma_of_row(picture[min(max(row + 1, 0), height - 1)], weights, rows[(row + 1) % 3])
+        if row < margin[0]:
             continue
-        smooth_and_steep(rows[max(row - 1, 0) % 3], rows[row % 3], rows[(row + 1) % 3], smooth, steep)
+        smooth_and_steep(rows[(row - 1) % 3], rows[row % 3], rows[(row + 1) % 3], smooth, steep)
+        own = out[row - margin[0]]
         for x in range(width):
             across = np.float32(0.25) * (smooth[x + 2] - smooth[x])
             down = np.float32(0.25) * (steep[x] + two * steep[x + 1] + steep[x + 2])
@@ -48,6 +51,6 @@ def _encode(picture, weights, scratch, out):  # type: ignore[no-untyped-def]
             squared = across * across + down * down
             strength = np.sqrt(min(np.sqrt(squared), one))
             each = half * strength / max(squared, least)
-            out[row, 3 * x] = half + each * (across * across - down * down)
-            out[row, 3 * x + 1] = half + each * two * across * down
-            out[row, 3 * x + 2] = strength
+            own[3 * x] = half + each * (across * across - down * down)
+            own[3 * x + 1] = half + each * two * across * down
+            own[3 * x + 2] = strength

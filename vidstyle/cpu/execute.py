@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion
+from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion, ResultRows
 from vidstyle.core.bands import in_bands
 from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.convert import PictureAssembler
@@ -117,22 +117,26 @@ class FrameExecutor:
                 values[node, margin] = self._load(node, first, last)
                 continue
             inputs = {name: values[key] for name, key in step.inputs}
+            halves = [each for each in (node, step.twin) if each in sweep.stores and not margin]
+            stored = {each: self._load(each, first, last) for each in halves}
             if step.twin is not None:
                 luma, *chroma = yuv_from_rgb(inputs["color"], encoding_of(node.matrix))
                 for half in (node, step.twin):
                     values[half, margin] = luma if half.kind == "luma" else tuple(chroma)
             else:
-                values[node, margin] = self._computed(node, inputs, first, last)
-            for computed in (node, step.twin):
-                if margin == 0 and computed is not None and computed in sweep.stores:
-                    _copy_rows(values[computed, 0], self._stored[computed], first, last)
+                values[node, margin] = self._computed(node, inputs, first, last, stored.get(node))
+            for each, rows in stored.items():
+                _copy_rows(values[each, 0], rows)
             for key in step.releases:
                 del values[key]
         return values
 
-    def _computed(self, node: Node, inputs: dict[str, Value], top: int, bottom: int) -> Value:
+    def _computed(
+        self, node: Node, inputs: dict[str, Value], top: int, bottom: int, out: Value | None
+    ) -> Value:
+        """The rows top..bottom of a node: in `out`, if it is given and the operation can, or elsewhere."""
         if node.block is not None:
-            return self._run_block(node, inputs, top, bottom)
+            return self._run_block(node, inputs, top, bottom, out)
         if node.op == "filter_bank":
             return _run_bank(node, inputs, top, bottom)
         if node.op == "resample":
@@ -144,14 +148,21 @@ class FrameExecutor:
             return upsampled_chroma(self._subsampled_chroma(chroma), chroma.grid, top, shape)
         return per_pixel(node, (bottom - top, node.shape[1]), inputs)
 
-    def _run_block(self, node: Node, inputs: dict[str, Value], top: int, bottom: int) -> np.ndarray:
+    def _run_block(
+        self, node: Node, inputs: dict[str, Value], top: int, bottom: int, out: np.ndarray | None
+    ) -> np.ndarray:
         block = node.block
         assert block is not None
         margin = _margin(node, top, bottom)
+        if out is None:
+            out = np.empty((bottom - top, *inputs["image"].shape[1:]), np.float32)
         pictures = {name: inputs.get(name) for name in block.saved_refs}
-        others = {name: self._injected(kind, node, top, margin) for name, kind in block.injected.items()}
+        others = {
+            name: out if kind is ResultRows else self._injected(kind, node, top, margin)
+            for name, kind in block.injected.items()
+        }
         result: np.ndarray = block.function(inputs["image"], **node.values, **pictures, **others)
-        return result[margin[0] : margin[0] + bottom - top]
+        return result if result is out else result[margin[0] : margin[0] + bottom - top]
 
     def _injected(self, kind: object, node: Node, top: int, margin: tuple[int, int]) -> Any:
         """What a block gets that is no value of its own, from row `top` on; `kind`: of `INJECTED`."""
@@ -217,8 +228,10 @@ def _empty_planes(node: Node) -> Value:
     return np.empty((*node.shape, 3) if node.kind == "color" else node.shape, np.float32)
 
 
-def _copy_rows(value: Value, planes: Value, top: int, bottom: int) -> None:
+def _copy_rows(value: Value, rows: Value) -> None:
+    """Copy a value that was not computed where it is wanted."""
     value = at_every_pixel(value)
-    pairs = zip(value, planes, strict=True) if isinstance(value, tuple) else [(value, planes)]
-    for rows, plane in pairs:
-        plane[top:bottom] = rows
+    pairs = zip(value, rows, strict=True) if isinstance(value, tuple) else [(value, rows)]
+    for computed, wanted in pairs:
+        if computed is not wanted:
+            wanted[:] = computed

@@ -34,7 +34,8 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
         case "constant_chroma":
             return Tints((), (), values["tint"])
         case "on_paper":
-            return mix_channels(inputs["color"], _paper_matrix(values["paper"]))
+            color = inputs["color"]
+            return mix_channels(color, _paper_matrix(values["paper"]), np.empty(color.shape, np.float32))
         case "inked_luma":
             return _mixed(values["ink"], inputs["under"], inputs["lines"])
         case "inked_chroma" if isinstance(inputs["under"], Tints):

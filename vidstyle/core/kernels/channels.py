@@ -7,13 +7,12 @@ import numpy as np
 from vidstyle.core.kernels.declare import compiled
 
 
-def mix_channels(color: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Multiply RGB, N x W x 3, by a matrix, 3 x 4, whose last column is added; float32, clipped to 0..1, new.
+def mix_channels(color: np.ndarray, matrix: np.ndarray, out: np.ndarray) -> np.ndarray:
+    """Multiply RGB, N x W x 3, by a matrix, 3 x 4, whose last column is added; in `out`, clipped to 0..1.
 
     Not `cv2.transform`, which rounds the last pixels of an array differently, so that the result would depend
     on the bands.
     """
-    out = np.empty(color.shape, np.float32)
     _mix_channels(interleaved(color), matrix, interleaved(out))
     return out
 
