@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Annotated
 
 import cv2
@@ -47,53 +48,65 @@ def halftone(
     side = 2 * int(cell / 2) + 1
     averaged = cv2.blur(picture, (side, side), borderType=cv2.BORDER_REPLICATE)
     spread = np.float32(dot), np.float32(gain), np.float32(black)
-    out = np.empty(picture.shape, np.float32)
-    screens = np.empty((4, 6))
-    levels: list[np.ndarray] = []
-    for ink, angle in enumerate(ANGLES):
-        cosine, sine = math.cos(math.radians(angle)) / cell, math.sin(math.radians(angle)) / cell
-        first, last, low, high = _lattice_bounds(cosine, sine, place.top, *picture.shape[:2])
-        screens[ink] = cosine, sine, first, low, high - low + 1, 0
-        levels.append(np.empty((last - first + 1, high - low + 1), np.float32))
-        _ink_levels(
-            averaged.reshape(-1), picture.shape[:2], ink, screens[ink], place.top, spread, levels[ink]
-        )
-    colors = np.array(INKS[inks], np.float32)
-    cover, flat = np.zeros((4, picture.shape[1]), np.float32), tuple(each.reshape(-1) for each in levels)
-    _print(flat, screens, place.top, colors, place.margin, cover, interleaved(out))
+    screens, cells = _screens(cell, place.top, *picture.shape[:2])
+    cover, dots = np.empty((4, picture.shape[1]), np.float32), np.empty(4, np.int32)
+    scratch = np.empty(cells, np.float32), cover, dots
+    out, places = np.empty(picture.shape, np.float32), (place.top, place.margin)
+    _print(averaged.reshape(-1), screens, places, spread, _ink_colors(inks), scratch, interleaved(out))
     return out
 
 
-def _lattice_bounds(
-    cosine: float, sine: float, top: int, height: int, width: int
-) -> tuple[int, int, int, int]:
-    """The first and last cell in both directions of the turned screen that the rows touch."""
+@lru_cache(maxsize=256)
+def _screens(cell: float, top: int, height: int, width: int) -> tuple[np.ndarray, int]:
+    """The lattices of cells that rows of the page touch, one for each ink.
+
+    Returns:
+        4 x 7 float64: cosine and sine of the angle by the cell; the first cell along and across the screen, how
+        many there are along and across, and the number of the first one among all. And how many there are in
+        all.
+    """
+    screens, cells = np.empty((4, 7)), 0
     corners = [(x, y) for x in (0, width) for y in (top, top + height)]
-    along = [math.floor(x * cosine + y * sine) for x, y in corners]
-    across = [math.floor(y * cosine - x * sine) for x, y in corners]
-    return min(along) - 1, max(along) + 1, min(across) - 1, max(across) + 1
+    for screen, angle in zip(screens, map(math.radians, ANGLES), strict=True):
+        cosine, sine = math.cos(angle) / cell, math.sin(angle) / cell
+        along = [math.floor(x * cosine + y * sine) for x, y in corners]
+        across = [math.floor(y * cosine - x * sine) for x, y in corners]
+        rows, columns = (max(each) - min(each) + 3 for each in (along, across))
+        screen[:] = cosine, sine, min(along) - 1, min(across) - 1, rows, columns, cells
+        cells += rows * columns
+    return screens, cells
+
+
+@lru_cache
+def _ink_colors(inks: str) -> np.ndarray:
+    return np.array(INKS[inks], np.float32)
 
 
 @compiled(noalias=True)
 def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ignore[no-untyped-def]
     """For each cell, the height at which the screen is cut so that the dot covers what it has to.
 
-    The last number of the screen becomes that of dots with ink.
+    Returns how many dots have ink.
     """
     cosine, sine, first, second = screen[0], screen[1], screen[2], screen[3]
+    rows, columns, start = np.int64(screen[4]), np.int64(screen[5]), np.int64(screen[6])
     dot, gain, black = spread
     height, width = np.int32(shape[0]), np.int32(shape[1])
     squared = cosine * cosine + sine * sine
     per_pixel = np.float32(np.sqrt(squared))
     one, dots = np.float32(1), np.int32(0)
     near = 0.75 / per_pixel + 1
-    for i in range(levels.shape[0]):
-        along = (first + i + 0.5) / squared
+    inverse = 1 / squared
+    for i in range(rows):
+        along = (first + i + 0.5) * inverse
         # The turned band fills little of the lattice's square: only the cells near its rows count.
         begin = ((top - near - along * sine) / cosine) * squared - second - 0.5
         end = ((top + height + near - along * sine) / cosine) * squared - second - 0.5
-        for j in range(max(int(begin), 0), min(int(end) + 2, levels.shape[1])):
-            across = (second + j + 0.5) / squared
+        left, right = max(int(begin), 0), min(int(end) + 2, columns)
+        # A view, since an index that may be negative prevents vectors.
+        row = levels[start + i * columns + left :]
+        for j in range(right - left):
+            across = (second + (left + j) + 0.5) * inverse
             x = index_at(np.floor(along * cosine - across * sine + 5e-5), width - 1)
             y = index_at(np.floor(along * sine + across * cosine + 5e-5) - top, height - 1)
             at = look_up_at(np.int32(3) * np.int32(np.int32(y * width) + x))
@@ -106,9 +119,9 @@ def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ign
                 share = (one - value - key) / max(one - key, np.float32(1e-3))
             share = min(min(max(share, np.float32(0)), one) * dot, one)
             share = min(share + np.float32(4) * gain * share * (one - share), one)
-            levels[i, j] = _cut(share, per_pixel)
+            row[j] = _cut(share, per_pixel)
             dots = np.int32(dots + np.int32(share > 0))
-    screen[5] = dots
+    return dots
 
 
 @compiled
@@ -141,8 +154,8 @@ def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
     first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
     lift = np.float32(1e-4) * per_pixel
-    columns = np.int32(screen[4])
-    origin = np.int32(np.int32(first - screen[2]) * columns + np.int32(second - screen[3]))
+    columns = np.int32(screen[5])
+    origin = np.int32(np.int32(first - screen[2]) * columns + np.int32(second - screen[3] + screen[6]))
     last = np.int32(levels.size - 1)
     for x in range(width):
         along, across = start + np.float32(np.int32(x)) * step, side - np.float32(np.int32(x)) * turn
@@ -156,19 +169,23 @@ def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def _print(levels, screens, top, inks, margin, cover, out):  # type: ignore[no-untyped-def]
-    """White paper multiplied by what the dots of each ink leave of it."""
+def _print(averaged, screens, places, spread, inks, scratch, out):  # type: ignore[no-untyped-def]
+    """White paper multiplied by what the dots of each ink leave of it.
+
+    Args:
+        places: the number of the first row on the page, and the margin.
+        scratch: a number for each cell, a row for each ink, and a number for each ink.
+    """
+    (top, margin), (levels, cover, dots) = places, scratch
+    shape, cover[:] = (out.shape[0], cover.shape[1]), np.float32(0)
+    for ink in range(4):
+        dots[ink] = _ink_levels(averaged, shape, ink, screens[ink], top, spread, levels)
     for row in range(margin[0], out.shape[0] - margin[1]):
-        y = top + row + 0.5
-        if screens[0, 5] > 0:
-            _cover_row(levels[0], screens[0], y, cover[0])
-        if screens[1, 5] > 0:
-            _cover_row(levels[1], screens[1], y, cover[1])
-        if screens[2, 5] > 0:
-            _cover_row(levels[2], screens[2], y, cover[2])
-        if screens[3, 5] > 0:
-            _cover_row(levels[3], screens[3], y, cover[3])
+        for ink in range(4):
+            if dots[ink] > 0:
+                _cover_row(levels, screens[ink], top + row + 0.5, cover[ink])
         _mix_inks(cover[0], cover[1], cover[2], cover[3], inks, out[row])
+
 
 
 @compiled(fastmath=True)
