@@ -187,7 +187,6 @@ def _print(averaged, screens, places, spread, inks, scratch, out):  # type: igno
         _mix_inks(cover[0], cover[1], cover[2], cover[3], inks, out[row])
 
 
-
 @compiled(fastmath=True)
 def _mix_inks(cyan, magenta, yellow, black, inks, out):  # type: ignore[no-untyped-def]
     one = np.float32(1)

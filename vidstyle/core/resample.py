@@ -47,17 +47,21 @@ class Resampling:
         end = int(first[bottom - 1]) + weights.shape[1]
         return max(int(first[top]), 0), min(end, self.old[0])
 
-    def rows(self, plane: np.ndarray, first: int, top: int, bottom: int) -> np.ndarray:
-        """The new rows top..bottom, the same in any band; new.
+    def rows(
+        self, plane: np.ndarray, first: int, top: int, bottom: int, out: np.ndarray | None = None
+    ) -> np.ndarray:
+        """The new rows top..bottom, the same in any band.
 
         Args:
             plane: N x W or N x W x 3, the old rows from `first` on: those of `rows_read`, or more.
+            out: where they are written, but for the method "nearest"; None for a new array.
         """
         places, weights = (each[top:bottom] for each in _taps(self.method, self.old[0], self.new[0]))
         if self.method == "nearest":
             columns_read, _ = _taps(self.method, self.old[1], self.new[1])
             return np.ascontiguousarray(plane[places - first][:, columns_read])
-        out = np.empty((bottom - top, self.new[1], *plane.shape[2:]), np.float32)
+        if out is None:
+            out = np.empty((bottom - top, self.new[1], *plane.shape[2:]), np.float32)
         columns = _columns(self.method, self.old[1], self.new[1], plane[0, 0].size)
         grows = self.new[0] > self.old[0]
         weigh_rows_and_columns(

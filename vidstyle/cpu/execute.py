@@ -140,7 +140,7 @@ class FrameExecutor:
         if node.op == "filter_bank":
             return _run_bank(node, inputs, top, bottom)
         if node.op == "resample":
-            return self._resampled(node, top, bottom)
+            return self._resampled(node, top, bottom, out)
         if node.op == "upsample":
             chroma = node.inputs["chroma"]
             assert chroma.grid is not None
@@ -186,18 +186,20 @@ class FrameExecutor:
             return planes[0][top:bottom], planes[1][top:bottom]
         return planes[top:bottom]
 
-    def _resampled(self, node: Node, top: int, bottom: int) -> Value:
+    def _resampled(self, node: Node, top: int, bottom: int, out: Value | None) -> Value:
         """The rows of a node at this size, of an image at another one."""
         image = node.inputs["image"]
         resampling = Resampling(image.shape, node.shape, node.values["method"])
         first, last = resampling.rows_read(top, bottom)
 
-        def resampled(plane: np.ndarray) -> np.ndarray:
-            rows = resampling.rows(plane, first, top, bottom)
+        def resampled(plane: np.ndarray, out: np.ndarray | None) -> np.ndarray:
+            rows = resampling.rows(plane, first, top, bottom, out)
             return np.clip(rows, *node.limits, out=rows) if node.limits else rows
 
         value = self._load(image, first, last)
-        return tuple(map(resampled, value)) if isinstance(value, tuple) else resampled(value)
+        if isinstance(value, tuple):
+            return tuple(map(resampled, value, out or (None, None)))
+        return resampled(value, out)
 
     def _sampled(self, node: Node) -> np.ndarray:
         """A small copy of luma or RGB that is at hand as planes, but for a conversion."""
