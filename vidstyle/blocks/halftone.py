@@ -61,9 +61,9 @@ def _screens(cell: float, top: int, height: int, width: int) -> tuple[np.ndarray
     """The lattices of cells that rows of the page touch, one for each ink.
 
     Returns:
-        4 x 7 float64: cosine and sine of the angle by the cell; the first cell along and across the screen, how
-        many there are along and across, and the number of the first one among all. And how many there are in
-        all.
+        4 x 7 float64: cosine and sine of the angle by the cell; the first cell along and across the screen,
+        how many there are along and across, and the number of the first one among all. And how many there
+        are in all.
     """
     screens, cells = np.empty((4, 7)), 0
     corners = [(x, y) for x in (0, width) for y in (top, top + height)]
