@@ -116,7 +116,8 @@ def test_object_files_are_loaded_without_the_compiler(tmp_path):
     check = (
         "import sys, numpy as np\n"
         "from vidstyle.core.kernels import mix_channels\n"
-        "mixed = mix_channels(np.ones((1, 1, 3), np.float32), np.eye(3, 4, dtype=np.float32))\n"
+        "color = np.ones((1, 1, 3), np.float32)\n"
+        "mixed = mix_channels(color, np.eye(3, 4, dtype=np.float32), np.empty_like(color))\n"
         "print(mixed.tolist(), 'numba' in sys.modules)\n"
     )
     for _ in range(2):

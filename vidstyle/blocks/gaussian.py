@@ -14,6 +14,8 @@ from vidstyle.core.kernels import compiled, interleaved
 
 TAPS_AT_ONCE = 3
 """Pairs of pixels at the same distance that are added in one go."""
+VECTOR = 16
+"""Numbers of a vector."""
 TILE = 512
 """Numbers of a row that are blurred together."""
 
@@ -36,7 +38,7 @@ def gaussian(
     if sigma == 0:
         return picture
     weights, channels = _weights(sigma), picture.size // (picture.shape[0] * picture.shape[1])
-    line = np.empty(TILE + 2 * channels * weights.size, np.float32)
+    line = np.empty(TILE + 2 * channels * weights.size + 2 * VECTOR, np.float32)
     _blur(interleaved(picture), weights, channels, margin, line, interleaved(out))
     return out
 
@@ -57,19 +59,21 @@ def _blur(picture, weights, channels, margin, line, out):  # type: ignore[no-unt
         line: scratch, a row of a tile with the columns that are read on either side of it.
     """
     (height, width), beside = picture.shape, channels * (weights.size - 1)
+    whole = -(-beside // VECTOR) * VECTOR
+    line = line[-(line.ctypes.data // 4) % VECTOR :]  # loads and stores across lines of the cache take longer
     for begin in range(0, width, TILE):
         end = min(begin + TILE, width)
-        first, last = max(begin - beside, 0), min(end + beside, width)
-        before, behind = beside - (begin - first), beside - (last - end)
+        first, last = max(begin - whole, 0), min(end + beside, width)
+        before, behind = whole - (begin - first), beside - (last - end)
         own = line[before : before + last - first]
         for row in range(margin[0], height - margin[1]):
             _add_rows(picture, row, first, weights, own)
             for x in range(before):
-                line[x] = own[x % channels]
-            after = line[before + own.size :]
+                line[before - 1 - x] = line[before - 1 - x + channels]
+            beyond = before + own.size
             for x in range(behind):
-                after[x] = own[own.size - channels + x % channels]
-            _add_places(line, beside, channels, weights, out[row - margin[0], begin:end])
+                line[beyond + x] = line[beyond + x - channels]
+            _add_places(line[whole - beside :], beside, channels, weights, out[row - margin[0], begin:end])
 
 
 @compiled(fastmath=True, noalias=True)

@@ -12,6 +12,7 @@ from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion, R
 from vidstyle.core.bands import in_bands
 from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.convert import PictureAssembler
+from vidstyle.core.kernels import aligned_empty
 from vidstyle.core.measured import percentiles, sampled, sampled_values
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
@@ -226,8 +227,8 @@ def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:
 
 def _empty_planes(node: Node) -> Value:
     if node.kind == "chroma":
-        return np.empty(node.shape, np.float32), np.empty(node.shape, np.float32)
-    return np.empty((*node.shape, 3) if node.kind == "color" else node.shape, np.float32)
+        return aligned_empty(node.shape), aligned_empty(node.shape)
+    return aligned_empty((*node.shape, 3) if node.kind == "color" else node.shape)
 
 
 def _copy_rows(value: Value, rows: Value) -> None:
