@@ -89,7 +89,7 @@ def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ign
     Returns how many dots have ink.
     """
     cosine, sine, first, second = screen[0], screen[1], screen[2], screen[3]
-    rows, columns, start = np.int64(screen[4]), np.int64(screen[5]), np.int64(screen[6])
+    rows, columns, start = int(screen[4]), int(screen[5]), int(screen[6])
     dot, gain, black = spread
     height, width = np.int32(shape[0]), np.int32(shape[1])
     squared = cosine * cosine + sine * sine
