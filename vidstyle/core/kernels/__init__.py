@@ -1,9 +1,9 @@
 """Loops over pixels as machine code: how kernels are declared, compiled, kept and loaded."""
 
+from vidstyle.core.kernels.aligned import aligned_empty
 from vidstyle.core.kernels.channels import clipped_sum, interleaved, mix_channels
 from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
 from vidstyle.core.kernels.indices import TIE_LIFT, index_at, look_up_at
-from vidstyle.core.kernels.memory import aligned_empty
 
 __all__ = [
     "TIE_LIFT",
