@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Asset, LumaWeights, PageRegion, Slider, Switch, block
+from vidstyle.block import Asset, LumaWeights, PageRegion, ResultRows, Slider, Switch, block
 from vidstyle.blocks.pattern import read_tile
-from vidstyle.blocks.pixelate import cell_means, cells_of, whole_side
-from vidstyle.core.kernels import TIE_LIFT, cached, compiled, interleaved
+from vidstyle.blocks.pixelate import average_cells, cells_across, rows_for, whole_side
+from vidstyle.core.kernels import TIE_LIFT, cached, compiled, interleaved, look_up_at
 
 DARKEST = np.float32(0.1)
 """A darker colour is not raised to full brightness."""
@@ -21,12 +21,18 @@ def shipped_alphabets() -> dict[str, Path]:
     return {file.stem: file for file in Path(__file__).with_name("alphabets").glob("*.png")}
 
 
-def read_alphabet(path: Path) -> tuple[np.ndarray]:
-    """Glyphs side by side in a PNG, white on black, each 3/5 as wide as it is high.
+class Alphabet(tuple[np.ndarray]):
+    """One table, float32 0..1, equal to itself alone.
 
-    Returns:
-        One table, float32 0..1: the glyphs side by side, those that cover least first; in a last row the
-        tone from which on each is taken, in the column of its number.
+    It has the glyphs side by side, those that cover least first; in a last row the tone from which on each is
+    taken, in the column of its number.
+    """
+
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+
+def read_alphabet(path: Path) -> Alphabet:
+    """Glyphs side by side in a PNG, white on black, each 3/5 as wide as it is high.
 
     Raises:
         ValueError: it is not a PNG, or too large, or does not hold 2 or more glyphs that differ in tone.
@@ -46,7 +52,7 @@ def read_alphabet(path: Path) -> tuple[np.ndarray]:
         raise ValueError("has glyphs of one tone only")
     tones = np.zeros((1, columns), np.float32)
     tones[0, 1:count] = ((cover[1:] + cover[:-1]) / 2 - cover[0]) / (cover[-1] - cover[0])
-    return (np.vstack([np.hstack(list(glyphs[order])), tones]),)
+    return Alphabet([np.vstack([np.hstack(list(glyphs[order])), tones])])
 
 
 def _sides(cell: float) -> tuple[int, int]:
@@ -60,6 +66,7 @@ def glyphs(
     picture: np.ndarray,
     place: PageRegion,
     weights: LumaWeights,
+    out: ResultRows,
     alphabet: Annotated[
         Any, Asset("name of an alphabet, or a .png of glyphs side by side", read_alphabet, shipped_alphabets)
     ] = "letters",
@@ -71,45 +78,92 @@ def glyphs(
     On black; white glyphs for a gray picture, else in the cell's mean colour at full brightness, unless it is
     nearly black. Glyphs are averaged over each pixel, so that they are smooth at any size.
     """
-    (table,), (height, width) = alphabet, _sides(cell)
-    rows, columns = cells_of(picture, place, height, width)
-    means = np.clip(cell_means(picture, rows, columns), 0, 1)
-    if invert:
-        means = np.float32(1) - means
-    luma = means if picture.ndim == 2 else means @ weights
-    count = 5 * table.shape[1] // (3 * (table.shape[0] - 1))
-    numbers = np.searchsorted(table[-1, 1:count], luma + TIE_LIFT, side="right")
-    lines = np.arange(place.top, place.top + len(rows)) % height
-    drawn = _fitted(table.tobytes(), table.shape, height, width)
-    channels = means.reshape(*luma.shape, -1)
-    colors = channels / np.maximum(channels.max(axis=2, keepdims=True), DARKEST)
-    out = np.empty(picture.shape, np.float32)
-    _draw(drawn, numbers, colors, (rows, int(columns[-1]) + 1), lines, invert, interleaved(out))
+    (table,), (height, width), rows = alphabet, _sides(cell), interleaved(picture)
+    channels = rows.shape[1] // picture.shape[1]
+    cells = cells_across(picture.shape[1], width, channels)
+    line, means = rows_for(cells[1].size, width, channels)
+    tones = table[-1, : 5 * table.shape[1] // (3 * (table.shape[0] - 1))]
+    glyphs_ = tones, _fitted(alphabet, height, width)
+    drawn = np.empty(rows.shape[1] // channels, np.int32), np.empty(rows.shape[1], np.float32)
+    page, step = (place.top, *place.margin), (height, width, channels)
+    _draw(rows, page, step, *cells, line, means, weights, invert, *glyphs_, *drawn, interleaved(out))
     return out
 
 
+@compiled(noalias=True)
+def _draw(  # type: ignore[no-untyped-def]
+    picture, page, step, owners, starts, counts, line, means, weights, invert, tones, glyphs_, places, colors,
+    out,
+):  # fmt: skip
+    """Each pixel's share of its cell's glyph, times the cell's colour.
+
+    Args:
+        page: the row of the page that is the first, and how many are a margin above and below.
+        places, colors: scratch, where each pixel of a row is in the first row of its glyph, and its colour.
+    """
+    (top, above, below), (height, width, channels) = page, step
+    first, last = 0, picture.shape[0] - below
+    while first < last:
+        end = min(first + height - (top + first) % height, picture.shape[0])
+        begin = max(first, above)
+        if begin < end:
+            average_cells(picture[first:end], (width, channels), starts, counts, line, means)
+            _choose(means, weights, invert, tones, (width, glyphs_.size // tones.size), places)
+            for x in range(colors.size):
+                colors[x] = means[look_up_at(owners[x])]
+        for row in range(begin, min(end, last)):
+            shape = glyphs_[(top + row) % height * width :]
+            _draw_row(shape, places, colors, invert, out[row - above])
+        first = end
+
+
+@compiled(noalias=True)
+def _draw_row(shape, places, colors, invert, out):  # type: ignore[no-untyped-def]
+    base, sign = (np.float32(1), np.float32(-1)) if invert else (np.float32(0), np.float32(1))
+    if out.size == places.size:
+        for x in range(out.size):
+            out[x] = base + sign * shape[look_up_at(places[x])] * colors[x]
+    else:
+        for x in range(places.size):
+            i, j, k, cover = 3 * x, 3 * x + 1, 3 * x + 2, sign * shape[look_up_at(places[x])]
+            out[i] = base + cover * colors[i]
+            out[j] = base + cover * colors[j]
+            out[k] = base + cover * colors[k]
+
+
 @compiled
-def _draw(glyphs_, numbers, colors, cells, lines, invert, out):  # type: ignore[no-untyped-def]
-    """Each pixel's share of its cell's glyph, times the cell's colour."""
-    (rows, columns), channels, side = cells, colors.shape[2], glyphs_.shape[2]
-    for y in range(out.shape[0]):
-        for column in range(columns):
-            glyph = glyphs_[numbers[rows[y], column], lines[y]]
-            part = out[y, channels * column * side :]
-            for channel in range(channels):
-                color = colors[rows[y], column, channel]
-                for x in range(min(side, part.size // channels)):
-                    value = color * glyph[x]
-                    part[channels * x + channel] = np.float32(1) - value if invert else value
+def _choose(means, weights, invert, tones, sizes, places):  # type: ignore[no-untyped-def]
+    """The glyphs of a row of cells; their means become colours at full brightness.
+
+    Args:
+        sizes: numbers of a row of a glyph, and of a glyph.
+    """
+    (width, area), zero, one = sizes, np.float32(0), np.float32(1)
+    count = -(-places.size // width)
+    channels = means.size // count
+    for cell in range(count):
+        color, luma, brightest = means[channels * cell : channels * (cell + 1)], zero, DARKEST
+        for channel in range(channels):
+            mean = min(max(color[channel], zero), one)
+            color[channel] = one - mean if invert else mean
+            luma += color[channel] if channels == 1 else weights[channel] * color[channel]
+            brightest = max(brightest, color[channel])
+        for channel in range(channels):
+            color[channel] /= brightest
+        glyph = 0
+        while glyph + 1 < tones.size and tones[glyph + 1] <= luma + TIE_LIFT:
+            glyph += 1
+        for x in range(width * cell, min(width * (cell + 1), places.size)):
+            places[x] = glyph * area + x - width * cell
 
 
 @cached(maxsize=4)
-def _fitted(table: bytes, shape: tuple[int, int], height: int, width: int) -> np.ndarray:
-    """The glyphs averaged over the pixels of a cell: glyphs x height x width float32."""
-    strip = np.frombuffer(table, np.float32).reshape(shape)[:-1]
+def _fitted(alphabet: Alphabet, height: int, width: int) -> np.ndarray:
+    """The glyphs averaged over the pixels of a cell: float32, each height x width, one after the other."""
+    strip = alphabet[0][:-1]
     slim = len(strip) * 3 // 5
     drawn = strip.reshape(len(strip), -1, slim).transpose(1, 0, 2).astype(np.float64)
-    return (_shares(height, len(strip)) @ drawn @ _shares(width, slim).T).astype(np.float32)
+    return (_shares(height, len(strip)) @ drawn @ _shares(width, slim).T).astype(np.float32).reshape(-1)
 
 
 def _shares(pixels: int, parts: int) -> np.ndarray:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import PageRegion, Slider, block
-from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.block import PageRegion, ResultRows, Slider, block
+from vidstyle.core.kernels import compiled, interleaved, look_up_at
 
 
 def whole_side(size: float | np.float32) -> int:
@@ -19,66 +20,81 @@ def whole_side(size: float | np.float32) -> int:
 def pixelate(
     picture: np.ndarray,
     place: PageRegion,
+    out: ResultRows,
     size: Annotated[float, Slider(1, 64, "side of a pixel, rounded to whole ones", "px", (3, 12))] = 6,
 ) -> np.ndarray:
     """Fill squares, which are fixed to the page, with their mean colour."""
-    side = whole_side(size)
-    rows, columns = cells_of(picture, place, side, side)
-    out = np.empty(picture.shape, np.float32)
-    _fill(interleaved(cell_means(picture, rows, columns)), rows, columns, interleaved(out))
+    side, rows = whole_side(size), interleaved(picture)
+    channels = rows.shape[1] // picture.shape[1]
+    cells = cells_across(picture.shape[1], side, channels)
+    scratch = rows_for(cells[1].size, side, channels)
+    _fill(rows, (place.top, *place.margin), (side, channels), *cells, *scratch, interleaved(out))
     return out
 
 
-def cells_of(
-    picture: np.ndarray, place: PageRegion, height: int, width: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The number of each row's and of each column's cell of the page, from that of the first row on."""
-    rows = np.arange(place.top, place.top + picture.shape[0]) // height
-    return rows - rows[0], np.arange(picture.shape[1]) // width
+@lru_cache(maxsize=64)
+def cells_across(width: int, side: int, channels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How the numbers of a row belong to cells of the page.
+
+    Returns:
+        int32, of each number of a row its number in a row of means; int32, of each mean the first number of a
+        row that it is of; float32, of each mean how many they are.
+    """
+    numbers = np.arange(width * channels)
+    owners = numbers // channels // side * channels + numbers % channels
+    means = np.arange(owners[-1] + 1)
+    starts = means // channels * side * channels + means % channels
+    return owners.astype(np.int32), starts.astype(np.int32), np.bincount(owners).astype(np.float32)
 
 
-def cell_means(picture: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """The mean over each cell, as far as the picture goes: one pixel for each."""
-    channels = picture.shape[2:]
-    means = np.empty((rows[-1] + 1, columns[-1] + 1, *channels), np.float32)
-    line = np.empty(picture.size // len(picture), np.float32)
-    _average(interleaved(picture), rows, columns, line, interleaved(means))
-    return means
+def rows_for(means: int, side: int, channels: int) -> tuple[np.ndarray, np.ndarray]:
+    """Scratch for `average_cells`: a row of whole cells, with zeros at its end, and a row of means."""
+    return np.zeros(means * side + channels, np.float32), np.empty(means, np.float32)
 
 
-@compiled
-def _average(picture, rows, columns, line, means):  # type: ignore[no-untyped-def]
-    """Sum up the rows of a cell, then its columns."""
-    channels = line.size // columns.size
-    first = 0
-    for cell in range(means.shape[0]):
-        count = 0
-        line[:] = 0
-        while first + count < rows.size and rows[first + count] == cell:
-            for x in range(line.size):
-                line[x] += picture[first + count, x]
-            count += 1
-        first += count
-        for channel in range(channels):
-            begin = 0
-            for column in range(means.shape[1] // channels):
-                total, end = np.float32(0), begin
-                while end < columns.size and columns[end] == column:
-                    total += line[channels * end + channel]
-                    end += 1
-                means[cell, channels * column + channel] = total / np.float32(count * (end - begin))
-                begin = end
+@compiled(noalias=True)
+def average_cells(rows, step, starts, counts, line, means):  # type: ignore[no-untyped-def]
+    """The means of cells of these rows.
+
+    Args:
+        step: numbers along a cell, and to the next one of a channel.
+        starts, counts: from `cells_across`.
+        line, means: from `rows_for`; the means are written.
+    """
+    side, channels = step
+    for x in range(rows.shape[1]):
+        line[x] = rows[0, x]
+    for row in range(1, rows.shape[0]):
+        for x in range(rows.shape[1]):
+            line[x] += rows[row, x]
+    for i in range(means.size):
+        means[i] = 0
+    for column in range(side):
+        part = line[column * channels :]
+        for i in range(means.size):
+            means[i] += part[look_up_at(starts[i])]
+    for i in range(means.size):
+        means[i] /= np.float32(rows.shape[0]) * counts[i]
 
 
-@compiled
-def _fill(means, rows, columns, out):  # type: ignore[no-untyped-def]
-    """Each cell with its mean; rows of the same cells are copies."""
-    channels = out.shape[1] // columns.size
-    for row in range(out.shape[0]):
-        if row > 0 and rows[row] == rows[row - 1]:
-            for x in range(out.shape[1]):
-                out[row, x] = out[row - 1, x]
-            continue
-        for x in range(columns.size):
-            for channel in range(channels):
-                out[row, channels * x + channel] = means[rows[row], channels * columns[x] + channel]
+@compiled(noalias=True)
+def _fill(picture, place, step, owners, starts, counts, line, means, out):  # type: ignore[no-untyped-def]
+    """Each cell with its mean; rows of the same cells are copies.
+
+    Args:
+        place: the row of the page that is the first, and how many are a margin above and below.
+    """
+    top, above, below = place
+    first, last = 0, picture.shape[0] - below
+    while first < last:
+        end = min(first + step[0] - (top + first) % step[0], picture.shape[0])
+        begin = max(first, above)
+        if begin < end:
+            average_cells(picture[first:end], step, starts, counts, line, means)
+            filled = out[begin - above]
+            for x in range(filled.size):
+                filled[x] = means[look_up_at(owners[x])]
+            for row in range(begin + 1, min(end, last)):
+                for x in range(filled.size):
+                    out[row - above, x] = filled[x]
+        first = end
