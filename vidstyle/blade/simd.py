@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.blade.structure_tensor import LANES
-from vidstyle.core.kernels.alignment import aligned
+from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.intrinsic import Intrinsic
 
 

@@ -80,8 +80,9 @@ def percentiles(values: np.ndarray, percentages: Sequence[float]) -> np.ndarray:
     places = np.array(percentages, np.float64) / 100 * (values.size - 1)
     below = places.astype(np.intp)
     above = np.minimum(below + 1, values.size - 1)
-    ordered = np.sort(values, axis=None).astype(np.float64)
-    return ordered[below] + (places - below) * (ordered[above] - ordered[below])
+    ordered = np.sort(values, axis=None)
+    low, high = (ordered[each].astype(np.float64) for each in (below, above))
+    return low + (places - below) * (high - low)
 
 
 def small_colors(picture: Picture, most: int) -> np.ndarray:

@@ -22,7 +22,7 @@ def luma_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
     if picture.color is not None:
         return luma_from_rgb(color_rows(picture, top, bottom), picture.encoding)
     assert picture.luma is not None
-    return _from_codes(picture.luma[top:bottom], picture.encoding)
+    return decoded(picture.luma[top:bottom], "luma", picture.encoding)
 
 
 def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
@@ -39,7 +39,7 @@ def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
 def stored_chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
     """Rows of the chroma planes themselves, on the grid that they have, as float32."""
     assert picture.chroma is not None
-    blue, red = (_from_levels(each[top:bottom], *picture.encoding.chroma_levels) for each in picture.chroma)
+    blue, red = (decoded(each[top:bottom], "chroma", picture.encoding) for each in picture.chroma)
     return blue, red
 
 
@@ -75,7 +75,7 @@ def color_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
         if picture.chroma is None:
             return gray_rgb(luma)
         return rgb_from_yuv(luma, chroma_rows(picture, top, bottom), picture.encoding)
-    return _from_codes(picture.color[top:bottom], picture.encoding)
+    return decoded(picture.color[top:bottom], "color", picture.encoding)
 
 
 def rgb_from_yuv(luma: np.ndarray, chroma: Chroma, encoding: Encoding) -> np.ndarray:
@@ -117,16 +117,29 @@ def gray_rgb(luma: np.ndarray) -> np.ndarray:
     return color
 
 
-def _from_codes(rows: np.ndarray, encoding: Encoding) -> np.ndarray:
-    """Samples of luma or RGB with black at 0 and white at 1, float32; themselves where they are so."""
+def stored_planes(picture: Picture, kind: str) -> tuple[np.ndarray, ...]:
+    """The planes that hold luma, chroma or RGB of a picture; none where it is made of others.
+
+    Args:
+        kind: "luma", "chroma" or "color".
+    """
+    if kind == "chroma":
+        return picture.chroma or ()
+    plane = picture.luma if kind == "luma" else picture.color
+    return () if plane is None else (plane,)
+
+
+def decoded(codes: np.ndarray, kind: str, encoding: Encoding) -> np.ndarray:
+    """Rows of a plane as working values, float32; themselves where they are so.
+
+    Args:
+        codes: as they are stored, or averages of such.
+        kind: of the plane: "luma", "chroma" or "color".
+    """
     if encoding.depth == 0:
-        return rows
+        return codes
     black, white = encoding.luma_levels
-    return _from_levels(rows, black, white - black)
-
-
-def _from_levels(codes: np.ndarray, zero: float, span: float) -> np.ndarray:
-    """Samples, of which `zero` becomes 0 and `span` more becomes 1, as new float32."""
+    zero, span = encoding.chroma_levels if kind == "chroma" else (black, white - black)
     out = np.empty(codes.shape, np.float32)
     _decode(interleaved(codes), np.float32(1 / span), np.float32(zero / span), interleaved(out))
     return out

@@ -50,7 +50,7 @@ class Resampling:
     def rows(
         self, plane: np.ndarray, first: int, top: int, bottom: int, out: np.ndarray | None = None
     ) -> np.ndarray:
-        """The new rows top..bottom, the same in any band.
+        """The new rows top..bottom, float32, the same in any band; nearest samples as they are.
 
         Args:
             plane: N x W or N x W x 3, the old rows from `first` on: those of `rows_read`, or more.

@@ -17,9 +17,11 @@ from vidstyle.core.measured import percentiles, sampled, sampled_values
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     color_rows,
+    decoded,
     luma_from_rgb,
     luma_rows,
     stored_chroma_rows,
+    stored_planes,
     upsampled_chroma,
     yuv_from_rgb,
 )
@@ -189,9 +191,14 @@ class FrameExecutor:
 
     def _resampled(self, node: Node, top: int, bottom: int, out: Value | None) -> Value:
         """The rows of a node at this size, of an image at another one."""
-        image = node.inputs["image"]
+        image, source = node.inputs["image"], self._source
         resampling = Resampling(image.shape, node.shape, node.values["method"])
         first, last = resampling.rows_read(top, bottom)
+        codes = stored_planes(source, image.kind) if image.op == "plane" else ()
+        if codes:  # decoded afterwards: most resampling of a source makes it smaller
+            planes = (resampling.rows(plane[first:last], first, top, bottom) for plane in codes)
+            values = tuple(decoded(plane, image.kind, source.encoding) for plane in planes)
+            return values if image.kind == "chroma" else values[0]
 
         def resampled(plane: np.ndarray, out: np.ndarray | None) -> np.ndarray:
             rows = resampling.rows(plane, first, top, bottom, out)

@@ -1,4 +1,4 @@
-"""Memory of arrays that kernels read along several rows at once."""
+"""Arrays that begin with a line of the cache; those of NumPy begin anywhere."""
 
 from __future__ import annotations
 
@@ -11,8 +11,15 @@ CACHE_LINE = 64
 
 
 def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:
-    """A new float32 array that begins with a line of the cache; those of NumPy begin anywhere."""
+    """A new float32 array."""
     size = 4 * math.prod(shape)
     memory = np.empty(size + CACHE_LINE, np.uint8)
     start = -memory.__array_interface__["data"][0] % CACHE_LINE
     return memory[start : start + size].view(np.float32).reshape(shape)
+
+
+def aligned(array: np.ndarray) -> np.ndarray:
+    """A copy of an array of 32-bit numbers."""
+    copy = aligned_empty(array.shape).view(array.dtype)
+    copy[:] = array
+    return copy

@@ -8,29 +8,26 @@ from typing import Any
 
 from vidstyle.core.kernels.intrinsic import Intrinsic
 
-LANES = 16
+LANES = 8
+"""Numbers of a vector that most processors can permute. Sixteen are hardly faster where they can be, too."""
 
 
 class AddNeighbors(Intrinsic):
     """`add_neighbors(line, start, step, offsets, weights, tap, windows, taps, out, place)` for kernels.
 
-    Adds a few weighted numbers of a line to each of sixteen ones. LLVM would gather them one by one, which
-    takes three times as long. Here those of sixteen neighbouring numbers are loaded together and
-    permuted; LLVM has no instruction for that, but knows one of the processor's where lane by lane is
-    extracted and inserted.
+    Adds a few weighted numbers of a line to each of `LANES` ones. LLVM would gather them one by one, which
+    takes twice as long. Here they are loaded as vectors of neighbours and permuted: LLVM has no instruction
+    for that, but uses one of the processor's where each lane is extracted and inserted.
 
     Args of the compiled call:
         line: float32, one row. For tap t it is read at the numbers `start + step * t + offset`.
         start, step, place: int64.
-        offsets: 16 int32, 0 to 16 * windows - 1; all numbers up to this highest one lie within the line.
-        weights: taps x 16 float32.
+        offsets: LANES int32, 0 to LANES * windows - 1; all numbers up to there lie within the line.
+        weights: taps x LANES float32.
         tap: int64, the first one that is added.
         windows, taps: tuples; their lengths are how many vectors the offsets reach over, one or two, and how
-            many taps are added.
-        out: float32, one row; sixteen numbers from number `place` on.
-
-    It has no loop over taps: the compiler would take the offsets apart before the loop, and find no
-    permutation in it.
+            many taps are added. No loop adds them: LLVM would extract the offsets before it.
+        out: float32, one row; written from number `place` on.
     """
 
     def typed(self, void: Any) -> Callable[..., Any]:
@@ -87,7 +84,7 @@ class _Emitter:
         return loaded
 
     def looked_up(self, line: Any, at: Any, offsets: Any, windows: int) -> Any:
-        """The 16 numbers of a line at these offsets from one of them."""
+        """The numbers of a line at these offsets from one of them."""
         values = self._permuted(self.load(line, at, self.floats), offsets)
         if windows == 1:
             return values
@@ -97,7 +94,7 @@ class _Emitter:
         return self._builder.select(is_behind, others, values)
 
     def _permuted(self, vector: Any, offsets: Any) -> Any:
-        """Its numbers at these offsets, of which the lowest four bits count."""
+        """Its numbers at these offsets, modulo their count."""
         inside = self._builder.and_(offsets, self.integers([LANES - 1] * LANES))
         result = self.floats(self._ir.Undefined)
         for lane in map(self._ir.IntType(32), range(LANES)):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.kernels.alignment import aligned
+from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.declare import Compiled, compiled
 from vidstyle.core.kernels.indices import look_up_at
 from vidstyle.core.kernels.neighbors import LANES, add_neighbors
@@ -62,7 +62,7 @@ def _near_tables(blocks: np.ndarray, weights: np.ndarray, windows: int) -> tuple
     offsets = (blocks - starts[:, None]).astype(np.int32)
     whole = np.pad(weights, ((0, blocks.size - len(weights)), (0, 0)))
     by_block = whole.reshape(*blocks.shape, -1).transpose(0, 2, 1)
-    at_once = 2 if weights.shape[1] % 4 else 4
+    at_once = next(count for count in (8, 6, 4, 2) if weights.shape[1] % count == 0)
     return starts, aligned(offsets), aligned(by_block), (0,) * windows, (0,) * at_once
 
 
