@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from vidstyle.core.planes import (
     rgb_from_yuv,
     yuv_from_rgb,
 )
+from vidstyle.core.printed import Printed
 
 WEIGHTS = {
     "bt601": (0.299, 0.587, 0.114),
@@ -184,6 +186,28 @@ def test_rgb_is_stored_as_its_luma_and_its_chroma(step: tuple[int, int], siting:
         store_yuv(color[first:last], top - first, encoding, in_bands[top:bottom], (blue, red))
     np.testing.assert_array_equal(in_bands, luma)
     np.testing.assert_array_equal(chroma_in_bands, chroma)
+
+
+@every_subsampling
+@pytest.mark.parametrize("paper", [None, (0.9, 0.8, 0.7)], ids=["inked", "on paper"])
+def test_printed_rgb_is_stored_as_what_it_becomes(step: Any, siting: Any, paper: Any) -> None:
+    """Paper and ink are laid on row by row."""
+    encoding, rng = Encoding(step=step, siting=siting), np.random.default_rng(8)
+    color, lines = (rng.uniform(-0.1, 1.1, shape).astype(np.float32) for shape in ((9, 11, 3), (9, 11)))
+    printed = Printed(color, paper).inked((0.1, 0.2, 0.3), lines)
+    under = color if paper is None else np.clip(color * np.array(paper), 0, 1)
+    wanted = lines[..., None] * under + (1 - lines[..., None]) * np.array((0.1, 0.2, 0.3))
+    np.testing.assert_allclose(printed.whole(), wanted, atol=1e-6)
+    stored = []
+    for rgb in (printed, printed.whole()):
+        luma, (blue, red) = (
+            np.zeros((9, 11), np.uint8),
+            np.zeros((2, *encoding.chroma_shape(9, 11)), np.uint8),
+        )
+        store_yuv(rgb, 0, encoding, luma, (blue, red))
+        stored.append((luma, blue, red))
+    for one, other in zip(*stored, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @every_subsampling

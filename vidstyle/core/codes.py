@@ -14,6 +14,7 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled, interleaved
 from vidstyle.core.picture import Encoding
+from vidstyle.core.printed import NO_LAYERS, Printed, lay_on
 
 Chroma = tuple[np.ndarray, np.ndarray]
 SampleArea = tuple[int, int, np.ndarray]
@@ -53,7 +54,9 @@ def store_chroma(
     _store_chroma(planes, mix, above, rows, columns, lines, encode, levels, *chroma)
 
 
-def store_yuv(color: np.ndarray, above: int, encoding: Encoding, luma: np.ndarray, chroma: Chroma) -> None:
+def store_yuv(
+    color: np.ndarray | Printed, above: int, encoding: Encoding, luma: np.ndarray, chroma: Chroma
+) -> None:
     """Write RGB as luma and chroma of an encoding.
 
     Args:
@@ -63,10 +66,13 @@ def store_yuv(color: np.ndarray, above: int, encoding: Encoding, luma: np.ndarra
         chroma: rows of blue and red difference, written: those of the band.
     """
     rows, columns, encode, luma_levels, levels = _sampling(encoding)
-    lines, outside = _lines(color.shape[1], columns), np.empty_like(luma[0])
+    lines, outside = _lines(luma.shape[1], columns), np.empty_like(luma[0])
+    cover, tones = color.layers if isinstance(color, Printed) else NO_LAYERS
+    color = interleaved(color.color if isinstance(color, Printed) else color)
+    printed = np.empty(color.shape[1], np.float32)
     _store_yuv(
-        interleaved(color), encoding.from_rgb, above, rows, columns, lines, outside, encode, luma_levels,
-        levels, luma, *chroma,
+        color, cover, tones, printed, encoding.from_rgb, above, rows, columns, lines,
+        outside, encode, luma_levels, levels, luma, *chroma,
     )  # fmt: skip
 
 
@@ -149,11 +155,28 @@ def _store_chroma(planes, mix, above, rows, columns, lines, encode, levels, blue
 
 @compiled(noalias=True)
 def _store_yuv(  # type: ignore[no-untyped-def]
-    color, matrix, above, rows, columns, lines, outside, encode, luma_levels, levels, luma, blue, red
+    color,
+    cover,
+    tones,
+    printed,
+    matrix,
+    above,
+    rows,
+    columns,
+    lines,
+    outside,
+    encode,
+    luma_levels,
+    levels,
+    luma,
+    blue,
+    red,
 ):
     """For each chroma row its own luma rows, and the others that its samples average over.
 
     Args:
+        cover, tones: `Printed.layers`, or no rows.
+        printed: scratch, a row of RGB.
         outside: scratch for luma of those others.
     """
     (down, first, weights), across = rows, columns[0]
@@ -167,7 +190,11 @@ def _store_yuv(  # type: ignore[no-untyped-def]
             part = weights[tap] if 0 <= tap < weights.size else np.float32(0)
             is_own = 0 <= each < down and place < height
             if is_own or part != 0:
-                source = color[min(max(above + place, 0), color.shape[0] - 1)]
+                number = min(max(above + place, 0), color.shape[0] - 1)
+                source = color[number]
+                if cover.size:
+                    lay_on(source, cover[min(number, cover.shape[0] - 1)], tones, printed)
+                    source = printed
                 own = luma[place] if is_own else outside
                 _add_yuv(source, matrix, part, encode, luma_levels, own, blue_line, red_line)
         _store_samples(lines[0], columns, encode, levels, blue[row])

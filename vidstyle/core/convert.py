@@ -15,6 +15,7 @@ from vidstyle.core.codes import UNMIXED, Chroma, chroma_radius, store, store_chr
 from vidstyle.core.kernels import interleaved
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, chroma_rows, color_rows, luma_rows
+from vidstyle.core.printed import Printed
 
 ONE_THREAD_PIXELS = 1 << 17
 """Smaller pictures are converted in the calling thread: handing bands out would take longer."""
@@ -77,7 +78,7 @@ class PictureAssembler:
         self._chroma = np.empty(shape, target.dtype), np.empty(shape, target.dtype)
         self._has_chroma = False
 
-    def put_color(self, top: int, bottom: int, above: int, color: np.ndarray) -> None:
+    def put_color(self, top: int, bottom: int, above: int, color: np.ndarray | Printed) -> None:
         """Store RGB, 0..1, as such or as luma and chroma, for the rows top..bottom.
 
         Args:
@@ -90,6 +91,7 @@ class PictureAssembler:
             self._has_chroma = True
             store_yuv(color, above, self.target, self._luma[top:bottom], self._chroma_rows(top, bottom))
             return
+        color = color.whole() if isinstance(color, Printed) else color
         color, out = color[above : above + bottom - top], self._color[top:bottom]
         if self.target.depth == 0:
             np.clip(color, 0, 1, out=out)

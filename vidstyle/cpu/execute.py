@@ -26,7 +26,7 @@ from vidstyle.core.planes import (
     yuv_from_rgb,
 )
 from vidstyle.core.resample import Resampling
-from vidstyle.cpu.pixel_operations import Value, at_every_pixel, per_pixel, planes_of
+from vidstyle.cpu.pixel_operations import TAKES_LAYERS, Value, at_every_pixel, per_pixel, planes_of
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of
 
@@ -120,6 +120,8 @@ class FrameExecutor:
                 values[node, margin] = self._load(node, first, last)
                 continue
             inputs = {name: values[key] for name, key in step.inputs}
+            if node.op not in TAKES_LAYERS:
+                inputs = {name: at_every_pixel(value) for name, value in inputs.items()}
             halves = [each for each in (node, step.twin) if each in sweep.stores and not margin]
             stored = {each: self._load(each, first, last) for each in halves}
             if step.twin is not None:

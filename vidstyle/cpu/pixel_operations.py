@@ -8,13 +8,17 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.codes import UNMIXED, Chroma
-from vidstyle.core.kernels import compiled, interleaved, mix_channels
+from vidstyle.core.kernels import compiled
 from vidstyle.core.planes import gray_rgb, luma_from_rgb, rgb_from_yuv, yuv_from_rgb
+from vidstyle.core.printed import Printed
 from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import Node, encoding_of
 
 Value = Any
-"""float32: luma, N x W; RGB, N x W x 3; or blue and red difference, two of N x W, or `Tints`."""
+"""float32: luma, N x W; RGB, N x W x 3 or `Printed`; or blue and red difference, two of N x W or `Tints`."""
+
+TAKES_LAYERS = ("inked_color", "inked_chroma")
+"""Operations that take `Printed` and `Tints` as they are."""
 
 
 def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> Value:
@@ -26,7 +30,7 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
         case "chroma_from_rgb":
             return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[1:]
         case "rgb_from_yuv":
-            return rgb_from_yuv(inputs["luma"], at_every_pixel(inputs["chroma"]), encoding_of(node.matrix))
+            return rgb_from_yuv(inputs["luma"], inputs["chroma"], encoding_of(node.matrix))
         case "rgb_from_gray":
             return gray_rgb(inputs["luma"])
         case "constant_luma":
@@ -34,8 +38,7 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
         case "constant_chroma":
             return Tints((), (), values["tint"])
         case "on_paper":
-            color = inputs["color"]
-            return mix_channels(color, _paper_matrix(values["paper"]), np.empty(color.shape, np.float32))
+            return Printed(inputs["color"], values["paper"])
         case "inked_luma":
             return _mixed(values["ink"], inputs["under"], inputs["lines"])
         case "inked_chroma" if isinstance(inputs["under"], Tints):
@@ -44,13 +47,9 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> V
             pairs = zip(values["ink"], inputs["under"], strict=True)
             return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
         case "inked_color":
-            return _mixed_color(values["ink"], inputs["under"], inputs["lines"])
+            under = inputs["under"] if isinstance(inputs["under"], Printed) else Printed(inputs["under"])
+            return under.inked(values["ink"], inputs["lines"])
     raise ValueError(f"{node.op} is not computed pixel by pixel")
-
-
-@lru_cache(maxsize=4)
-def _paper_matrix(paper: tuple[float, float, float]) -> np.ndarray:
-    return np.diag(np.array([*paper, 0], np.float32))[:3]
 
 
 @lru_cache(maxsize=4)
@@ -68,6 +67,8 @@ def planes_of(chroma: Chroma | Tints) -> tuple[tuple[np.ndarray, ...], np.ndarra
 
 def at_every_pixel(value: Value) -> Value:
     """The value as planes."""
+    if isinstance(value, Printed):
+        return value.whole()
     return value.chroma() if isinstance(value, Tints) else value
 
 
@@ -82,20 +83,3 @@ def _lay_ink(ink, under, lines, out):  # type: ignore[no-untyped-def]
     for row in range(out.shape[0]):
         for x in range(out.shape[1]):
             out[row, x] = (under[row, x] - ink) * lines[row, x] + ink
-
-
-def _mixed_color(ink: tuple[float, ...], under: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    out = np.empty(under.shape, np.float32)
-    _lay_ink_on_color(tuple(map(np.float32, ink)), interleaved(under), lines, interleaved(out))
-    return out
-
-
-@compiled
-def _lay_ink_on_color(ink, under, lines, out):  # type: ignore[no-untyped-def]
-    red, green, blue = ink
-    for row in range(out.shape[0]):
-        for x in range(lines.shape[1]):
-            share = lines[row, x]
-            out[row, 3 * x] = (under[row, 3 * x] - red) * share + red
-            out[row, 3 * x + 1] = (under[row, 3 * x + 1] - green) * share + green
-            out[row, 3 * x + 2] = (under[row, 3 * x + 2] - blue) * share + blue
