@@ -153,6 +153,17 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
             assert chosen.min() >= 0 and chosen.max() < bins.count
 
 
+@pytest.mark.parametrize("bins", [BINS, SHARED, CURVED], ids=["each", "shared", "curved"])
+def test_a_part_of_a_wide_picture_chooses_as_the_whole_does(bins: Bins) -> None:
+    """Kernels take wide pictures in strips, which begin elsewhere in a part."""
+    luma, step, around = noise(20, 1300), bins.step, 20
+    whole = select_filters(luma, bins, 1.5)
+    for left in (20, 300, 700):
+        part = select_filters(np.ascontiguousarray(luma[:, left - around : left + 580]), bins, 1.5)
+        inside = slice(left // step, (left + 560) // step)
+        np.testing.assert_array_equal(part[:, around // step : (around + 560) // step], whole[:, inside])
+
+
 @pytest.mark.parametrize("rho", [0.4, 1.5, 2.0, 3.1, 8.0])
 def test_squares_choose_by_the_tensor_in_their_middle(rho: float) -> None:
     luma, radius = face(), window_radius(rho)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -96,7 +97,7 @@ class Bins:
         arrays = (self.as_array, *(each.tensor_bins.as_array for each in self.features))
         return all(bool(np.isfinite(each).all()) for each in arrays)
 
-    @property
+    @cached_property
     def as_array(self) -> np.ndarray:
         """For kernels, eight float32: the counts, then start and bins per unit of both ranges."""
         low, high = self.strength_range

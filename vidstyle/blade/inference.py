@@ -13,8 +13,7 @@ import numpy as np
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.simd import filter_pixel_block, packed_filters
-from vidstyle.blade.structure_tensor import LANES, pad_edges
-from vidstyle.core.kernels import compiled
+from vidstyle.core.kernels import LINE, aligned_parts, compiled, rounded_up
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
@@ -167,14 +166,17 @@ def apply_filters(
         H x W float32, new; undefined in the rows of the margin.
     """
     (height, width), lead = luma.shape, top % step
-    columns = -(-width // LANES) * LANES
+    columns = rounded_up(width, LINE)
+    shape = size + step - 1, columns + rounded_up(size, LINE) + LINE
+    kept, again = aligned_parts(shape, (shape[0] * shape[1] + LINE,))
+    # Pixels that begin in the middle of a cache line read rows that do, too.
+    around = kept, again[LINE // 2 : -LINE // 2].reshape(shape)
     rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
-    around = pad_edges(luma, size // 2 + step - 1, columns - width + size + 2 * LANES)
-    around = around[step - 1 - lead :, step - 1 :]
-    out = np.empty((len(selected) * step, columns), np.float32)
     ends = np.float32(limits[0]), np.float32(limits[1])
+    out = np.empty((len(selected) * step, columns), np.float32)
     chosen = _widened(selected, columns // step)
-    _apply(around, chosen, packed, (0,) * size, (0,) * step, *rows, *ends, out)
+    tuples = (0,) * size, (0,) * step
+    _apply(np.ascontiguousarray(luma), chosen, packed, tuples, (*rows, lead), ends, around, out)
     return out[lead : lead + height, :width]
 
 
@@ -186,9 +188,36 @@ def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _apply(around, selected, filters, rows, shared, top, bottom, low, high, out):  # type: ignore[no-untyped-def]
+def _apply(luma, selected, filters, tuples, place, ends, around, out):  # type: ignore[no-untyped-def]
+    """Filter the squares row by row.
+
+    Args:
+        tuples: whose lengths are the rows of a filter and the side of a square.
+        place: the first row of squares, the one after the last, and rows of the first square above luma.
+        ends: of the range that the result is clipped to.
+        around: the rows of luma that are read, with their border; and once more.
+    """
+    (rows, shared), (top, bottom, lead), (low, high), (kept, again) = tuples, place, ends, around
+    radius, count, last = len(rows) // 2, kept.shape[0], luma.shape[0] - 1
+    begun = top * len(shared) - lead - radius
     for row in range(top, bottom):
-        for column in range(0, out.shape[1], 8):
-            filter_pixel_block(
-                filters, selected[row], around, row * len(shared), column, rows, shared, low, high, out
-            )
+        end = row * len(shared) - lead - radius + count
+        for each in range(begun, end):
+            _repeat_border(luma[min(max(each, 0), last)], radius, kept[each % count], again[each % count])
+        begun, oldest = end, end % count
+        chosen, filtered = selected[row], out[row * len(shared) :]
+        for column in range(0, out.shape[1], 16):
+            filter_pixel_block(filters, chosen, kept, oldest, column, rows, shared, low, high, filtered)
+            filter_pixel_block(filters, chosen, again, oldest, column + 8, rows, shared, low, high, filtered)
+
+
+@compiled(fastmath=True, noalias=True)
+def _repeat_border(row, radius, out, again):  # type: ignore[no-untyped-def]
+    """Twice a row with its first number so many times in front of it, and its last one behind it."""
+    inside, inside_again, end = out[radius:], again[radius:], radius + row.size
+    for x in range(radius):
+        out[x], again[x] = row[0], row[0]
+    for x in range(row.size):
+        inside[x], inside_again[x] = row[x], row[x]
+    for x in range(end, out.size):
+        out[x], again[x] = row[row.size - 1], row[row.size - 1]

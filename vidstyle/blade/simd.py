@@ -49,13 +49,13 @@ class PixelBlockIntrinsic(Intrinsic):
     Args of the compiled call:
         bank: from `packed_filters`.
         bins: int32, the filter of each square of pixels in the row.
-        luma: float32 rows, so padded that pixel (row, column) is the upper left one of the filter's window
-            at (row, column), and that `LANES` more columns can be read.
+        luma: float32, as many rows as are loaded, of which `row` is the upper one and the first follows the
+            last; so padded that the windows at `column` begin there, and `LANES` more columns can be read.
         rows: a tuple with as many integers as a filter has rows; only its length is used.
         shared: likewise, of the side of a square, and so of the rows that are written: what they load of
             filters and luma is loaded once.
         low, high: float32, the ends of the range that the result is clipped to.
-        out: float32, rows from `row` on.
+        out: float32, as many rows as a square has.
     """
 
     def typed(self, void: Any) -> Callable[..., Any]:
@@ -89,7 +89,7 @@ class _Emitter:
         self._bank, self._bins = self._bytes(bank), self._bytes(bins)
         self._column = self._times(column, 4)
         self._windows = list(self._rows(luma, row, self._size + self._shared - 1))
-        self._out = list(self._rows(out, row, self._shared))
+        self._out = list(self._rows(out, self._constant(0), self._shared))
 
     @property
     def _is_padded(self) -> bool:
@@ -134,12 +134,12 @@ class _Emitter:
         return self._sum(self._total_of_each(sums), self._times_corner(starts, down))
 
     def _rows(self, array: Any, first: Any, count: int) -> Iterator[Any]:
-        """The addresses of some rows."""
+        """The addresses of an array's rows, from the first one on, and of those in front of it."""
         stride = self._builder.extract_value(array.strides, 0)
-        there = self._at(self._bytes(array), self._times(first, stride))
-        for _ in range(count):
-            yield there
-            there = self._at(there, stride)
+        for number in range(count):
+            row = self._builder.add(first, self._constant(number))
+            row = self._builder.urem(row, self._constant(count))
+            yield self._at(self._bytes(array), self._times(row, stride))
 
     def _filter_start(self, number: int) -> Any:
         """The address of the filter of a square of pixels."""

@@ -12,16 +12,17 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-import cv2
 import numpy as np
 
 from vidstyle.blade.bins import CURVE, Bins
-from vidstyle.core.kernels import compiled, index_at
+from vidstyle.core.kernels import LINE, aligned_parts, compiled, index_at, rounded_up
 
 LANES = 8
 """Pixels that are filtered together in vector registers."""
 UNROLLED = 64
 """Numbers that a compiled loop takes at a time; what is left over takes as long one by one."""
+STRIP = 432
+"""The most columns of pixels for which a kernel keeps products: those of 8 rows fit a first-level cache."""
 PAIRS_AT_ONCE = 5
 """The most pairs of products, equally far from the middle of a window, that are added in one go."""
 EPSILON = 1e-12
@@ -72,99 +73,115 @@ def select_filters(
 
     Returns:
         int32, as many as there are squares of which luma has any pixel, part of an array whose width is that
-        of a multiple of `LANES`; undefined in the margin.
+        of a multiple of `LINE`; undefined in the margin.
     """
-    step, weights, (height, width) = bins.step, half_window(rho, bins.step), luma.shape
-    taps, radius, lead = 2 * len(weights) + 1 - step, len(weights), top % step
-    if step == 2:
-        weights = np.append(weights[:-1], weights[-1] / 2)  # as a pair, the middle counts twice
-    at_once = -(-radius // -(-radius // PAIRS_AT_ONCE))
-    columns = _rounded_up(width, LANES)
-    wide = _rounded_up(columns + taps - 1, UNROLLED)
-    taps_of_row = np.arange(taps)
-    products = np.empty((taps, 3, wide), np.float32)
-    tensor = np.empty((3, wide // step), np.float32)
-    scratch = (
-        products,
-        np.empty(taps, np.uint64),
-        np.empty(3 * wide + taps, np.float32),
-        np.empty(3 * wide + taps, np.float32),
-        (taps_of_row % step * (3 * wide // step) + taps_of_row // step).astype(np.uint64),
-        tensor,
-        np.empty((3, 2, columns + 2), np.float32),
+    (height, width), step = luma.shape, bins.step
+    lead, columns = top % step, rounded_up(width, LINE) // step
+    radius, edge = window_radius(rho), int(bins.curvatures > 1)
+    strip = rounded_up(-(-columns // -(-columns * step // STRIP)), LINE)
+    wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), UNROLLED)
+    window = _window(rho, step, wide)
+    taps = window[2].size
+    products, narrow, halves, tensor, directions = aligned_parts(
+        (taps, 3, wide), (3 * wide + taps,), (3 * wide + taps,), (3, wide // step), (3, 2, strip + 2)
     )
-    selected = np.empty((-(-(height + lead) // step), columns // step), np.int32)
+    selected = np.empty((-(-(height + lead) // step), columns), np.int32)
     _select(
         np.ascontiguousarray(luma),
-        np.pad(weights, (0, -radius % at_once)),
-        (0,) * at_once,
+        window,
         bins.as_array,
         ((margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)),
         (step - 1 - lead - radius, radius + 1 - step),
-        step,
-        scratch,
-        products.reshape(-1),
-        tensor.reshape(-1),
+        (step, strip),
+        (products, np.empty(taps, np.uint64), narrow, halves, tensor, directions),
+        (products.reshape(-1), tensor.reshape(-1)),
         selected,
     )
     return selected[:, : -(-width // step)]
 
 
-def _rounded_up(number: int, multiple: int) -> int:
-    return -(-number // multiple) * multiple
+@lru_cache(maxsize=64)
+def _window(rho: float, step: int, wide: int) -> tuple[np.ndarray, tuple[int, ...], np.ndarray]:
+    """What `_weigh` takes besides numbers: weights, pairs, and where the columns of each tap begin.
 
-
-def pad_edges(luma: np.ndarray, margin: int, right: int = 0) -> np.ndarray:
-    """Luma with its border repeated on all sides, by some more columns on the right."""
-    sides = margin, margin, margin, margin + right
-    return cv2.copyMakeBorder(np.ascontiguousarray(luma), *sides, cv2.BORDER_REPLICATE)
+    Pairs are a tuple whose length is the number of pairs of taps that are added in one go.
+    """
+    weights = half_window(rho, step)
+    radius = len(weights)
+    if step == 2:
+        weights = np.append(weights[:-1], weights[-1] / 2)  # as a pair, the middle counts twice
+    at_once = -(-radius // -(-radius // PAIRS_AT_ONCE))
+    taps = np.arange(2 * radius + 1 - step)
+    starts = (taps % step * (3 * wide // step) + taps // step).astype(np.uint64)
+    return np.pad(weights, (0, -radius % at_once)), (0,) * at_once, starts
 
 
 @compiled(fastmath=True)
-def _select(  # type: ignore[no-untyped-def]
-    luma, weights, pairs, bins, rows, first, step, scratch, flat_products, flat_sums, selected
+def _select(luma, window, bins, rows, first, sides, scratch, flat, selected):  # type: ignore[no-untyped-def]
+    """Strip by strip, so that what is kept of the last rows stays in the first-level cache.
+
+    Args:
+        window: from `_window`.
+        rows: the first row of squares, and the one after the last.
+        first: the row of products with which the first window begins, and the columns in front of luma.
+        sides: of a square, in pixels, and of a strip, in squares.
+        scratch: the products of the last rows, and where those of each tap begin; a row weighed vertically;
+            its even and then its odd columns; the tensor; the directions of three rows.
+        flat: the products and the tensor as one row each.
+    """
+    step, strip = sides
+    for left in range(0, (luma.shape[1] + step - 1) // step, strip):
+        columns = left, min(left + strip, selected.shape[1])
+        _select_strip(luma, window, bins, rows, columns, first, step, scratch, flat, selected)
+
+
+@compiled(fastmath=True)
+def _select_strip(  # type: ignore[no-untyped-def]
+    luma, window, bins, rows, columns, first, step, scratch, flat, selected
 ):
     """Row by row; the products of the last rows are kept, the window is applied vertically, then across.
 
     The three products of a row are contiguous, so that one loop covers them all.
-
-    Args:
-        pairs: a tuple whose length is the number of pairs of taps that are added in one go.
-        rows: the first row of squares, and the one after the last.
-        first: the row of products with which the first window begins, and the columns in front of luma.
-        scratch: the kept products, and where those of each tap begin; a row weighed vertically; its even and
-            then its odd columns; where those of each tap begin; the tensor; the directions of three rows.
     """
-    products, row_starts, narrow, halves, column_starts, tensor, directions = scratch
+    weights, pairs, column_starts = window
+    products, row_starts, narrow, halves, tensor, directions = scratch
     taps, total, bottom = products.shape[0], 3 * products.shape[2], luma.shape[0] - 1
-    is_curved = bins[3] > 1
-    # The curvature in a row depends on those above and below it.
-    start, stop = (max(rows[0] - 1, 0), min(rows[1] + 1, luma.shape[0])) if is_curved else rows
+    (left, right), (start, stop), width, is_curved = columns, rows, luma.shape[1], bins[3] > 1
+    if is_curved:  # which depends on the directions around a pixel
+        start, stop = max(start - 1, 0), min(stop + 1, luma.shape[0])
+    lead = 1 if is_curved and left > 0 else 0
+    # The columns of luma under the products; those outside of it have the products of its border.
+    before = (left - lead) * step - first[1]
+    outside, before = max(-before, 0), max(before, 0)
+    behind = min(before + products.shape[2] - outside + 1, width)
     begun = first[0] + start * step
     for row in range(start, stop):
         end = first[0] + row * step + taps
         for last in range(begun, end):
-            above, below = luma[min(max(last, 0), bottom)], luma[min(max(last + 1, 0), bottom)]
-            _multiply(above, above[1:], below, below[1:], first[1], products[last % taps])
+            above = luma[min(max(last, 0), bottom)][before:behind]
+            below = luma[min(max(last + 1, 0), bottom)][before:behind]
+            _multiply(above, above[1:], below, below[1:], outside, products[last % taps])
         begun = end
         for tap in range(taps):
             row_starts[tap] = (end + tap) % taps * total
         for pair in range(0, weights.size, len(pairs)):
-            _weigh(flat_products, row_starts, weights, pair, pairs, narrow[:total])
+            _weigh(flat[0], row_starts, weights, pair, pairs, narrow[:total])
         if step == 2:
             _part(narrow, halves[: total // 2], halves[total // 2 :])
         for pair in range(0, weights.size, len(pairs)):
-            _weigh(narrow if step == 1 else halves, column_starts, weights, pair, pairs, flat_sums)
+            _weigh(narrow if step == 1 else halves, column_starts, weights, pair, pairs, flat[1])
+        a, b, c = tensor[0], tensor[1], tensor[2]
         if bins[1] * bins[2] > 1:
-            _quantize(tensor, bins, selected[row])
+            _quantize(a[lead:], b[lead:], c[lead:], bins, selected[row][left:right])
         else:
-            _quantize_orientation(tensor, bins[0], selected[row])
+            _quantize_orientation(a[lead:], b[lead:], c[lead:], bins[0], selected[row][left:right])
         if is_curved:
-            _find_directions(tensor, luma.shape[1], directions[row % 3])
+            _find_directions(a, b, c, 1 - lead, min(right + 1, width) - left + lead, directions[row % 3])
             # The row before this one, and where there are no more rows, this one too.
             for middle in range(max(row - 1, rows[0]), min(row + (row + 1 == stop), rows[1])):
                 above, below = directions[max(middle - 1, start) % 3], directions[min(middle + 1, row) % 3]
-                _divide_by_curvature(above, directions[middle % 3], below, bins, selected[middle])
+                chosen = selected[middle][left:right]
+                _divide_by_curvature(above, directions[middle % 3], below, bins, chosen)
 
 
 @compiled(fastmath=True, noalias=True)
@@ -211,13 +228,13 @@ def _part(row, even, odd):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True, noalias=True)
-def _quantize(tensor, bins, selected):  # type: ignore[no-untyped-def]
+def _quantize(falls, mixed, rises, bins, selected):  # type: ignore[no-untyped-def]
     """The bins of a row. In the rotated axes of the differences, gx^2 - gy^2 is 2 b and 2 gx gy is a - c."""
     zero, half = np.float32(0), np.float32(0.5)
     orientations, strengths, coherences = bins[0], bins[1], bins[2]
     least, last = np.float32(EPSILON), np.int32(orientations * strengths * coherences) - 1
     for x in range(selected.shape[0]):
-        a, b, c = tensor[0, x], tensor[1, x], tensor[2, x]
+        a, b, c = falls[x], mixed[x], rises[x]
         right, up, total = b + b, a - c, a + c
         spread = np.sqrt(right * right + up * up)
         other = np.sqrt(max(a * c - b * b, zero))
@@ -245,31 +262,32 @@ def _orientation(right, up, orientations):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True, noalias=True)
-def _quantize_orientation(tensor, orientations, selected):  # type: ignore[no-untyped-def]
+def _quantize_orientation(falls, mixed, rises, orientations, selected):  # type: ignore[no-untyped-def]
     """The bins of a row if there is one of strength and one of coherence."""
     last = np.int32(orientations) - 1
     for x in range(selected.shape[0]):
-        a, b, c = tensor[0, x], tensor[1, x], tensor[2, x]
+        a, b, c = falls[x], mixed[x], rises[x]
         selected[x] = index_at(_orientation(b + b, a - c, orientations), last)
 
 
 @compiled(fastmath=True, noalias=True)
-def _find_directions(tensor, width, directions):  # type: ignore[no-untyped-def]
+def _find_directions(falls, mixed, rises, outside, inside, directions):  # type: ignore[no-untyped-def]
     """Cosine and sine of the doubled angle of a row's gradients, 1 and 0 where there is none.
 
     Args:
-        width: of the picture; the values at its ends are repeated on both sides.
-        directions: 2 x N float32, starting one column to the left of the picture.
+        outside: columns in front of the picture, 1 or 0; beyond the border the directions on it are repeated.
+        inside: columns of the tensor that lie in the picture.
+        directions: 2 x N float32.
     """
     least = np.float32(EPSILON)
-    cosines, sines = directions[0], directions[1]
-    for x in range(width):
-        a, b, c = tensor[0, x], tensor[1, x], tensor[2, x]
+    cosines, sines = directions[0][outside:], directions[1][outside:]
+    for x in range(inside):
+        a, b, c = falls[x], mixed[x], rises[x]
         right, up = b + b, a - c
         factor = np.float32(1) / (np.sqrt(right * right + up * up) + least)
-        cosines[1:][x], sines[1:][x] = (right + least) * factor, up * factor
-    for row in (cosines, sines):
-        row[0], row[width + 1 :] = row[1], row[width]
+        cosines[x], sines[x] = (right + least) * factor, up * factor
+    for row in (directions[0], directions[1]):
+        row[0], row[outside + inside :] = row[outside], row[outside + inside - 1]
 
 
 @compiled(fastmath=True, noalias=True)
@@ -285,10 +303,14 @@ def _divide_by_curvature(above, here, below, bins, selected):  # type: ignore[no
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     curvatures, per_orientation = bins[3], np.int32(bins[1] * bins[2])
     middle, last, curve = half * curvatures, curvatures - one, np.float32(4 * math.sqrt(2) * CURVE)
+    # Rows are cut before the loop: in it, the compiler would gather their numbers one by one.
+    cosines, c_left, c_right = here[0, 1:], here[0], here[0, 2:]
+    sines, s_left, s_right = here[1, 1:], here[1], here[1, 2:]
+    c_above, s_above, c_below, s_below = above[0, 1:], above[1, 1:], below[0, 1:], below[1, 1:]
     for x in range(selected.size):
-        c, s = here[0, 1:][x], here[1, 1:][x]
-        across = c * (here[1, 2:][x] - here[1, x]) - s * (here[0, 2:][x] - here[0, x])
-        down = c * (below[1, 1:][x] - above[1, 1:][x]) - s * (below[0, 1:][x] - above[0, 1:][x])
+        c, s = cosines[x], sines[x]
+        across = c * (s_right[x] - s_left[x]) - s * (c_right[x] - c_left[x])
+        down = c * (s_below[x] - s_above[x]) - s * (c_below[x] - c_above[x])
         base = one + abs(c)
         steep = s * down - base * across
         bent = base * down - s * across if c >= zero else (steep if s >= zero else -steep)

@@ -1,14 +1,16 @@
 """Loops over pixels as machine code: how kernels are declared, compiled, kept and loaded."""
 
-from vidstyle.core.kernels.aligned import aligned_empty
+from vidstyle.core.kernels.aligned import LINE, aligned_empty, aligned_parts, rounded_up
 from vidstyle.core.kernels.channels import clipped_sum, interleaved, mix_channels
 from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
 from vidstyle.core.kernels.indices import TIE_LIFT, index_at, look_up_at
 
 __all__ = [
+    "LINE",
     "TIE_LIFT",
     "Compiled",
     "aligned_empty",
+    "aligned_parts",
     "cached",
     "clipped_sum",
     "compiled",
@@ -17,4 +19,5 @@ __all__ = [
     "interleaved",
     "look_up_at",
     "mix_channels",
+    "rounded_up",
 ]

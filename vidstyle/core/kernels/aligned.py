@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 import math
+from itertools import accumulate, pairwise
 
 import numpy as np
 
 CACHE_LINE = 64
 """Bytes of a line of the cache, and of the longest vectors: one across the end of a line is loaded twice."""
+LINE = CACHE_LINE // 4
+"""Numbers of 32 bits in a line."""
+
+
+def rounded_up(number: int, multiple: int) -> int:
+    """The least multiple that is not below a number.
+
+    >>> rounded_up(17, 16)
+    32
+    """
+    return -(-number // multiple) * multiple
 
 
 def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:
@@ -23,3 +35,12 @@ def aligned(array: np.ndarray) -> np.ndarray:
     copy = aligned_empty(array.shape).view(array.dtype)
     copy[:] = array
     return copy
+
+
+def aligned_parts(*shapes: tuple[int, ...]) -> tuple[np.ndarray, ...]:
+    """Several new float32 arrays in one piece of memory, which takes less time than one for each."""
+    lines = (rounded_up(math.prod(shape), LINE) for shape in shapes)
+    starts = list(accumulate(lines, initial=0))
+    memory = aligned_empty((starts[-1],))
+    places = zip(shapes, pairwise(starts), strict=True)
+    return tuple(memory[slice(*place)][: math.prod(shape)].reshape(shape) for shape, place in places)
