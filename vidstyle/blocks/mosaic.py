@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Color, PageRegion, Slider, block
-from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
+from vidstyle.block import Color, PageRegion, ResultRows, Slider, block
+from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
 from vidstyle.core.white_noise import white_noise
 
 AROUND = 2
@@ -24,6 +24,7 @@ def _radius(size: float) -> int:
 def mosaic(
     picture: np.ndarray,
     place: PageRegion,
+    out: ResultRows,
     size: Annotated[float, Slider(3, 96, "size of a tile", "px", explore=(8, 32))] = 16,
     irregularity: Annotated[float, Slider(0, 1, "0 for squares")] = 0.8,
     gap: Annotated[float, Slider(0, 16, "width of the gap between tiles", "px", explore=(0, 3))] = 1.5,
@@ -37,10 +38,13 @@ def mosaic(
     Function".
     """
     tiles, owners, gaps = _tiles(size, irregularity, gap, place.height, place.width)
-    rows = slice(place.top, place.top + picture.shape[0])
-    out, colors = np.empty(picture.shape, np.float32), np.empty(tiles.size, np.float32)
-    _color_tiles(picture, place.top, tiles, np.float32(variation), colors)
-    _fill(owners[rows], gaps[rows], colors, np.float32(gap_color), interleaved(out))
+    top = place.top + place.margin[0]
+    bottom, colors = top + len(out), np.empty(tiles.shape, np.float32)
+    # A pixel's tile is that of its own square or of one beside it; one row more, for rounding.
+    near = slice(int(top / size) + AROUND - 2, int(bottom / size) + AROUND + 3)
+    _color_tiles(picture, place.top, tiles[near], np.float32(variation), colors[near])
+    flat = colors.reshape(-1)
+    _fill(owners[top:bottom], gaps[top:bottom], flat, np.float32(gap_color), interleaved(out))
     return out
 
 
@@ -49,8 +53,8 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
     """The tiles of a page, kept for the last few pages, since tiles do not move.
 
     Returns:
-        Of each tile column and row of its middle and its tone, n x 3; the number of each pixel's tile; how
-        much of the pixel is gap, in 255ths.
+        Of each tile column and row of its middle and its tone, rows x columns x 3; the number of each pixel's
+        tile; how much of the pixel is gap, in 255ths.
     """
     count = math.ceil(height / size) + 2 * AROUND, math.ceil(width / size) + 2 * AROUND
     rows, columns = (np.arange(-AROUND, each - AROUND) for each in count)
@@ -66,7 +70,7 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
     middles[..., 2] = numbers[..., 2]
     owners, gaps = np.empty((height, width), np.int32), np.empty((height, width), np.uint8)
     _divide(middles, np.float32(size), np.float32(gap / 2), owners, gaps)
-    return middles.reshape(-1, 3), owners, gaps
+    return middles, owners, gaps
 
 
 @compiled(fastmath=True)
@@ -98,13 +102,14 @@ def _divide(middles, size, half_gap, owners, gaps):  # type: ignore[no-untyped-d
 @compiled
 def _color_tiles(picture, top, tiles, variation, colors):  # type: ignore[no-untyped-def]
     """The colour of each tile, right for those that have pixels in these rows."""
-    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
-    for tile in range(tiles.shape[0]):
-        column = min(max(int(np.floor(tiles[tile, 0])), 0), picture.shape[1] - 1)
-        row = min(max(int(np.floor(tiles[tile, 1])) - top, 0), picture.shape[0] - 1)
-        for channel in range(3):
-            color = picture[row, column, channel] + variation * (tiles[tile, 2] - half)
-            colors[3 * tile + channel] = min(max(color, zero), one)
+    half = np.float32(0.5)
+    for i in range(tiles.shape[0]):
+        for j in range(tiles.shape[1]):
+            x, y, tone = tiles[i, j, 0], tiles[i, j, 1], tiles[i, j, 2]
+            column = min(max(int(np.floor(x)), 0), picture.shape[1] - 1)
+            row = min(max(int(np.floor(y)) - top, 0), picture.shape[0] - 1)
+            for channel in range(3):
+                colors[i, j, channel] = clipped_sum(picture[row, column, channel], variation * (tone - half))
 
 
 @compiled(noalias=True)

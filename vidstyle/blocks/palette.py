@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Asset, block, rgb_from_text
+from vidstyle.block import Asset, ResultRows, block, rgb_from_text
 from vidstyle.core.film_colors import FilmTable
-from vidstyle.core.kernels import TIE_LIFT, cached, compiled, index_at, interleaved
+from vidstyle.core.kernels import TIE_LIFT, cached, compiled, index_at, interleaved, look_up_at
 from vidstyle.core.oklab import TO_CONES, TO_LAB, lab_from_rgb
 from vidstyle.core.regular_file import read_regular_file
 
@@ -61,6 +61,7 @@ def _table(lines: list[str]) -> tuple[np.ndarray]:
 @block("pixel", on="color")
 def palette(
     picture: np.ndarray,
+    out: ResultRows,
     colors: Annotated[
         Any, Asset("name of a palette, or a text file of #rrggbb lines", read_palette, shipped_palettes)
     ] = "ember",
@@ -71,10 +72,9 @@ def palette(
     film itself, as it is before the style. Ottosson 2020, "A perceptual color space for image processing".
     """
     (table,) = colors
-    out = np.empty(picture.shape, np.float32)
     sure = _sure_answers(table.tobytes())
     to_lab = TO_CONES.astype(np.float32), TO_LAB.astype(np.float32)
-    numbers, values = np.empty((3, picture.shape[1]), np.int32), np.empty((4, picture.shape[1]), np.float32)
+    numbers, values = np.empty((4, picture.shape[1]), np.int32), np.empty((4, picture.shape[1]), np.float32)
     _choose(interleaved(picture), sure, table, to_lab, TIE_LIFT, numbers, values, interleaved(out))
     return out
 
@@ -119,7 +119,7 @@ def _compare_corners(corners, points, planes, sure):  # type: ignore[no-untyped-
                 sure[((red - 1) * side + green) * side + blue] = answer
 
 
-@compiled
+@compiled(fastmath=True)
 def _cube_root(x):  # type: ignore[no-untyped-def]
     """Of 0 or more: a third of its exponent, and Halley's method."""
     y = np.int32(np.float32(x).view(np.int32) // np.int32(3) + np.int32(709958130)).view(np.float32)
@@ -129,7 +129,7 @@ def _cube_root(x):  # type: ignore[no-untyped-def]
     return y
 
 
-@compiled
+@compiled(fastmath=True)
 def _linear(value):  # type: ignore[no-untyped-def]
     """Light of an sRGB value; the power 2.4 by the fifth root, with Newton's method."""
     x = max((value + np.float32(0.055)) * np.float32(1 / 1.055), np.float32(0.05))
@@ -139,7 +139,7 @@ def _linear(value):  # type: ignore[no-untyped-def]
     return value * np.float32(1 / 12.92) if value <= np.float32(0.04045) else x * x * y * y
 
 
-@compiled(noalias=True)
+@compiled(fastmath=True, noalias=True)
 def _to_lab(count, to_lab, values):  # type: ignore[no-untyped-def]
     """OKLab of the first colours, in place."""
     cones, lab = to_lab
@@ -172,33 +172,70 @@ def _find_nearest(count, table, nearest, values):  # type: ignore[no-untyped-def
 
 @compiled
 def _choose(colors, sure, table, to_lab, lift, numbers, values, out):  # type: ignore[no-untyped-def]
-    """The nearest colour of the palette: looked up, or where colours meet within a cube, computed.
+    """The nearest colour of the palette; a row like the one before, as `pixelate` leaves them, is copied.
 
     Args:
-        numbers, values: scratch for a row; what is computed, all of it together, in vectors.
+        numbers, values: scratch for a row.
     """
-    zero, one, side, width = np.float32(0), np.float32(1), np.float32(SIDE), numbers.shape[1]
-    chosen, unsure, nearest = numbers[0], numbers[1], numbers[2]
+    chosen, unsure, places, nearest = numbers[0], numbers[1], numbers[2], numbers[3]
     for row in range(out.shape[0]):
-        for x in range(width):
-            red = index_at(min(colors[row, 3 * x] + lift, one) * side, SIDE - 1)
-            green = index_at(min(colors[row, 3 * x + 1] + lift, one) * side, SIDE - 1)
-            blue = index_at(min(colors[row, 3 * x + 2] + lift, one) * side, SIDE - 1)
-            chosen[x] = (red * np.int32(SIDE) + green) * np.int32(SIDE) + blue
-        count = 0
-        for x in range(width):
-            chosen[x] = sure[chosen[x]]
-            unsure[count] = x
-            count += chosen[x] == UNSURE
-        for channel in range(3):
-            for i in range(count):
-                values[channel, i] = min(max(colors[row, 3 * unsure[i] + channel] + lift, zero), one)
-        _to_lab(count, to_lab, values)
-        _find_nearest(count, table, nearest, values)
+        differs = row == 0
+        for x in range(out.shape[1] if row else 0):
+            differs |= colors[row, x] != colors[row - 1, x]
+        if not differs:
+            for x in range(out.shape[1]):
+                out[row, x] = out[row - 1, x]
+            continue
+        _number_cubes(colors[row], lift, chosen)
+        count = _look_up(sure, chosen, unsure)
+        distinct = _collect(count, colors[row], unsure, lift, places, values)
+        _to_lab(distinct, to_lab, values)
+        _find_nearest(distinct, table, nearest, values)
         for i in range(count):
-            chosen[unsure[i]] = nearest[i]
-        for x in range(width):
-            number = chosen[x]
-            out[row, 3 * x] = table[3, number]
-            out[row, 3 * x + 1] = table[4, number]
-            out[row, 3 * x + 2] = table[5, number]
+            chosen[unsure[i]] = nearest[places[i]]
+        _paint(chosen, table, out[row])
+
+
+@compiled(noalias=True)
+def _number_cubes(colors, lift, numbers):  # type: ignore[no-untyped-def]
+    one, side = np.float32(1), np.float32(SIDE)
+    for x in range(numbers.size):
+        red = index_at(min(colors[3 * x] + lift, one) * side, SIDE - 1)
+        green = index_at(min(colors[3 * x + 1] + lift, one) * side, SIDE - 1)
+        blue = index_at(min(colors[3 * x + 2] + lift, one) * side, SIDE - 1)
+        numbers[x] = (red * np.int32(SIDE) + green) * np.int32(SIDE) + blue
+
+
+@compiled(noalias=True)
+def _look_up(sure, chosen, unsure):  # type: ignore[no-untyped-def]
+    """From numbers of cubes to those of colours. Returns how many are unsure, and lists their places."""
+    count = 0
+    for x in range(chosen.size):
+        chosen[x] = sure[chosen[x]]
+        unsure[count] = x
+        count += chosen[x] == UNSURE
+    return count
+
+
+@compiled(noalias=True)
+def _collect(count, colors, unsure, lift, places, values):  # type: ignore[no-untyped-def]
+    """The unsure colours, but for one like that before. Returns how many; where each is, is in `places`."""
+    zero, one, distinct = np.float32(0), np.float32(1), 0
+    for i in range(count):
+        x, last = 3 * unsure[i], max(distinct - 1, 0)
+        red = min(max(colors[x] + lift, zero), one)
+        green = min(max(colors[x + 1] + lift, zero), one)
+        blue = min(max(colors[x + 2] + lift, zero), one)
+        differs = red != values[0, last] or green != values[1, last] or blue != values[2, last]
+        distinct += i == 0 or differs
+        places[i] = distinct - 1
+        values[0, places[i]], values[1, places[i]], values[2, places[i]] = red, green, blue
+    return distinct
+
+
+@compiled(noalias=True)
+def _paint(numbers, table, out):  # type: ignore[no-untyped-def]
+    red, green, blue = table[3], table[4], table[5]
+    for x in range(numbers.size):
+        number = look_up_at(numbers[x])
+        out[3 * x], out[3 * x + 1], out[3 * x + 2] = red[number], green[number], blue[number]
