@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import cv2
 import numpy as np
 
-from vidstyle.block import SavedRef, Slider, block
-from vidstyle.core.kernels import cached, compiled, index_at, interleaved
+from vidstyle.block import Margin, ResultRows, SavedRef, Slider, block
+from vidstyle.core.kernels import aligned_empty, cached, compiled, index_at, interleaved
 from vidstyle.core.kernels.sector_means import HALF, SECTORS, sector_means
 
 ORIENTATIONS, ANISOTROPIES = 32, 8
@@ -33,6 +33,8 @@ def _radius(radius: float, stretch: float) -> int:
 @block("filter", on="color", radius=_radius)
 def kuwahara(
     picture: np.ndarray,
+    margin: Margin,
+    out: ResultRows,
     flow: Annotated[Any, SavedRef("smoothed result of `structure_tensor`")] = "source",
     radius: Annotated[float, Slider(1, 8, "size of the brush", "px", explore=(3, 7))] = 5,
     stretch: Annotated[float, Slider(0, 1, "how much longer strokes are along edges than across")] = 1,
@@ -46,14 +48,13 @@ def kuwahara(
     weights of sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes.
     """
     starts, places, weights = _kernels(radius, stretch)
-    margin, (height, width) = _radius(radius, stretch), picture.shape[:2]
-    with_squares = np.empty((height, width, 4), np.float32)
-    _add_squares(interleaved(picture), interleaved(with_squares))
-    around = cv2.copyMakeBorder(with_squares, *(margin,) * 4, cv2.BORDER_REPLICATE)
+    reach, (height, width) = _radius(radius, stretch), out.shape[:2]
+    around = aligned_empty((height + 2 * reach, width + 2 * reach, 4))
+    _surround(interleaved(picture), margin[0] - reach, reach, interleaved(around))
+    chosen = _chosen_kernels(flow[margin[0] : margin[0] + height])
     offsets = (places[..., 0] * around.shape[1] + places[..., 1]) * 4
-    out, kernels = np.empty((height, width, 3), np.float32), (starts, offsets, weights)
-    way, squarings = (around.shape[1], margin), (0,) * (1 + sharpness)
-    _filter(around.reshape(-1), way, _chosen_kernels(flow), kernels, squarings, out.reshape(-1))
+    kernels, squarings = (starts, offsets, weights), (0,) * (1 + sharpness)
+    _filter(around.reshape(-1), (around.shape[1], reach), chosen, kernels, squarings, interleaved(out))
     return out
 
 
@@ -149,23 +150,27 @@ def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tupl
 
 
 @compiled
-def _add_squares(picture, out):  # type: ignore[no-untyped-def]
-    """To red, green and blue of each pixel the sum of their squares."""
+def _surround(picture, top, reach, out):  # type: ignore[no-untyped-def]
+    """Red, green, blue and the sum of their squares from row `top` on, with those at the edge beyond it."""
+    first, last = 4 * reach, out.shape[1] - 4 * reach
     for row in range(out.shape[0]):
-        for x in range(out.shape[1] // 4):
-            red, green, blue = picture[row, 3 * x], picture[row, 3 * x + 1], picture[row, 3 * x + 2]
-            out[row, 4 * x], out[row, 4 * x + 1], out[row, 4 * x + 2] = red, green, blue
-            out[row, 4 * x + 3] = red * red + green * green + blue * blue
+        source = min(max(top + row, 0), picture.shape[0] - 1)
+        for x in range(picture.shape[1] // 3):
+            red, green, blue = picture[source, 3 * x], picture[source, 3 * x + 1], picture[source, 3 * x + 2]
+            at = first + 4 * x
+            out[row, at], out[row, at + 1], out[row, at + 2] = red, green, blue
+            out[row, at + 3] = red * red + green * green + blue * blue
+        for i in range(first):
+            out[row, i], out[row, last + i] = out[row, first + i % 4], out[row, last - 4 + i % 4]
 
 
 @compiled
 def _filter(around, way, chosen, kernels, squarings, out):  # type: ignore[no-untyped-def]
     """A mean over the sectors of the kernel that is chosen for each pixel; see `sector_means`."""
-    (columns, margin), (starts, offsets, weights), width = way, kernels, chosen.shape[1]
+    (columns, reach), (starts, offsets, weights), width = way, kernels, chosen.shape[1]
     for row in range(chosen.shape[0]):
+        line, first = out[row], 4 * ((row + reach) * columns + reach)
         for x in range(width):
-            kernel, pixel = chosen[row, x], 4 * ((row + margin) * columns + x + margin)
-            place = 3 * (row * width + x)
-            sector_means(
-                around, pixel, offsets, weights, starts[kernel], starts[kernel + 1], squarings, out, place
-            )
+            kernel = chosen[row, x]
+            begin, end, pixel = starts[kernel], starts[kernel + 1], first + 4 * x
+            sector_means(around, pixel, offsets, weights, begin, end, squarings, line, 3 * x)

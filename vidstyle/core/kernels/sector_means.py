@@ -75,27 +75,21 @@ class _Emitter:
             builder.store(self._constant(0.0, LANES), total)
         step = self._ir.Constant(self._index, 1)
         with numba.for_range_slice(builder, *numbers, step, inc=True) as (number, _):
+            first = builder.shl(number, step)
+            both = self._load(weights, builder.mul(first, self._ir.Constant(self._index, HALF)), 2 * HALF)
             for column in range(2):
-                place = builder.add(builder.shl(number, step), self._ir.Constant(self._index, column))
-                start = builder.mul(place, self._ir.Constant(self._index, HALF))
-                weight = self._spread(weights, start, [lane % HALF for lane in range(LANES)])
-                offset = builder.load(builder.gep(offsets, [place]))
+                weight = self._lanes(both, both, [column * HALF + lane // CHANNELS for lane in range(LANES)])
+                at = builder.add(first, self._ir.Constant(self._index, column))
+                offset = builder.load(builder.gep(offsets, [at]))
                 self._add_pixel(pixel[0], builder.add(pixel[1], offset), weight, totals[column])
                 self._add_pixel(pixel[0], builder.sub(pixel[1], offset), weight, totals[2 + column])
-        # In each group of four lanes, one channel: the sectors 0 to 3, 2 to 5, 4 to 7, and 6 to 1.
+        # In each group of four lanes, one sector: the sectors 0 to 3, 2 to 5, 4 to 7, and 6 to 1.
         from_0, from_2, from_4, from_6 = map(builder.load, totals)
-        crossing = [
-            lane
-            for group in range(0, LANES, HALF)
-            for lane in (group + 2, group + 3, LANES + group, LANES + group + 1)
-        ]
+        crossing = [*range(LANES // 2, LANES), *range(LANES, LANES + LANES // 2)]
         low = builder.fadd(from_0, self._lanes(from_6, from_2, crossing))
         high = builder.fadd(from_4, self._lanes(from_2, from_6, crossing))
         return [
-            self._lanes(
-                low, high, [side + HALF * channel + lane for side in (0, LANES) for lane in range(HALF)]
-            )
-            for channel in range(CHANNELS)
+            self._lanes(low, high, list(range(channel, 2 * LANES, CHANNELS))) for channel in range(CHANNELS)
         ]
 
     def mean(self, sums: list[Any], squarings: int) -> Any:
@@ -131,16 +125,17 @@ class _Emitter:
         mask = self._ir.Constant(self._ir.VectorType(self._ir.IntType(32), len(numbers)), numbers)
         return self._builder.shuffle_vector(one, other, mask)
 
-    def _spread(self, data: Any, start: Any, numbers: list[int]) -> Any:
-        """Four numbers of an array in the lanes of a vector."""
-        four = self._ir.VectorType(self._float, HALF).as_pointer()
-        values = self._builder.load(self._builder.bitcast(self._builder.gep(data, [start]), four))
+    def _load(self, data: Any, start: Any, count: int) -> Any:
+        """Numbers of an array, a vector."""
+        pointer = self._ir.VectorType(self._float, count).as_pointer()
+        values = self._builder.load(self._builder.bitcast(self._builder.gep(data, [start]), pointer))
         values.align = 4
-        return self._lanes(values, values, numbers)
+        return values
 
     def _add_pixel(self, pixels: Any, start: Any, weight: Any, total: Any) -> None:
         builder = self._builder
-        pixel = self._spread(pixels, start, [lane // HALF for lane in range(LANES)])
+        channels = self._load(pixels, start, CHANNELS)
+        pixel = self._lanes(channels, channels, [lane % CHANNELS for lane in range(LANES)])
         product = builder.fmul(weight, pixel, flags=["contract"])
         builder.store(builder.fadd(builder.load(total), product, flags=["contract"]), total)
 
