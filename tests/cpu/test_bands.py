@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import threading
 from itertools import product
+from typing import Any
 
 import cv2
 import numpy as np
@@ -27,6 +28,7 @@ from vidstyle.core.bands import keep_freed_memory
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import chroma_rows
 from vidstyle.core.resample import scaled_shape
+from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.renderer import CpuRenderer
 
 LONG = style(
@@ -139,8 +141,18 @@ def test_freed_memory_is_kept() -> None:
 
 
 @pytest.mark.parametrize("threads", (1, 2))
-def test_the_calling_thread_is_one_of_those_that_restyle(threads):
+def test_the_calling_thread_is_one_of_those_that_restyle(
+    threads: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    used: set[threading.Thread] = set()
+    run_band = FrameExecutor._run_band
+
+    def noted(*arguments: Any) -> Any:
+        used.add(threading.current_thread())
+        return run_band(*arguments)
+
+    monkeypatch.setattr(FrameExecutor, "_run_band", noted)
     with CpuRenderer(LONG, threads) as renderer:
         renderer.run(Picture.from_array(np.zeros((256, 64, 3), np.uint8)))
-        beside = [each for each in threading.enumerate() if each.name.startswith("vidstyle-cpu")]
-        assert len(beside) < threads
+    assert threading.current_thread() in used
+    assert threads > 1 or len(used) == 1
