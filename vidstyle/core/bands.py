@@ -10,8 +10,8 @@ from contextlib import suppress
 from functools import cache
 from typing import Any
 
-BAND_BYTES = 1 << 20
-"""Approximate size of a band's largest value; several fit a second-level cache."""
+BAND_BYTES = 1 << 21
+"""Approximate size of a band's largest value, which fits a second-level cache; smaller bands mean more calls."""
 
 CORES = os.cpu_count() or 1
 
