@@ -9,7 +9,7 @@ again, nearly all of them zeros; its first eight rows are one more vector, of pi
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import reduce
 from typing import Any
 
@@ -58,32 +58,23 @@ class PixelBlockIntrinsic(Intrinsic):
         out: float32, as many rows as a square has.
     """
 
-    def typed(self, void: Any) -> Callable[..., Any]:
-        def filter_pixel_block(
-            typing_context: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any,
-            shared: Any, low: Any, high: Any, out: Any,
-        ) -> Any:  # fmt: skip
-            return void(bank, bins, luma, row, column, rows, shared, low, high, out), _emit_code
-
-        return filter_pixel_block
-
-
-def _emit_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return _Emitter(context, builder, signature, arguments).emit()
+    def emit(  # type: ignore[override]
+        self, builder: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any, shared: Any,
+        low: Any, high: Any, out: Any,
+    ) -> None:  # fmt: skip
+        sides = rows.type.count, shared.type.count
+        _Emitter(builder, sides, (bank, bins, luma, out), (row, column)).emit(low, high)
 
 
 class _Emitter:
     """Emits the vector instructions; addresses are in bytes."""
 
-    def __init__(self, context: Any, builder: Any, signature: Any, arguments: Any) -> None:
+    def __init__(
+        self, builder: Any, sides: tuple[int, int], arrays: tuple[Any, ...], place: tuple[Any, Any]
+    ) -> None:
         self._ir: Any = importlib.import_module("llvmlite.ir")
-        proxies: Any = importlib.import_module("numba.core.cgutils")
-        self._context, self._builder = context, builder
-        bank, bins, luma, row, column, _, _, self._low, self._high, out = (
-            proxies.create_struct_proxy(kind)(context, builder, value) if hasattr(kind, "ndim") else value
-            for kind, value in zip(signature.args, arguments, strict=True)
-        )
-        self._size, self._shared = signature.args[5].count, signature.args[6].count
+        self._builder, (self._size, self._shared) = builder, sides
+        (bank, bins, luma, out), (row, column) = arrays, place
         self._lanes = body_width(self._size)
         self._filter_bytes = 4 * (self._size * self._lanes + (0 if self._is_padded else 2 * LANES))
         self._bank, self._bins = self._bytes(bank), self._bytes(bins)
@@ -96,17 +87,16 @@ class _Emitter:
         """Whether rows are padded; else the last column follows them."""
         return self._lanes >= self._size
 
-    def emit(self) -> Any:
-        """Emit the code for eight pixels of each row; it returns nothing."""
+    def emit(self, low: Any, high: Any) -> None:
+        """Emit the code for eight pixels of each row, clipped."""
         squares = [self._filter_start(number) for number in range(LANES // self._shared)]
         starts = [squares[number // self._shared] for number in range(LANES)]
         sums = [self._sums_of_square(number, start) for number, start in enumerate(squares)]
         for down, there in enumerate(self._out):
             filtered = self._row([each for square in sums for each in square[down]], starts, down)
-            clipped = self._chosen("<", self._chosen(">", filtered, self._low), self._high)
+            clipped = self._chosen("<", self._chosen(">", filtered, low), high)
             target = self._builder.bitcast(self._at(there, self._column), clipped.type.as_pointer())
             self._builder.store(clipped, target).align = 4
-        return self._context.get_dummy_value()
 
     def _sums_of_square(self, square: int, start: Any) -> list[list[Any]]:
         """The sums of products of each of its pixels, row by row, as vectors of partial sums."""

@@ -7,7 +7,6 @@ written are apart.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 from typing import Any
 
 from vidstyle.core.kernels.intrinsic import Intrinsic
@@ -39,42 +38,29 @@ class SegmentIntrinsic(Intrinsic):
     def __init__(self, rows: int) -> None:
         self._rows = rows
 
-    def typed(self, void: Any) -> Callable[..., Any]:
-        def take_segment(
-            typing_context: Any, samples: Any, first: Any, stride: Any, weights: Any, lines: Any, place: Any,
-            pitch: Any,
-        ) -> Any:  # fmt: skip
-            return void(samples, first, stride, weights, lines, place, pitch), self._emit
-
-        return take_segment
-
-    def _emit(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        numba: Any = importlib.import_module("numba.core.cgutils")
-        (samples, first, stride), weights, (lines, place, pitch) = arguments[:3], arguments[3], arguments[4:]
-        item = context.get_data_type(signature.args[0].dtype)
-        samples, lines = (
-            numba.create_struct_proxy(signature.args[number])(context, builder, value).data
-            for number, value in ((0, samples), (4, lines))
-        )
-        emitter = _Emitter(builder, item, signature.args[0].dtype.bitwidth // 8)
+    def emit(  # type: ignore[override]
+        self, builder: Any, samples: Any, first: Any, stride: Any, weights: Any, lines: Any, place: Any,
+        pitch: Any,
+    ) -> None:  # fmt: skip
+        emitter = _Emitter(builder, samples.data.type.pointee)
         factors = [emitter.everywhere(builder.extract_value(weights, number)) for number in range(4)]
-        above = emitter.pair(samples, first)
+        above = emitter.pair(samples.data, first)
         for _ in range(self._rows):
             first = builder.add(first, stride)
-            below = emitter.pair(samples, first)
-            emitter.store(emitter.weighted_sum([*above, *below], factors), lines, place)
+            below = emitter.pair(samples.data, first)
+            emitter.store(emitter.weighted_sum([*above, *below], factors), lines.data, place)
             above, place = below, builder.add(place, pitch)
-        return context.get_dummy_value()
 
 
 class _Emitter:
-    """Emits vectors of `SEGMENT` numbers of one type, of so many bytes."""
+    """Emits vectors of `SEGMENT` numbers of one type."""
 
-    def __init__(self, builder: Any, item: Any, size: int) -> None:
+    def __init__(self, builder: Any, item: Any) -> None:
         self._ir: Any = importlib.import_module("llvmlite.ir")
-        self._builder, self._size, self._row = builder, size, self._ir.VectorType(item, SEGMENT)
+        self._builder, self._row = builder, self._ir.VectorType(item, SEGMENT)
         self._wide = self._ir.VectorType(self._ir.IntType(32), SEGMENT)
         self._is_float = item == self._ir.FloatType()
+        self._size = 4 if self._is_float else item.width // 8
 
     def everywhere(self, number: Any) -> Any:
         """A vector of one number."""

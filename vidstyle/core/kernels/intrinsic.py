@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -13,11 +13,13 @@ class Intrinsic(ABC):
     """A function that compiled functions may call; it returns nothing."""
 
     @abstractmethod
-    def typed(self, void: Any) -> Callable[..., Any]:
-        """The function that Numba calls for its signature and code, see `numba.extending.intrinsic`.
+    def emit(self, builder: Any, *arguments: Any, **_: Any) -> None:
+        """Emit the instructions of one call.
 
         Args:
-            void: Numba's type of nothing: called with the types of the arguments it is the signature.
+            builder: an `llvmlite.ir.IRBuilder`.
+            arguments: of the call: values, or the fields of an array, as `data` and `strides`. A subclass
+                names them; so they are named for compiled functions.
         """
 
     @property
@@ -30,6 +32,24 @@ class Intrinsic(ABC):
 
     @cached_property
     def _intrinsic(self) -> Any:
-        types: Any = importlib.import_module("numba.core.types")
+        numba: Any = importlib.import_module("numba.core")
         extending: Any = importlib.import_module("numba.extending")
-        return extending.intrinsic(self.typed(types.void))
+
+        def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            self.emit(
+                builder,
+                *(
+                    numba.cgutils.create_struct_proxy(kind)(context, builder, value)
+                    if isinstance(kind, numba.types.Array)
+                    else value
+                    for kind, value in zip(signature.args, values, strict=True)
+                ),
+            )
+            return context.get_dummy_value()
+
+        def typed(context: Any, *kinds: Any) -> Any:
+            return numba.types.void(*kinds), emit
+
+        names = inspect.signature(self.emit).parameters  # Numba takes the builder's place for its context's
+        typed.__signature__ = inspect.Signature(list(names.values()))  # type: ignore[attr-defined]
+        return extending.intrinsic(typed)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 from typing import Any
 
 from vidstyle.core.kernels.intrinsic import Intrinsic
@@ -30,34 +29,21 @@ class AddNeighbors(Intrinsic):
         out: float32, one row; written from number `place` on.
     """
 
-    def typed(self, void: Any) -> Callable[..., Any]:
-        def add_neighbors(
-            typing_context: Any, line: Any, start: Any, step: Any, offsets: Any, weights: Any, tap: Any,
-            windows: Any, taps: Any, out: Any, place: Any,
-        ) -> Any:  # fmt: skip
-            return void(line, start, step, offsets, weights, tap, windows, taps, out, place), _emit
-
-        return add_neighbors
-
-
-def _emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    numba: Any = importlib.import_module("numba.core.cgutils")
-    line, start, step, offsets, weights, tap, _, _, out, place = (
-        numba.create_struct_proxy(kind)(context, builder, value).data if hasattr(kind, "ndim") else value
-        for kind, value in zip(signature.args, arguments, strict=True)
-    )
-    emitter = _Emitter(builder)
-    chosen = emitter.load(offsets, emitter.number(0), emitter.integers)
-    total = emitter.load(out, place, emitter.floats)
-    at = builder.add(start, builder.mul(tap, step))
-    weight = builder.mul(tap, emitter.number(LANES))
-    for _ in range(signature.args[7].count):
-        values = emitter.looked_up(line, at, chosen, signature.args[6].count)
-        product = builder.fmul(emitter.load(weights, weight, emitter.floats), values)
-        total = builder.fadd(total, product)
-        at, weight = builder.add(at, step), builder.add(weight, emitter.number(LANES))
-    builder.store(total, emitter.address(out, place, emitter.floats)).align = 4
-    return context.get_dummy_value()
+    def emit(  # type: ignore[override]
+        self, builder: Any, line: Any, start: Any, step: Any, offsets: Any, weights: Any, tap: Any,
+        windows: Any, taps: Any, out: Any, place: Any,
+    ) -> None:  # fmt: skip
+        emitter = _Emitter(builder)
+        chosen = emitter.load(offsets.data, emitter.number(0), emitter.integers)
+        total = emitter.load(out.data, place, emitter.floats)
+        at = builder.add(start, builder.mul(tap, step))
+        weight = builder.mul(tap, emitter.number(LANES))
+        for _ in range(taps.type.count):
+            values = emitter.looked_up(line.data, at, chosen, windows.type.count)
+            product = builder.fmul(emitter.load(weights.data, weight, emitter.floats), values)
+            total = builder.fadd(total, product)
+            at, weight = builder.add(at, step), builder.add(weight, emitter.number(LANES))
+        builder.store(total, emitter.address(out.data, place, emitter.floats)).align = 4
 
 
 class _Emitter:

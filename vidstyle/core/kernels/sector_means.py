@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 from typing import Any
 
 from vidstyle.core.kernels.intrinsic import Intrinsic
@@ -34,28 +33,15 @@ class SectorMeans(Intrinsic):
         out: float32, one row; three numbers are written from number `place` on.
     """
 
-    def typed(self, void: Any) -> Callable[..., Any]:
-        def sector_means(
-            typing_context: Any, pixels: Any, at: Any, offsets: Any, weights: Any, first: Any, last: Any,
-            squarings: Any, out: Any, place: Any,
-        ) -> Any:  # fmt: skip
-            return void(pixels, at, offsets, weights, first, last, squarings, out, place), _emit
-
-        return sector_means
-
-
-def _emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    numba: Any = importlib.import_module("numba.core.cgutils")
-    pixels, at, offsets, weights, first, last, _, out, place = (
-        numba.create_struct_proxy(kind)(context, builder, value).data if hasattr(kind, "ndim") else value
-        for kind, value in zip(signature.args, arguments, strict=True)
-    )
-    emitter = _Emitter(builder)
-    sums = emitter.sums(numba, (pixels, at), offsets, weights, (first, last))
-    means = emitter.mean(sums, len(signature.args[6]) - 1)
-    target = builder.bitcast(builder.gep(out, [place]), means.type.as_pointer())
-    builder.store(means, target).align = 4
-    return context.get_dummy_value()
+    def emit(  # type: ignore[override]
+        self, builder: Any, pixels: Any, at: Any, offsets: Any, weights: Any, first: Any, last: Any,
+        squarings: Any, out: Any, place: Any,
+    ) -> None:  # fmt: skip
+        emitter = _Emitter(builder)
+        sums = emitter.sums((pixels.data, at), offsets.data, weights.data, (first, last))
+        means = emitter.mean(sums, squarings.type.count - 1)
+        target = builder.bitcast(builder.gep(out.data, [place]), means.type.as_pointer())
+        builder.store(means, target).align = 4
 
 
 class _Emitter:
@@ -65,10 +51,9 @@ class _Emitter:
         self._ir: Any = importlib.import_module("llvmlite.ir")
         self._builder, self._float, self._index = builder, self._ir.FloatType(), self._ir.IntType(64)
 
-    def sums(
-        self, numba: Any, pixel: tuple[Any, Any], offsets: Any, weights: Any, numbers: tuple[Any, Any]
-    ) -> list[Any]:
+    def sums(self, pixel: tuple[Any, Any], offsets: Any, weights: Any, numbers: tuple[Any, Any]) -> list[Any]:
         """Red, green, blue and squares in eight sectors, each."""
+        numba: Any = importlib.import_module("numba.core.cgutils")
         builder, vector = self._builder, self._ir.VectorType(self._float, LANES)
         totals = [numba.alloca_once(builder, vector) for _ in range(4)]
         for total in totals:
