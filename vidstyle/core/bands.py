@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 BAND_BYTES = 1 << 21
-"""Approximate size of a band's largest value: fits a second-level cache; of smaller bands there are more calls."""
+"""Approximate size of a band's largest value: fits a second-level cache; smaller ones mean more calls."""
 
 CORES = os.cpu_count() or 1
 
