@@ -7,7 +7,17 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import REDRAW_RATE, Choice, FrameTime, LumaWeights, PageRegion, Slider, block, drawing_at
+from vidstyle.block import (
+    REDRAW_RATE,
+    Choice,
+    FrameTime,
+    LumaWeights,
+    PageRegion,
+    ResultRows,
+    Slider,
+    block,
+    drawing_at,
+)
 from vidstyle.blocks.noise import LATTICES, between_points, lattice_points
 from vidstyle.core.kernels import compiled, interleaved
 
@@ -24,6 +34,7 @@ def shift(
     weights: LumaWeights,
     place: PageRegion,
     moment: FrameTime,
+    out: ResultRows,
     plate: Annotated[str, Choice(PLATES, "what is moved; the rest stays")] = "chroma",
     x: Annotated[float, Slider(-64, 64, "to the right", "px", (-6, 6))] = 4,
     y: Annotated[float, Slider(-64, 64, "down", "px", (-4, 4))] = 0,
@@ -35,7 +46,6 @@ def shift(
     Fractions of a pixel are interpolated linearly; rows sway in waves three times as high as they are wide.
     The result is clipped to 0..1.
     """
-    out = np.empty(picture.shape, np.float32)
     from_y = float(np.float32(-y))
     from_x = np.full(len(picture), -x, np.float32)
     if jitter:
@@ -43,7 +53,7 @@ def shift(
     down = math.floor(from_y), np.float32(from_y - math.floor(from_y))
     moved = np.array([plate in ("all", "chroma", each) for each in PLATES[1:4]], np.uint8)
     line, own = np.empty(picture.shape[1] * 3, np.float32), weights * np.float32(plate == "chroma")
-    _move(interleaved(picture), down, from_x, moved, own, place.margin, line, interleaved(out))
+    _move(interleaved(picture), down, from_x, moved, own, place.margin[0], line, interleaved(out))
     return out
 
 
@@ -57,26 +67,28 @@ def _waves(top: int, count: int, jitter: float, drawing: int) -> np.ndarray:
 
 
 @compiled
-def _move(picture, down, from_x, moved, weights, margin, line, out):  # type: ignore[no-untyped-def]
+def _move(picture, down, from_x, moved, weights, above, line, out):  # type: ignore[no-untyped-def]
     """The picture between pixels for channels that are moved; the luma of its own where it has weights.
 
     Args:
+        above: rows of the picture above those of the result.
         line: scratch, a row.
     """
-    height, width, zero, one = out.shape[0], out.shape[1] // 3, np.float32(0), np.float32(1)
+    last, width, zero, one = picture.shape[0] - 1, out.shape[1] // 3, np.float32(0), np.float32(1)
     first, second, third = moved[0] != 0, moved[1] != 0, moved[2] != 0
     is_whole = first and second and third and weights[0] == zero
     low, high = (zero, one) if is_whole else (np.float32(-np.inf), np.float32(np.inf))
-    for row in range(margin[0], height - margin[1]):
-        upper, lower = min(max(row + down[0], 0), height - 1), min(max(row + down[0] + 1, 0), height - 1)
-        whole = int(np.floor(from_x[row]))
-        part = from_x[row] - np.float32(whole)
+    for row in range(out.shape[0]):
+        here = row + above
+        upper, lower = min(max(here + down[0], 0), last), min(max(here + down[0] + 1, 0), last)
+        whole = int(np.floor(from_x[here]))
+        part = from_x[here] - np.float32(whole)
         moved_row = out[row] if is_whole else line
         _between_pixels(picture[upper], picture[lower], whole, part, down[1], (low, high), moved_row)
         if is_whole:
             continue
         for x in range(width):
-            red, green, blue = picture[row, 3 * x], picture[row, 3 * x + 1], picture[row, 3 * x + 2]
+            red, green, blue = picture[here, 3 * x], picture[here, 3 * x + 1], picture[here, 3 * x + 2]
             r = line[3 * x] if first else red
             g = line[3 * x + 1] if second else green
             b = line[3 * x + 2] if third else blue

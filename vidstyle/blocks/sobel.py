@@ -6,13 +6,15 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Slider, Switch, block
+from vidstyle.block import Margin, ResultRows, Slider, Switch, block
 from vidstyle.core.kernels import compiled
 
 
 @block("filter", on="luma", radius=lambda: 1, chroma="dropped")
 def sobel(
     luma: np.ndarray,
+    margin: Margin,
+    out: ResultRows,
     gain: Annotated[
         float, Slider(0, 16, "response to a step from black to white", explore=(1, 4), power=1)
     ] = 2,
@@ -22,18 +24,19 @@ def sobel(
 
     3 x 3 Sobel, divided by 4 and cut off at white; the border is repeated. Paper, section 4.2 B.
     """
-    out = np.empty(luma.shape, np.float32)
-    _edges(luma, np.float32(gain / 4), invert, np.empty((2, luma.shape[1] + 2), np.float32), out)
+    scratch = np.empty((2, luma.shape[1] + 2), np.float32)
+    _edges(luma, np.float32(gain / 4), invert, margin[0], scratch, out)
     return out
 
 
 @compiled
-def _edges(luma, gain, invert, scratch, out):  # type: ignore[no-untyped-def]
+def _edges(luma, gain, invert, first, scratch, out):  # type: ignore[no-untyped-def]
     one, two, last = np.float32(1), np.float32(2), luma.shape[0] - 1
     smooth, steep = scratch[0], scratch[1]
-    for row in range(luma.shape[0]):
-        smooth_and_steep(luma[max(row - 1, 0)], luma[row], luma[min(row + 1, last)], smooth, steep)
-        for x in range(luma.shape[1]):
+    for row in range(out.shape[0]):
+        y = first + row
+        smooth_and_steep(luma[max(y - 1, 0)], luma[y], luma[min(y + 1, last)], smooth, steep)
+        for x in range(out.shape[1]):
             across = smooth[x + 2] - smooth[x]
             down = steep[x] + two * steep[x + 1] + steep[x + 2]
             edge = min(gain * np.sqrt(across * across + down * down), one)

@@ -92,9 +92,9 @@ def yuv_from_rgb(color: np.ndarray, encoding: Encoding) -> tuple[np.ndarray, np.
     return luma, blue, red
 
 
-def luma_from_rgb(color: np.ndarray, encoding: Encoding) -> np.ndarray:
-    """Luma of `yuv_from_rgb` alone."""
-    luma = np.empty(color.shape[:2], np.float32)
+def luma_from_rgb(color: np.ndarray, encoding: Encoding, out: np.ndarray | None = None) -> np.ndarray:
+    """Luma of `yuv_from_rgb` alone, in `out` if that is given."""
+    luma = np.empty(color.shape[:2], np.float32) if out is None else out
     _mix_luma(interleaved(color), encoding.from_rgb, luma)
     return luma
 

@@ -151,7 +151,7 @@ class FrameExecutor:
             assert chroma.grid is not None
             shape = bottom - top, node.shape[1]
             return upsampled_chroma(self._subsampled_chroma(chroma), chroma.grid, top, shape)
-        return per_pixel(node, (bottom - top, node.shape[1]), inputs)
+        return per_pixel(node, (bottom - top, node.shape[1]), inputs, out)
 
     def _run_block(
         self, node: Node, inputs: dict[str, Value], top: int, bottom: int, out: np.ndarray | None

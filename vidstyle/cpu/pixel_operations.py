@@ -21,12 +21,12 @@ TAKES_LAYERS = ("inked_color", "inked_chroma")
 """Operations that take `Printed` and `Tints` as they are."""
 
 
-def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value]) -> Value:
-    """The operations that compute each pixel from the same pixel of their inputs."""
+def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value], out: Value | None) -> Value:
+    """The operations that compute each pixel from the same pixel of their inputs, in `out` if they can."""
     values = node.values
     match node.op:
         case "luma_from_rgb":
-            return luma_from_rgb(inputs["color"], encoding_of(node.matrix))
+            return luma_from_rgb(inputs["color"], encoding_of(node.matrix), out)
         case "chroma_from_rgb":
             return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[1:]
         case "rgb_from_yuv":
