@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import Choice, Limits, ResultRows, SavedRef, Slider, block
-from vidstyle.core.kernels import Compiled, compiled, interleaved
+from vidstyle.core.kernels import Compiled, compiled, gray_or_interleaved, interleaved, repeat_row
 
 ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 LEAST = np.float32(1 / 255)
@@ -119,28 +119,38 @@ def blend(
     """Blend a saved picture over the current one; over a gray one, its luma."""
     weights = NO_MASK if mask is None else np.ascontiguousarray(mask)
     ends = np.float32(limits[0]), np.float32(limits[1])
-    pictures = interleaved(picture), interleaved(other)
-    _blend(*pictures, weights, MODES[mode], np.float32(opacity), ends, interleaved(out))
+    pictures = interleaved(picture), gray_or_interleaved(other)
+    line = np.empty(pictures[0].shape[1], np.float32)
+    _blend(*pictures, weights, MODES[mode], np.float32(opacity), ends, line, interleaved(out))
     return out
 
 
 @compiled
-def _blend(below, above, mask, mode, opacity, ends, out):  # type: ignore[no-untyped-def]
-    """Row by row; the mask has a number for each pixel, or none."""
+def _blend(below, above, mask, mode, opacity, ends, line, out):  # type: ignore[no-untyped-def]
+    """Row by row; the mask has a number for each pixel, or none.
+
+    Args:
+        above: the upper picture; its luma, if it alone is gray.
+        line: scratch, a row.
+    """
     for row in range(out.shape[0]):
+        upper = above[row]
+        if upper.size < line.size:
+            repeat_row(upper, line)
+            upper = line
         if mask.size == 0:
             for x in range(out.shape[1]):
-                out[row, x] = _mix(below[row, x], above[row, x], mode, opacity, ends)
+                out[row, x] = _mix(below[row, x], upper[x], mode, opacity, ends)
         elif mask.shape[1] == out.shape[1]:
             for x in range(out.shape[1]):
-                out[row, x] = _mix(below[row, x], above[row, x], mode, opacity * mask[row, x], ends)
+                out[row, x] = _mix(below[row, x], upper[x], mode, opacity * mask[row, x], ends)
         else:
             for x in range(mask.shape[1]):
                 opacity_here = opacity * mask[row, x]
                 i, j, k = 3 * x, 3 * x + 1, 3 * x + 2
-                out[row, i] = _mix(below[row, i], above[row, i], mode, opacity_here, ends)
-                out[row, j] = _mix(below[row, j], above[row, j], mode, opacity_here, ends)
-                out[row, k] = _mix(below[row, k], above[row, k], mode, opacity_here, ends)
+                out[row, i] = _mix(below[row, i], upper[i], mode, opacity_here, ends)
+                out[row, j] = _mix(below[row, j], upper[j], mode, opacity_here, ends)
+                out[row, k] = _mix(below[row, k], upper[k], mode, opacity_here, ends)
 
 
 @compiled

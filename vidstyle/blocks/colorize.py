@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import LumaWeights, ResultRows, Slider, block
-from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.core.kernels import compiled, gray_or_interleaved, interleaved
 
 
 @block("pixel", on="color")
@@ -24,7 +24,7 @@ def colorize(
 
     HSL with luma as its lightness. Paper, section 4.2 A.
     """
-    _color(interleaved(picture), weights, _difference(hue, saturation), interleaved(out))
+    _color(gray_or_interleaved(picture), weights, _difference(hue, saturation), interleaved(out))
     return out
 
 
@@ -38,12 +38,15 @@ def _difference(hue: float, saturation: float) -> np.ndarray:
 @compiled
 def _color(picture, weights, difference, out):  # type: ignore[no-untyped-def]
     zero, one, two = np.float32(0), np.float32(1), np.float32(2)
-    of_red, of_green, of_blue = weights[0], weights[1], weights[2]
     red, green, blue = difference[0], difference[1], difference[2]
     for row in range(out.shape[0]):
         for x in range(out.shape[1] // 3):
-            luma = of_red * picture[row, 3 * x] + of_green * picture[row, 3 * x + 1]
-            luma = min(max(luma + of_blue * picture[row, 3 * x + 2], zero), one)
+            if picture.shape[1] < out.shape[1]:
+                luma = picture[row, x]
+            else:
+                luma = weights[0] * picture[row, 3 * x] + weights[1] * picture[row, 3 * x + 1]
+                luma += weights[2] * picture[row, 3 * x + 2]
+            luma = min(max(luma, zero), one)
             span = one - abs(two * luma - one)
             out[row, 3 * x] = luma + span * red
             out[row, 3 * x + 1] = luma + span * green

@@ -42,7 +42,7 @@ def mosaic(
     bottom, colors = top + len(out), np.empty(tiles.shape, np.float32)
     # A pixel's tile is that of its own square or of one beside it; one row more, for rounding.
     near = slice(int(top / size) + AROUND - 2, int(bottom / size) + AROUND + 3)
-    _color_tiles(picture, place.top, tiles[near], np.float32(variation), colors[near])
+    _color_tiles(interleaved(picture), place.top, tiles[near], np.float32(variation), colors[near])
     flat = colors.reshape(-1)
     _fill(owners[top:bottom], gaps[top:bottom], flat, np.float32(gap_color), interleaved(out))
     return out
@@ -106,10 +106,12 @@ def _color_tiles(picture, top, tiles, variation, colors):  # type: ignore[no-unt
     for i in range(tiles.shape[0]):
         for j in range(tiles.shape[1]):
             x, y, tone = tiles[i, j, 0], tiles[i, j, 1], tiles[i, j, 2]
-            column = min(max(int(np.floor(x)), 0), picture.shape[1] - 1)
+            column = min(max(int(np.floor(x)), 0), picture.shape[1] // 3 - 1)
             row = min(max(int(np.floor(y)) - top, 0), picture.shape[0] - 1)
             for channel in range(3):
-                colors[i, j, channel] = clipped_sum(picture[row, column, channel], variation * (tone - half))
+                colors[i, j, channel] = clipped_sum(
+                    picture[row, 3 * column + channel], variation * (tone - half)
+                )
 
 
 @compiled(noalias=True)

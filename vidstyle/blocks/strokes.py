@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, ResultRows, SavedRef, Slider, block, drawing_at
-from vidstyle.core.kernels import cached, compiled, look_up_at
+from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
 from vidstyle.core.kernels.stroke_painting import MARKS, TILE, paint_strokes
 from vidstyle.core.stroke_directions import stroke_directions
 from vidstyle.core.white_noise import APART, white_noise
@@ -57,11 +57,11 @@ def strokes(
     grid, drawing = (float(pitch), _radius(length, width)), drawing_at(moment, rate) * APART
     strokes_, lists, counts = _strokes_in(place, picture.shape[:2], grid, float(size[0] + size[1]), drawing)
     looks, shape = (np.float32(variation), np.float32(colors), np.float32(bristles)), picture.shape[:2]
-    painted, samples = np.empty((4, strokes_.shape[1]), np.float32), picture.reshape(-1)
+    painted, samples = np.empty((4, strokes_.shape[1]), np.float32), interleaved(picture).reshape(-1)
     _choose_paint(strokes_, samples, samples[1:], samples[2:], (place.top, *shape), looks, painted)
     rows = slice(place.margin[0], len(picture) - place.margin[1])
     directions = stroke_directions(flow[rows], angle) if bristles or length > width else None
-    pictures, page_row = (under[rows], directions), place.top + rows.start
+    pictures, page_row = (np.ascontiguousarray(under[rows]), directions), place.top + rows.start
     paint_strokes((strokes_, painted), (lists, counts), size, looks[2], pictures, page_row, out)
     return out
 

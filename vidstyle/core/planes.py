@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.core.codes import Chroma, store
-from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.core.kernels import compiled, gray_rgb, interleaved
 from vidstyle.core.kernels.weighing import Columns, Taps, weigh_rows, weigh_rows_and_columns
 from vidstyle.core.picture import Encoding, Picture
 
@@ -110,13 +110,6 @@ def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
     return out
 
 
-def gray_rgb(luma: np.ndarray) -> np.ndarray:
-    """RGB with three equal channels, N x W x 3 float32."""
-    color = np.empty((*luma.shape, 3), np.float32)
-    _repeat(luma, interleaved(color))
-    return color
-
-
 def stored_planes(picture: Picture, kind: str) -> tuple[np.ndarray, ...]:
     """The planes that hold luma, chroma or RGB of a picture; none where it is made of others.
 
@@ -155,14 +148,6 @@ def _between(count: int, step: int, siting: float, first: int) -> Taps:
     below = np.floor(position).astype(np.int64)
     part = position - below
     return below, np.stack([1 - part, part], axis=1).astype(np.float32)
-
-
-@compiled
-def _repeat(luma, color):  # type: ignore[no-untyped-def]
-    for row in range(luma.shape[0]):
-        for x in range(luma.shape[1]):
-            level = luma[row, x]
-            color[row, 3 * x], color[row, 3 * x + 1], color[row, 3 * x + 2] = level, level, level
 
 
 @compiled

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.codes import UNMIXED, Chroma
-from vidstyle.core.kernels import compiled
-from vidstyle.core.planes import gray_rgb, luma_from_rgb, rgb_from_yuv, yuv_from_rgb
+from vidstyle.core.kernels import compiled, gray_rgb
+from vidstyle.core.planes import luma_from_rgb, rgb_from_yuv, yuv_from_rgb
 from vidstyle.core.printed import Printed
 from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import Node, encoding_of

@@ -1,7 +1,14 @@
 """Loops over pixels as machine code: how kernels are declared, compiled, kept and loaded."""
 
 from vidstyle.core.kernels.aligned import LINE, aligned_empty, aligned_parts, rounded_up
-from vidstyle.core.kernels.channels import clipped_sum, interleaved, mix_channels
+from vidstyle.core.kernels.channels import (
+    clipped_sum,
+    gray_or_interleaved,
+    gray_rgb,
+    interleaved,
+    mix_channels,
+    repeat_row,
+)
 from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
 from vidstyle.core.kernels.indices import TIE_LIFT, index_at, look_up_at
 
@@ -15,9 +22,12 @@ __all__ = [
     "clipped_sum",
     "compiled",
     "dry_run",
+    "gray_or_interleaved",
+    "gray_rgb",
     "index_at",
     "interleaved",
     "look_up_at",
     "mix_channels",
+    "repeat_row",
     "rounded_up",
 ]
