@@ -20,6 +20,9 @@ from vidstyle.core.resample import resample, scaled_shape
 RESAMPLING = "smooth"
 """How a picture is reduced for a bank and its result is enlarged; the bank has learned what that needs."""
 
+TOGETHER = 3
+"""Rows of pixels that are filtered together, where each has a filter of its own."""
+
 
 @dataclass(frozen=True)
 class BankRun:
@@ -167,16 +170,17 @@ def apply_filters(
     """
     (height, width), lead = luma.shape, top % step
     columns = rounded_up(width, LINE)
-    shape = size + step - 1, columns + rounded_up(size, LINE) + LINE
+    rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
+    together = 1 if step > 1 else min(TOGETHER, rows[1] - rows[0])
+    shape = size + together * step - 1, columns + rounded_up(size, LINE) + LINE
     kept, again = aligned_parts(shape, (shape[0] * shape[1] + LINE,))
     # Pixels that begin in the middle of a cache line read rows that do, too.
     around = kept, again[LINE // 2 : -LINE // 2].reshape(shape)
-    rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
     ends = np.float32(limits[0]), np.float32(limits[1])
     out = np.empty((len(selected) * step, columns), np.float32)
     chosen = _widened(selected, columns // step)
-    tuples = (0,) * size, (0,) * step
-    _apply(np.ascontiguousarray(luma), chosen, packed, tuples, (*rows, lead), ends, around, out)
+    sides = (0,) * size, (0,) * step, (0,) * together
+    _apply(np.ascontiguousarray(luma), chosen, packed, sides, (*rows, lead), ends, around, out)
     return out[lead : lead + height, :width]
 
 
@@ -188,27 +192,29 @@ def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def _apply(luma, selected, filters, tuples, place, ends, around, out):  # type: ignore[no-untyped-def]
-    """Filter the squares row by row.
+def _apply(luma, selected, filters, sides, place, ends, around, out):  # type: ignore[no-untyped-def]
+    """Filter the squares, some rows of them at a time; the last ones may be filtered once more.
 
     Args:
-        tuples: whose lengths are the rows of a filter and the side of a square.
+        sides: as in `filter_pixel_block`.
         place: the first row of squares, the one after the last, and rows of the first square above luma.
         ends: of the range that the result is clipped to.
         around: the rows of luma that are read, with their border; and once more.
     """
-    (rows, shared), (top, bottom, lead), (low, high), (kept, again) = tuples, place, ends, around
-    radius, count, last = len(rows) // 2, kept.shape[0], luma.shape[0] - 1
-    begun = top * len(shared) - lead - radius
-    for row in range(top, bottom):
-        end = row * len(shared) - lead - radius + count
+    (top, bottom, lead), (low, high), (kept, again) = place, ends, around
+    radius, step, together = len(sides[0]) // 2, len(sides[1]), len(sides[2])
+    count, last = kept.shape[0], luma.shape[0] - 1
+    begun = top * step - lead - radius
+    for next_row in range(top, bottom, together):
+        row = min(next_row, bottom - together)
+        end = row * step - lead - radius + count
         for each in range(begun, end):
             _repeat_border(luma[min(max(each, 0), last)], radius, kept[each % count], again[each % count])
         begun, oldest = end, end % count
-        chosen, filtered = selected[row], out[row * len(shared) :]
+        chosen, filtered = selected[row:], out[row * step :]
         for column in range(0, out.shape[1], 16):
-            filter_pixel_block(filters, chosen, kept, oldest, column, rows, shared, low, high, filtered)
-            filter_pixel_block(filters, chosen, again, oldest, column + 8, rows, shared, low, high, filtered)
+            filter_pixel_block(filters, chosen, kept, oldest, column, sides, low, high, filtered)
+            filter_pixel_block(filters, chosen, again, oldest, column + 8, sides, low, high, filtered)
 
 
 @compiled(fastmath=True, noalias=True)

@@ -2,14 +2,15 @@
 
 LLVM would gather coefficients one by one, because each pixel has another filter. Here eight neighbouring
 pixels are computed together: each row of a filter is one load, and the eight vectors of partial sums are
-reduced together, pairwise. A column by which filters are wider than the registers would take as many loads
-again, nearly all of them zeros; its first eight rows are one more vector, of pixels one below the other.
+reduced together, pairwise. What is loaded of the picture serves the rows below them, too. A column by which
+filters are wider than the registers would take as many loads again, nearly all of them zeros; its first eight
+rows are one more vector, of pixels one below the other.
 """
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from typing import Any
 
@@ -18,6 +19,9 @@ import numpy as np
 from vidstyle.blade.structure_tensor import LANES
 from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.intrinsic import Intrinsic
+
+ABREAST = 2
+"""Neighbouring pixels whose sums grow in turn, as additions to the same sum wait for one another."""
 
 
 def packed_filters(filters: np.ndarray) -> np.ndarray:
@@ -41,46 +45,45 @@ def body_width(size: int) -> int:
 
 
 class PixelBlockIntrinsic(Intrinsic):
-    """`filter_pixel_block(bank, bins, luma, row, column, rows, shared, low, high, out)` for kernels.
+    """`filter_pixel_block(bank, bins, luma, row, column, sides, low, high, out)` for kernels.
 
     Writes the filtered pixels column..column + 7 of some rows into `out`, clipped; what is not a number
     becomes the lowest.
 
     Args of the compiled call:
         bank: from `packed_filters`.
-        bins: int32, the filter of each square of pixels in the row.
+        bins: int32, the filter of each square of pixels, as many rows of squares as are filtered together.
         luma: float32, as many rows as are loaded, of which `row` is the upper one and the first follows the
             last; so padded that the windows at `column` begin there, and `LANES` more columns can be read.
-        rows: a tuple with as many integers as a filter has rows; only its length is used.
-        shared: likewise, of the side of a square, and so of the rows that are written: what they load of
-            filters and luma is loaded once.
+        sides: three tuples, of which only the lengths are used: the rows of a filter, the side of a square,
+            and the rows of squares that are filtered together.
         low, high: float32, the ends of the range that the result is clipped to.
-        out: float32, as many rows as a square has.
+        out: float32, as many rows as are filtered together.
     """
 
     def emit(  # type: ignore[override]
-        self, builder: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, rows: Any, shared: Any,
+        self, builder: Any, bank: Any, bins: Any, luma: Any, row: Any, column: Any, sides: Any,
         low: Any, high: Any, out: Any,
     ) -> None:  # fmt: skip
-        sides = rows.type.count, shared.type.count
-        _Emitter(builder, sides, (bank, bins, luma, out), (row, column)).emit(low, high)
+        counts = [each.count for each in sides.type.elements]
+        _Emitter(builder, counts, (bank, bins, luma, out), (row, column)).emit(low, high)
 
 
 class _Emitter:
     """Emits the vector instructions; addresses are in bytes."""
 
     def __init__(
-        self, builder: Any, sides: tuple[int, int], arrays: tuple[Any, ...], place: tuple[Any, Any]
+        self, builder: Any, sides: Sequence[int], arrays: tuple[Any, ...], place: tuple[Any, Any]
     ) -> None:
         self._ir: Any = importlib.import_module("llvmlite.ir")
-        self._builder, (self._size, self._shared) = builder, sides
+        self._builder, (self._size, self._shared, together) = builder, sides
         (bank, bins, luma, out), (row, column) = arrays, place
         self._lanes = body_width(self._size)
         self._filter_bytes = 4 * (self._size * self._lanes + (0 if self._is_padded else 2 * LANES))
-        self._bank, self._bins = self._bytes(bank), self._bytes(bins)
-        self._column = self._times(column, 4)
-        self._windows = list(self._rows(luma, row, self._size + self._shared - 1))
-        self._out = list(self._rows(out, self._constant(0), self._shared))
+        self._bank, self._column = self._bytes(bank), self._times(column, 4)
+        self._bins = list(self._rows(bins, self._constant(0), together))
+        self._windows = list(self._rows(luma, row, self._size + together * self._shared - 1))
+        self._out = list(self._rows(out, self._constant(0), together * self._shared))
 
     @property
     def _is_padded(self) -> bool:
@@ -89,30 +92,30 @@ class _Emitter:
 
     def emit(self, low: Any, high: Any) -> None:
         """Emit the code for eight pixels of each row, clipped."""
-        squares = [self._filter_start(number) for number in range(LANES // self._shared)]
-        starts = [squares[number // self._shared] for number in range(LANES)]
-        sums = [self._sums_of_square(number, start) for number, start in enumerate(squares)]
+        starts = [self._filter_starts(row) for row in self._bins for _ in range(self._shared)]
+        groups = (range(first, first + ABREAST) for first in range(0, LANES, ABREAST))
+        sums = [self._sums(group, starts) for group in groups]
         for down, there in enumerate(self._out):
-            filtered = self._row([each for square in sums for each in square[down]], starts, down)
+            filtered = self._row([each for group in sums for each in group[down]], starts[down], down)
             clipped = self._chosen("<", self._chosen(">", filtered, low), high)
             target = self._builder.bitcast(self._at(there, self._column), clipped.type.as_pointer())
             self._builder.store(clipped, target).align = 4
 
-    def _sums_of_square(self, square: int, start: Any) -> list[list[Any]]:
-        """The sums of products of each of its pixels, row by row, as vectors of partial sums."""
-        side = range(self._shared)
-        totals: list[list[Any]] = []
-        for row in range(self._size):
-            weights = self._load(self._at(start, 4 * row * self._lanes), self._vector(self._lanes), 32)
-            products = [
-                [
-                    self._product(weights, self._window(row + down, square * len(side) + right))
-                    for right in side
+    def _sums(self, columns: range, starts: list[list[Any]]) -> list[list[Any]]:
+        """The sums of products of pixels in these columns, row by row, as vectors of partial sums.
+
+        Each row of luma is loaded once, for all that read it.
+        """
+        totals: list[list[Any]] = [[] for _ in starts]
+        for loaded in range(len(self._windows)):
+            windows = [self._window(loaded, column) for column in columns]
+            for down in range(max(loaded - self._size + 1, 0), min(loaded + 1, len(starts))):
+                products = [
+                    self._product(self._filter_row(starts[down][column], loaded - down), window)
+                    for column, window in zip(columns, windows, strict=True)
                 ]
-                for down in side
-            ]
-            pairs = zip(totals, products, strict=True)
-            totals = [list(map(self._sum, *each)) for each in pairs] if totals else products
+                pairs = zip(totals[down], products, strict=True)
+                totals[down] = [self._sum(*each) for each in pairs] if totals[down] else products
         return [list(map(self._reduced, each)) for each in totals]
 
     def _row(self, sums: list[Any], starts: list[Any], down: int) -> Any:
@@ -131,13 +134,19 @@ class _Emitter:
             row = self._builder.urem(row, self._constant(count))
             yield self._at(self._bytes(array), self._times(row, stride))
 
-    def _filter_start(self, number: int) -> Any:
-        """The address of the filter of a square of pixels."""
-        first = self._builder.udiv(self._column, self._constant(self._shared))
-        chosen = self._load(self._at(self._at(self._bins, first), 4 * number), self._ir.IntType(32), 4)
-        return self._at(
-            self._bank, self._times(self._builder.sext(chosen, self._integer), self._filter_bytes)
-        )
+    def _filter_starts(self, bins: Any) -> list[Any]:
+        """The addresses of the filters of eight pixels of a row."""
+        first = self._at(bins, self._builder.udiv(self._column, self._constant(self._shared)))
+        return [self._filter_start(self._at(first, 4 * (pixel // self._shared))) for pixel in range(LANES)]
+
+    def _filter_start(self, there: Any) -> Any:
+        """The address of the filter whose index lies there."""
+        chosen = self._builder.sext(self._load(there, self._ir.IntType(32), 4), self._integer)
+        return self._at(self._bank, self._times(chosen, self._filter_bytes))
+
+    def _filter_row(self, start: Any, row: int) -> Any:
+        """A row of a filter, but for a last column that follows the rows."""
+        return self._load(self._at(start, 4 * row * self._lanes), self._vector(self._lanes), 32)
 
     def _window(self, row: int, number: int) -> Any:
         """What lies in a row from the first pixel of a window on."""
