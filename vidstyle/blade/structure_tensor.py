@@ -19,10 +19,8 @@ from vidstyle.core.kernels import LINE, aligned_parts, compiled, index_at, round
 
 LANES = 8
 """Pixels that are filtered together in vector registers."""
-UNROLLED = 64
-"""Numbers that a compiled loop takes at a time; what is left over takes as long one by one."""
-STRIP = 432
-"""The most columns of pixels for which a kernel keeps products: those of 8 rows fit a first-level cache."""
+STRIP = 256
+"""The most columns of pixels for which a kernel keeps products: of 8 rows they fill half a first-level cache."""
 PAIRS_AT_ONCE = 5
 """The most pairs of products, equally far from the middle of a window, that are added in one go."""
 EPSILON = 1e-12
@@ -79,7 +77,7 @@ def select_filters(
     lead, columns = top % step, rounded_up(width, LINE) // step
     radius, edge = window_radius(rho), int(bins.curvatures > 1)
     strip = rounded_up(-(-columns // -(-columns * step // STRIP)), LINE)
-    wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), UNROLLED)
+    wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), LINE)
     window = _window(rho, step, wide)
     taps = window[2].size
     products, narrow, halves, tensor, directions = aligned_parts(
