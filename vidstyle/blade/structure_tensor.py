@@ -20,7 +20,7 @@ from vidstyle.core.kernels import LINE, aligned_parts, compiled, index_at, round
 LANES = 8
 """Pixels that are filtered together in vector registers."""
 STRIP = 256
-"""The most columns of pixels for which a kernel keeps products: of 8 rows they fill half a first-level cache."""
+"""The most columns of pixels for which a kernel keeps products: 8 rows fill half a first-level cache."""
 PAIRS_AT_ONCE = 5
 """The most pairs of products, equally far from the middle of a window, that are added in one go."""
 EPSILON = 1e-12
