@@ -26,7 +26,7 @@ vec3 kuwahara(ivec2 at, vec3 flow, float radius, float stretch, int sharpness) {
             vec4 ahead = sector_weights(place, lift, narrowness);
             vec4 between = sector_weights(0.7071067812 * vec2(place.x - place.y, place.x + place.y), lift, narrowness);
             float share = exp(-3.125 * squared) / (dot(ahead, vec4(1.0)) + dot(between, vec4(1.0)));
-            vec3 value = picture_at(at + ivec2(column, row));
+            vec3 value = clamp(picture_at(at + ivec2(column, row)), -1.0, 2.0);
             add_pixel(straight, share * ahead, value);
             add_pixel(diagonal, share * between, value);
         }

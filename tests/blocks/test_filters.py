@@ -8,6 +8,7 @@ from covering import in_one_test
 from media import photograph
 from pictures import noise, run, run_color, run_luma, step, style
 
+from vidstyle.blocks.kuwahara import kuwahara
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Step
 
@@ -85,6 +86,44 @@ def test_relief_of_a_ramp_is_its_slope_towards_the_light(angle: float) -> None:
 def test_sobel_draws_gray_lines_on_a_colour_picture() -> None:
     out = run_color(style(step("sobel")), noise(9, 9, 3))
     np.testing.assert_array_equal(out, np.repeat(out[..., :1], 3, axis=2))
+
+
+def sector_weights(away: np.ndarray, radius: float) -> np.ndarray:
+    """Of places in a unit circle, n x 2, in eight sectors, n x 8."""
+    lift = 2 / radius
+    narrowness = (lift + np.cos(0.58)) / np.sin(0.58) ** 2
+    turns = np.arange(8) * np.pi / 4
+    ahead = np.outer(away[:, 0], np.cos(turns)) + np.outer(away[:, 1], np.sin(turns))
+    aside = np.outer(away[:, 1], np.cos(turns)) - np.outer(away[:, 0], np.sin(turns))
+    shares = np.maximum(ahead + lift - narrowness * aside**2, 0) ** 2
+    weights = shares / shares.sum(axis=1, keepdims=True) * np.exp(-3.125 * (away**2).sum(axis=1))[:, None]
+    return weights / weights.sum(axis=0)
+
+
+@pytest.mark.parametrize(
+    ("radius", "sharpness", "orientation"), [(1, 0, 0), (2.3, 3, 5), (4, 2, 11), (8, 1, 22)]
+)
+def test_kuwahara_is_a_mean_of_means_in_sectors(radius: float, sharpness: int, orientation: int) -> None:
+    color, turn = noise(19, 70, 3), orientation * np.pi / 16
+    flow = np.zeros((19, 70, 3), np.float32)
+    flow[:] = 0.5 + 0.2 * np.cos(turn), 0.5 + 0.2 * np.sin(turn), 1  # the fourth of eight ellipses
+    out = np.empty_like(color)
+    kuwahara.function(color, (0, 0), out, flow, radius, 0.8, sharpness)
+    rows, columns = (each.reshape(-1) for each in np.mgrid[-16:17, -16:17])
+    longer, angle = 1 + 0.8 * 3.5 / 8, turn / 2 + np.pi / 2
+    along = (np.cos(angle) * columns + np.sin(angle) * rows) / (radius * longer)
+    across = (np.cos(angle) * rows - np.sin(angle) * columns) / (radius / longer)
+    inside = along**2 + across**2 <= 1.0001
+    weights = sector_weights(np.stack([along, across], axis=1)[inside], radius)
+    padded = np.pad(color.astype(np.float64), ((16, 16), (16, 16), (0, 0)), mode="edge")
+    samples = np.stack(
+        [padded[16 + y : 35 + y, 16 + x : 86 + x] for y, x in zip(rows[inside], columns[inside], strict=True)]
+    )
+    means = np.tensordot(weights.T, samples, 1)
+    variance = (np.tensordot(weights.T, samples**2, 1) - means**2).sum(axis=3)
+    shares = 1 / (1 + (255 * np.maximum(variance, 0)) ** 2**sharpness)
+    expected = (shares[..., None] * means).sum(axis=0) / shares.sum(axis=0)[..., None]
+    np.testing.assert_allclose(out, expected, atol=0.4 / 255)
 
 
 @in_one_test("factor", [0.05, 0.33, 0.5, 1, 1.7, 4])

@@ -10,14 +10,13 @@ import numpy as np
 
 from vidstyle.block import Margin, ResultRows, SavedRef, Slider, block
 from vidstyle.core.kernels import aligned_empty, cached, compiled, index_at, interleaved
-from vidstyle.core.kernels.sector_means import HALF, SECTORS, sector_means
+from vidstyle.core.kernels.sector_means import LANES, SECTORS, mean_of_sectors, sector_sums
+from vidstyle.core.kernels.sector_tables import pair_lists, pixel_pairs
 
 ORIENTATIONS, ANISOTROPIES = 32, 8
 """Kernels for which weights are tabulated."""
-TURNS = range(0, SECTORS, 2)
-"""Sectors at which four neighbouring ones may begin."""
-OUTSIDE = np.array([[(each - turn) % SECTORS >= HALF for turn in TURNS] for each in range(SECTORS)], float)
-"""By sector and turn, 1 where the sector is not one of the four."""
+STRIP = 64
+"""Columns of a strip."""
 ZERO_CROSSING = 0.58
 """Angle in radians at which the weights of a sector end, at its middle radius."""
 BORDER = 1.0001
@@ -45,16 +44,16 @@ def kuwahara(
     Each pixel becomes a mean of the eight sectors of an ellipse along the flow, each weighted by
     1 / (1 + (255 v) ^ (2 ^ sharpness)), where v is the sector's variance, summed over channels. Kyprianidis,
     Kang and Döllner 2009, "Image and Video Abstraction by Anisotropic Kuwahara Filtering"; polynomial
-    weights of sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes.
+    weights of sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes. Colours
+    are clipped to -1..2.
     """
     starts, places, weights = _kernels(radius, stretch)
-    reach, (height, width) = _radius(radius, stretch), out.shape[:2]
-    around = aligned_empty((height + 2 * reach, width + 2 * reach, 4))
-    _surround(interleaved(picture), margin[0] - reach, reach, interleaved(around))
+    reach, height = _radius(radius, stretch), len(out)
+    around = pixel_pairs(picture, (margin[0] - reach, margin[0] + height + reach), reach)
     chosen = _chosen_kernels(flow[margin[0] : margin[0] + height])
-    offsets = (places[..., 0] * around.shape[1] + places[..., 1]) * 4
-    kernels, squarings = (starts, offsets, weights), (0,) * (1 + sharpness)
-    _filter(around.reshape(-1), (around.shape[1], reach), chosen, kernels, squarings, interleaved(out))
+    kernels = starts, places[..., 0] * around.shape[1] + places[..., 1] * 4, weights
+    way, sums = (around.shape[1], reach), aligned_empty((2 * LANES * STRIP,)).view(np.int32)
+    _filter(around.reshape(-1), way, chosen, kernels, (0,) * (1 + sharpness), sums, interleaved(out))
     return out
 
 
@@ -91,37 +90,17 @@ def _choose(phase, clearness, chosen):  # type: ignore[no-untyped-def]
 
 @cached(maxsize=8)
 def _kernels(radius: float, stretch: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the samples of each kernel begin; their rows and columns, n x 2 x 2, and weights, n x 2 x 4.
+    """Where the pairs of each kernel begin; their rows and columns, n x 4 x 2, and weights, n x 4 x 4.
 
-    They are two lists side by side, as `sector_means` reads them.
+    They are four lists side by side, as `sector_sums` reads them.
     """
     kernels = [
-        _in_two_lists(*_kernel(radius, stretch, orientation, shape))
+        pair_lists(*_kernel(radius, stretch, orientation, shape))
         for orientation in range(ORIENTATIONS)
         for shape in range(ANISOTROPIES)
     ]
     places, weights = (np.concatenate(parts) for parts in zip(*kernels, strict=True))
-    return np.cumsum([0] + [len(each) for each, _ in kernels]), places, weights.astype(np.float32)
-
-
-def _in_two_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Samples by whether the sectors that they lie in are among 0 to 3, or 2 to 5.
-
-    Those among the opposite four are turned round. One that lies in more sectors counts as two.
-    """
-    fits = weights @ OUTSIDE == 0
-    lists: list[list[tuple[int, int]]] = [[], []]  # samples, and the first sector of their four weights
-    for sample, fitting in enumerate(fits.tolist()):
-        possible = [turn for turn, fit in zip(TURNS, fitting, strict=True) if fit] or [0, 2]
-        turn = min(possible, key=lambda turn: len(lists[turn // 2 % 2]))
-        lists[turn // 2 % 2] += [(sample, turn)] if any(fitting) else [(sample, turn), (sample, turn + HALF)]
-    length = max(map(len, lists))
-    listed_places, listed_weights = np.zeros((length, 2, 2), np.int64), np.zeros((length, 2, HALF))
-    for column, each in enumerate(lists):
-        samples, turns = np.array(each, np.int64).reshape(-1, 2, 1).swapaxes(0, 1)
-        listed_places[: len(each), column] = places[samples[:, 0]] * np.where(turns < HALF, 1, -1)
-        listed_weights[: len(each), column] = weights[samples, (turns + np.arange(HALF)) % SECTORS]
-    return listed_places, listed_weights
+    return np.cumsum([0] + [len(each) for each, _ in kernels]), places, weights
 
 
 def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tuple[np.ndarray, np.ndarray]:
@@ -150,27 +129,22 @@ def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tupl
 
 
 @compiled
-def _surround(picture, top, reach, out):  # type: ignore[no-untyped-def]
-    """Red, green, blue and the sum of their squares from row `top` on, with those at the edge beyond it."""
-    first, last = 4 * reach, out.shape[1] - 4 * reach
-    for row in range(out.shape[0]):
-        source = min(max(top + row, 0), picture.shape[0] - 1)
-        for x in range(picture.shape[1] // 3):
-            red, green, blue = picture[source, 3 * x], picture[source, 3 * x + 1], picture[source, 3 * x + 2]
-            at = first + 4 * x
-            out[row, at], out[row, at + 1], out[row, at + 2] = red, green, blue
-            out[row, at + 3] = red * red + green * green + blue * blue
-        for i in range(first):
-            out[row, i], out[row, last + i] = out[row, first + i % 4], out[row, last - 4 + i % 4]
+def _filter(around, way, chosen, kernels, squarings, sums, out):  # type: ignore[no-untyped-def]
+    """A mean over the sectors of the kernel that is chosen for each pixel.
 
+    In strips of columns, whose rows stay in the first-level cache.
 
-@compiled
-def _filter(around, way, chosen, kernels, squarings, out):  # type: ignore[no-untyped-def]
-    """A mean over the sectors of the kernel that is chosen for each pixel; see `sector_means`."""
+    Args:
+        sums: scratch, see `sector_sums`, for each pixel of a strip's row.
+    """
     (columns, reach), (starts, offsets, weights), width = way, kernels, chosen.shape[1]
-    for row in range(chosen.shape[0]):
-        line, first = out[row], 4 * ((row + reach) * columns + reach)
-        for x in range(width):
-            kernel = chosen[row, x]
-            begin, end, pixel = starts[kernel], starts[kernel + 1], first + 4 * x
-            sector_means(around, pixel, offsets, weights, begin, end, squarings, line, 3 * x)
+    for left in range(0, width, STRIP):
+        right = min(left + STRIP, width)
+        for row in range(chosen.shape[0]):
+            first = (row + reach) * columns + 4 * (reach + 1)
+            for x in range(left, right):
+                begin, end = starts[chosen[row, x]], starts[chosen[row, x] + 1]
+                place = 2 * LANES * (x - left)
+                sector_sums(around, first + 4 * x, offsets, weights, begin, end, sums, place)
+            for x in range(left, right):
+                mean_of_sectors(sums, 2 * LANES * (x - left), squarings, out[row], 3 * x)

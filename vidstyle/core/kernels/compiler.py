@@ -34,7 +34,8 @@ SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float
 PROCESSOR = binding.get_host_cpu_features()
 if PROCESSOR.get("avx512vbmi2"):
     # The first processors with AVX-512 slow down at vectors of 512 bits; LLVM avoids them on later ones too.
-    config.CPU_FEATURES = f"{PROCESSOR.flatten()},-prefer-256-bit"
+    # It would add products of 16 bits by two instructions in place of one, too: slower where there are many.
+    config.CPU_FEATURES = f"{PROCESSOR.flatten()},-prefer-256-bit,+fast-dpwssd"
 OBJECT_SIZE = object.__basicsize__
 """Bytes of a Python object before its own fields; those of an array are data, dimensions, shape, strides."""
 

@@ -9,120 +9,189 @@ from vidstyle.core.kernels.intrinsic import Intrinsic
 
 SECTORS, CHANNELS = 8, 4
 HALF = SECTORS // 2
-"""Sectors side by side that a weight is given for: most samples lie in no more."""
+"""Sectors side by side that weights are given for: most pairs of pixels lie in no more. As many lists of
+pairs are read side by side."""
 LANES = HALF * CHANNELS
+WHOLE = 1 << 15
+"""What the weights of a sector add up to: sums of products of 16 bits have room in 32."""
+LOWEST, HIGHEST, LEVELS = -1.0, 2.0, 21844
+"""Red, green and blue that 16 bits have codes for, 0 in their middle, and how many codes from 0 to 1."""
+MIDDLE_SQUARE, SQUARE_LEVELS = 3.375, 9708
+"""The same for the sum of squares of differences from that middle: its code 0, and codes from 0 to 1."""
 
 
-class SectorMeans(Intrinsic):
-    """`sector_means(pixels, at, offsets, weights, first, last, squarings, out, place)` for kernels.
+class SectorSums(Intrinsic):
+    """`sector_sums(pixels, at, offsets, weights, first, last, out, place)` for kernels.
 
-    A mean of the means of red, green and blue in eight sectors, each weighted by 1 / (1 + (255 v) ^ (2 ^ n)),
-    where v is the sector's variance, summed over channels.
-
-    For all numbers first..last - 1 and both columns of `offsets`, the pixel that begins at number
-    `at + offset` counts by four weights in the sectors 0 to 3 (first column) or 2 to 5 (second), and the
-    one at `at - offset` by the same weights in the four sectors opposite to them. LLVM keeps the sums of
-    this loop in scalars.
+    Two pixels side by side are read as one vector of pairs of codes, as processors multiply numbers of 16
+    bits and add them in pairs. For all numbers first..last - 1 and the four columns of `offsets`, the pair
+    that begins at number `at + offset` counts by four pairs of weights in the sectors 0 to 3 (first column),
+    1 to 4, 2 to 5 or 3 to 6, and the pair opposite to it, the other way round, by the same weights in the
+    four sectors opposite to them. The weights of sector n have number n modulo 4. LLVM keeps the sums of this
+    loop in scalars.
 
     Args of the compiled call:
-        pixels: float32, one row; red, green, blue and the sum of their squares lie side by side.
+        pixels: int32, one row; four numbers for each pixel: codes of red, green, blue and the sum of their
+            squares in the low halves, and those of the next pixel in the high halves.
         at, first, last, place: int64.
-        offsets: numbers x 2 int64.
-        weights: numbers x 2 x 4 float32; those of each sector add up to 1.
+        offsets: numbers x 4 int64.
+        weights: numbers x 4 x 4 int32, pairs; those of each sector add up to `WHOLE`.
+        out: int32, one row; 2 * `LANES` numbers are written from number `place` on, four for each sector.
+    """
+
+    def emit(  # type: ignore[override]
+        self, builder: Any, pixels: Any, at: Any, offsets: Any, weights: Any, first: Any, last: Any,
+        out: Any, place: Any,
+    ) -> None:  # fmt: skip
+        emitter = _Emitter(builder)
+        low, high = emitter.sums((pixels.data, at), offsets.data, weights.data, (first, last))
+        emitter.store(low, out.data, place)
+        emitter.store(high, out.data, builder.add(place, emitter.number(LANES)))
+
+
+class MeanOfSectors(Intrinsic):
+    """`mean_of_sectors(sums, first, squarings, out, place)` for kernels.
+
+    A mean of the means of red, green and blue in eight sectors, each weighted by 1 / (1 + (255 v) ^ (2 ^ n)),
+    where v is the sector's variance, summed over channels. Apart from the sums: so a processor works on
+    several pixels at once, while each of these steps has to wait for the one before it.
+
+    Args of the compiled call:
+        sums: what `sector_sums` wrote.
+        first, place: int64; where the sums of a pixel begin.
         squarings: a tuple of n + 1 numbers: its length is known to the compiler.
         out: float32, one row; three numbers are written from number `place` on.
     """
 
     def emit(  # type: ignore[override]
-        self, builder: Any, pixels: Any, at: Any, offsets: Any, weights: Any, first: Any, last: Any,
-        squarings: Any, out: Any, place: Any,
-    ) -> None:  # fmt: skip
+        self, builder: Any, sums: Any, first: Any, squarings: Any, out: Any, place: Any
+    ) -> None:
         emitter = _Emitter(builder)
-        sums = emitter.sums((pixels.data, at), offsets.data, weights.data, (first, last))
-        means = emitter.mean(sums, squarings.type.count - 1)
-        target = builder.bitcast(builder.gep(out.data, [place]), means.type.as_pointer())
-        builder.store(means, target).align = 4
+        low = emitter.load(sums.data, first, LANES)
+        high = emitter.load(sums.data, builder.add(first, emitter.number(LANES)), LANES)
+        emitter.store(emitter.mean(low, high, squarings.type.count - 1), out.data, place)
 
 
 class _Emitter:
-    """Emits the two halves of the function: the loop over samples, and what follows from its sums."""
+    """Emits the loop over samples, and what follows from its sums.
+
+    In vectors, each group of four lanes is a sector, from 0 or 4 on.
+    """
 
     def __init__(self, builder: Any) -> None:
         self._ir: Any = importlib.import_module("llvmlite.ir")
-        self._builder, self._float, self._index = builder, self._ir.FloatType(), self._ir.IntType(64)
+        self._builder, self._integer, self._float = builder, self._ir.IntType(32), self._ir.FloatType()
 
-    def sums(self, pixel: tuple[Any, Any], offsets: Any, weights: Any, numbers: tuple[Any, Any]) -> list[Any]:
-        """Red, green, blue and squares in eight sectors, each."""
+    def sums(
+        self, pixel: tuple[Any, Any], offsets: Any, weights: Any, numbers: tuple[Any, Any]
+    ) -> tuple[Any, Any]:
+        """Sums of codes in the sectors 0 to 3, and 4 to 7."""
         numba: Any = importlib.import_module("numba.core.cgutils")
-        builder, vector = self._builder, self._ir.VectorType(self._float, LANES)
-        totals = [numba.alloca_once(builder, vector) for _ in range(4)]
+        builder, vector = self._builder, self._ir.VectorType(self._integer, LANES)
+        totals = [numba.alloca_once(builder, vector) for _ in range(2 * HALF)]
         for total in totals:
-            builder.store(self._constant(0.0, LANES), total)
-        step = self._ir.Constant(self._index, 1)
-        with numba.for_range_slice(builder, *numbers, step, inc=True) as (number, _):
-            first = builder.shl(number, step)
-            both = self._load(weights, builder.mul(first, self._ir.Constant(self._index, HALF)), 2 * HALF)
-            for column in range(2):
-                weight = self._lanes(both, both, [column * HALF + lane // CHANNELS for lane in range(LANES)])
-                at = builder.add(first, self._ir.Constant(self._index, column))
-                offset = builder.load(builder.gep(offsets, [at]))
-                self._add_pixel(pixel[0], builder.add(pixel[1], offset), weight, totals[column])
-                self._add_pixel(pixel[0], builder.sub(pixel[1], offset), weight, totals[2 + column])
-        # In each group of four lanes, one sector: the sectors 0 to 3, 2 to 5, 4 to 7, and 6 to 1.
-        from_0, from_2, from_4, from_6 = map(builder.load, totals)
-        crossing = [*range(LANES // 2, LANES), *range(LANES, LANES + LANES // 2)]
-        low = builder.fadd(from_0, self._lanes(from_6, from_2, crossing))
-        high = builder.fadd(from_4, self._lanes(from_2, from_6, crossing))
-        return [
-            self._lanes(low, high, list(range(channel, 2 * LANES, CHANNELS))) for channel in range(CHANNELS)
-        ]
+            builder.store(vector([0] * LANES), total)
+        opposite, half = builder.sub(pixel[1], self.number(CHANNELS)), vector([16] * LANES)
+        with numba.for_range_slice(builder, *numbers, self.number(1), inc=True) as (number, _):
+            first = builder.mul(number, self.number(HALF))
+            listed = self.load(weights, builder.mul(first, self.number(HALF)), HALF * HALF)
+            for column in range(HALF):
+                weight = self._lanes(
+                    listed, listed, [column * HALF + lane // CHANNELS for lane in range(LANES)]
+                )
+                swapped = builder.or_(builder.shl(weight, half), builder.lshr(weight, half))
+                offset = builder.load(builder.gep(offsets, [builder.add(first, self.number(column))]))
+                self._add_pair(pixel[0], builder.add(pixel[1], offset), weight, totals[column])
+                self._add_pair(pixel[0], builder.sub(opposite, offset), swapped, totals[HALF + column])
+        low, high = builder.load(totals[0]), builder.load(totals[HALF])
+        for column in range(1, HALF):
+            one, other = builder.load(totals[column]), builder.load(totals[HALF + column])
+            crossing = [lane + LANES * (lane // CHANNELS < column) for lane in range(LANES)]
+            low = builder.add(low, self._lanes(one, other, crossing))
+            high = builder.add(high, self._lanes(other, one, crossing))
+        return low, high
 
-    def mean(self, sums: list[Any], squarings: int) -> Any:
+    def mean(self, low: Any, high: Any, squarings: int) -> Any:
         """Red, green and blue of the mean over all sectors, three lanes."""
         builder, fast = self._builder, ["fast"]
-        red, green, blue, variance = sums
-        for mean in (red, green, blue):
-            variance = builder.fsub(variance, builder.fmul(mean, mean, flags=fast), flags=fast)
-        variance = builder.fmul(variance, self._constant(255.0, SECTORS), flags=fast)
-        one, zero = self._constant(1.0, SECTORS), self._constant(0.0, SECTORS)
+        means = [self._means(sums) for sums in (low, high)]
+        # In place of squares -1, which makes sums over a sector's lanes negative variances, and of shares.
+        replaced = [lane + LANES * (lane % CHANNELS == CHANNELS - 1) for lane in range(LANES)]
+        signed = [self._lanes(each, self._constant(-1.0), replaced) for each in means]
+        products = [builder.fmul(*pair, flags=fast) for pair in zip(means, signed, strict=True)]
+        # In each group of lanes that of a low sector, twice, and of a high one.
+        pairs = [self._groups(lane, lane + 2, LANES + lane, LANES + lane + 2) for lane in (0, 1)]
+        negative = self._added(*products, *pairs)
+        negative = self._added(negative, negative, self._groups(0, 1, 2, 3), self._groups(1, 0, 3, 2))
+        variance = builder.fsub(self._constant(MIDDLE_SQUARE), negative, flags=fast)
+        shares = self._shares(builder.fmul(variance, self._constant(255.0), flags=fast), squarings)
+        parts = [
+            builder.fmul(self._lanes(shares, shares, self._groups(*[lane] * CHANNELS)), each, flags=fast)
+            for lane, each in zip((0, 2), signed, strict=True)
+        ]
+        total = builder.fadd(*parts, flags=fast)
+        for lanes in (LANES // 2, LANES // 4):
+            total = self._added(total, total, list(range(lanes)), list(range(lanes, 2 * lanes)))
+        whole = builder.fneg(self._lanes(total, total, [CHANNELS - 1] * 3))
+        mean = builder.fdiv(self._lanes(total, total, [0, 1, 2]), whole)
+        return builder.fadd(mean, self._constant((LOWEST + HIGHEST) / 2, 3))
+
+    def number(self, value: int) -> Any:
+        """An index."""
+        return self._ir.Constant(self._ir.IntType(64), value)
+
+    def load(self, data: Any, start: Any, count: int) -> Any:
+        """Integers of an array, a vector."""
+        pointer = self._ir.VectorType(self._integer, count).as_pointer()
+        values = self._builder.load(self._builder.bitcast(self._builder.gep(data, [start]), pointer))
+        values.align = 4
+        return values
+
+    def store(self, values: Any, data: Any, start: Any) -> None:
+        """Write a vector into an array."""
+        address = self._builder.bitcast(self._builder.gep(data, [start]), values.type.as_pointer())
+        self._builder.store(values, address).align = 4
+
+    def _add_pair(self, pixels: Any, start: Any, weight: Any, total: Any) -> None:
+        """Written so that LLVM finds the instruction that adds products of 16 bits in pairs."""
+        builder = self._builder
+        channels = self.load(pixels, start, CHANNELS)
+        pair = self._lanes(channels, channels, [lane % CHANNELS for lane in range(LANES)])
+        halves = self._ir.VectorType(self._ir.IntType(16), 2 * LANES)
+        wide = self._ir.VectorType(self._integer, 2 * LANES)
+        product = builder.mul(*(builder.sext(builder.bitcast(each, halves), wide) for each in (weight, pair)))
+        even, odd = (self._lanes(product, product, list(range(half, 2 * LANES, 2))) for half in (0, 1))
+        builder.store(builder.add(builder.load(total), builder.add(even, odd)), total)
+
+    def _means(self, sums: Any) -> Any:
+        """Differences from the middles of codes."""
+        floats = self._ir.VectorType(self._float, LANES)
+        scales = [1 / (WHOLE * levels) for levels in (LEVELS, LEVELS, LEVELS, SQUARE_LEVELS)] * HALF
+        return self._builder.fmul(self._builder.sitofp(sums, floats), floats(scales), flags=["fast"])
+
+    def _shares(self, variance: Any, squarings: int) -> Any:
+        builder, fast, one, zero = self._builder, ["fast"], self._constant(1.0), self._constant(0.0)
         if squarings == 0:  # rounding may leave it below 0
             variance = builder.select(builder.fcmp_ordered("<", variance, zero), zero, variance)
         for _ in range(squarings):
             variance = builder.fmul(variance, variance, flags=fast)
-        shares = builder.fdiv(one, builder.fadd(one, variance, flags=fast), flags=fast)
-        parts = [shares, *(builder.fmul(shares, mean, flags=fast) for mean in (red, green, blue))]
-        halves = [
-            builder.fadd(self._lanes(part, part, [0, 1, 2, 3]), self._lanes(part, part, [4, 5, 6, 7]))
-            for part in parts
-        ]
-        pairs = [self._added(halves[k], halves[k + 1], [0, 4, 1, 5], [2, 6, 3, 7]) for k in (0, 2)]
-        whole = self._added(pairs[0], pairs[1], [0, 1, 4, 5], [2, 3, 6, 7])
-        total = self._lanes(whole, whole, [0, 0, 0])
-        return builder.fdiv(self._lanes(whole, whole, [1, 2, 3]), total, flags=fast)
+        return builder.fdiv(one, builder.fadd(one, variance, flags=fast), flags=fast)
 
     def _added(self, one: Any, other: Any, first: list[int], second: list[int]) -> Any:
         return self._builder.fadd(self._lanes(one, other, first), self._lanes(one, other, second))
 
-    def _constant(self, value: float, lanes: int) -> Any:
+    def _constant(self, value: float, lanes: int = LANES) -> Any:
         return self._ir.Constant(self._ir.VectorType(self._float, lanes), [value] * lanes)
 
     def _lanes(self, one: Any, other: Any, numbers: list[int]) -> Any:
         mask = self._ir.Constant(self._ir.VectorType(self._ir.IntType(32), len(numbers)), numbers)
         return self._builder.shuffle_vector(one, other, mask)
 
-    def _load(self, data: Any, start: Any, count: int) -> Any:
-        """Numbers of an array, a vector."""
-        pointer = self._ir.VectorType(self._float, count).as_pointer()
-        values = self._builder.load(self._builder.bitcast(self._builder.gep(data, [start]), pointer))
-        values.align = 4
-        return values
-
-    def _add_pixel(self, pixels: Any, start: Any, weight: Any, total: Any) -> None:
-        builder = self._builder
-        channels = self._load(pixels, start, CHANNELS)
-        pixel = self._lanes(channels, channels, [lane % CHANNELS for lane in range(LANES)])
-        product = builder.fmul(weight, pixel, flags=["contract"])
-        builder.store(builder.fadd(builder.load(total), product, flags=["contract"]), total)
+    @staticmethod
+    def _groups(*lanes: int) -> list[int]:
+        """These lanes of each group of four."""
+        return [group + lane for group in range(0, LANES, CHANNELS) for lane in lanes]
 
 
-sector_means: Any = SectorMeans()
+sector_sums: Any = SectorSums()
+mean_of_sectors: Any = MeanOfSectors()

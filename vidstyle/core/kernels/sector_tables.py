@@ -1,0 +1,137 @@
+"""What `sector_sums` reads: pairs of pixels around a picture, and weights of pairs in four lists."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidstyle.core.kernels.aligned import aligned_empty
+from vidstyle.core.kernels.channels import interleaved
+from vidstyle.core.kernels.declare import compiled
+from vidstyle.core.kernels.sector_means import (
+    HALF,
+    HIGHEST,
+    LEVELS,
+    LOWEST,
+    MIDDLE_SQUARE,
+    SECTORS,
+    SQUARE_LEVELS,
+    WHOLE,
+)
+
+OUTSIDE = np.array(
+    [[(each - turn) % SECTORS >= HALF for turn in range(SECTORS)] for each in range(SECTORS)], float
+)
+"""By sector and turn, 1 where the sector is not one of four from the turn on."""
+
+
+def pixel_pairs(picture: np.ndarray, rows: tuple[int, int], reach: int) -> np.ndarray:
+    """Pairs of pixels of some rows of a picture, with those at its edge beyond it.
+
+    Args:
+        picture: H x W x 3, clipped to -1..2.
+        rows: the first one, and the one behind the last one; they may lie outside.
+        reach: columns on both sides; on the left there is one more, in which opposite pairs begin.
+
+    Returns:
+        int32, rows x 4 numbers for each column, see `SectorSums`.
+    """
+    out = aligned_empty((rows[1] - rows[0], 4 * (picture.shape[1] + 2 * reach + 1))).view(np.int32)
+    _surround(interleaved(picture), rows[0], reach + 1, np.empty(out.shape[1] + 4, np.int32), out)
+    return out
+
+
+@compiled
+def _surround(picture, top, left, codes, out):  # type: ignore[no-untyped-def]
+    """Pairs of pixels for `sector_sums`, from row `top` on, with those at the edge beyond it.
+
+    Args:
+        left: columns before the first one of the picture.
+        codes: scratch for one row and one pixel more.
+    """
+    first, last = 4 * left, 4 * left + picture.shape[1] // 3 * 4
+    for row in range(out.shape[0]):
+        _encode(picture[min(max(top + row, 0), picture.shape[0] - 1)], codes[first:last])
+        for i in range(first):
+            codes[i] = codes[first + i % 4]
+        for i in range(last, codes.size):
+            codes[i] = codes[last - 4 + i % 4]
+        _join(codes, out[row])
+
+
+@compiled(noalias=True)
+def _encode(row, codes):  # type: ignore[no-untyped-def]
+    """Red, green, blue and the sum of their squares."""
+    middle, most = np.float32((LOWEST + HIGHEST) / 2), np.float32((HIGHEST - LOWEST) / 2)
+    scale, square_scale = np.float32(LEVELS), np.float32(SQUARE_LEVELS)
+    for x in range(row.size // 3):
+        red = min(max(row[3 * x] - middle, -most), most)
+        green = min(max(row[3 * x + 1] - middle, -most), most)
+        blue = min(max(row[3 * x + 2] - middle, -most), most)
+        square = red * red + green * green + blue * blue - np.float32(MIDDLE_SQUARE)
+        codes[4 * x], codes[4 * x + 1] = np.int32(np.rint(red * scale)), np.int32(np.rint(green * scale))
+        codes[4 * x + 2] = np.int32(np.rint(blue * scale))
+        codes[4 * x + 3] = np.int32(np.rint(square * square_scale))
+
+
+@compiled(noalias=True)
+def _join(codes, pairs):  # type: ignore[no-untyped-def]
+    """Each pixel's codes in the low halves, those of the next one in the high halves."""
+    for i in range(pairs.size):
+        pairs[i] = (codes[i] & np.int32(0xFFFF)) | (codes[i + 4] << np.int32(16))
+
+
+def pair_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of samples in four lists, as `sector_sums` reads them.
+
+    Args:
+        places: row and column of samples in one half of a point-symmetric area, row by row, n x 2.
+        weights: of each in eight sectors, n x 8; those of the opposite samples are the same in the opposite
+            sectors, and with them the weights of each sector add up to 1.
+
+    Returns:
+        Places of the left samples, m x 4 x 2 int64, and weights of pairs, m x 4 x 4 int32.
+    """
+    return _in_lists(*_in_pairs(places, _codes(weights)))
+
+
+def _codes(weights: np.ndarray) -> np.ndarray:
+    """Weights of half an ellipse as whole numbers, n x 8; with the opposite ones each sector has `WHOLE`."""
+    opposite = weights.reshape(-1, 2, HALF).swapaxes(0, 1)
+    ends = np.rint(WHOLE * np.cumsum(opposite.reshape(-1, HALF), axis=0))
+    codes = np.diff(ends, axis=0, prepend=0).astype(np.int16).reshape(opposite.shape)
+    return codes.swapaxes(0, 1).reshape(-1, SECTORS)
+
+
+def _in_pairs(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Samples side by side in a row: places of the left ones, n x 2, and weights of both, n x 2 x 8."""
+    rows = places[:, 0]
+    left = np.flatnonzero((np.arange(len(rows)) - np.searchsorted(rows, rows)) % 2 == 0)
+    is_beside = np.append(rows[1:] == rows[:-1], False)
+    right = np.where(is_beside[:, None], np.roll(weights, -1, axis=0), 0)
+    return places[left], np.stack([weights, right], axis=1)[left]
+
+
+def _in_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of samples by the first one of four sectors that they lie in.
+
+    Those among the opposite four are turned round. A pair that lies in more sectors counts as two.
+
+    Returns:
+        Places of the left samples, n x 4 x 2, and weights, n x 4 x 4 pairs of int16 in one int32.
+    """
+    fits = weights.sum(axis=1) @ OUTSIDE == 0
+    lists: list[list[tuple[int, int]]] = [[] for _ in range(HALF)]  # pairs, and the first of four sectors
+    for pair in np.argsort(fits.sum(axis=1), kind="stable").tolist():  # those first that fit few lists
+        possible = np.flatnonzero(fits[pair]).tolist()
+        turn = min(possible or range(HALF), key=lambda turn: len(lists[turn % HALF]))
+        lists[turn % HALF] += [(pair, turn)] if possible else [(pair, turn), (pair, turn + HALF)]
+    length = max(map(len, lists))
+    listed_places = np.zeros((length, HALF, 2), np.int64)
+    listed_weights = np.zeros((length, HALF, HALF, 2), np.int16)
+    for column, each in enumerate(lists):
+        pairs, turns = np.array(each, np.int64).reshape(-1, 2, 1).swapaxes(0, 1)
+        sectors, own = (turns + (np.arange(HALF) - turns) % HALF) % SECTORS, places[pairs[:, 0]]
+        listed_places[: len(each), column] = np.where(turns < HALF, own, -own - (0, 1))
+        straight, is_turned = weights[pairs, :, sectors], turns[..., None] >= HALF
+        listed_weights[: len(each), column] = np.where(is_turned, straight[..., ::-1], straight)
+    return listed_places, listed_weights.view(np.int32)[..., 0]
