@@ -23,6 +23,7 @@ from vidstyle.block import (
     SavedRef,
 )
 from vidstyle.blocks import all_blocks
+from vidstyle.core.mixed import Mixed
 from vidstyle.core.picture import RANGES, Encoding, Picture
 from vidstyle.style import Style
 
@@ -92,6 +93,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
             wants = parameter.control.on
             complete[name] = other if wants == "same" else other.reshape(*luma.shape, -1)[..., 0]
     result = block.function(array, **complete)
+    result = result.whole() if isinstance(result, Mixed) else result
     assert isinstance(result, np.ndarray)
     return result
 

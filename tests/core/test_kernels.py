@@ -115,9 +115,9 @@ def test_a_kernel_that_raises_an_error_is_no_success():
 def test_object_files_are_loaded_without_the_compiler(tmp_path):
     check = (
         "import sys, numpy as np\n"
-        "from vidstyle.core.kernels import mix_channels\n"
+        "from vidstyle.core.mixed import Mixed\n"
         "color = np.ones((1, 1, 3), np.float32)\n"
-        "mixed = mix_channels(color, np.eye(3, 4, dtype=np.float32), np.empty_like(color))\n"
+        "mixed = Mixed(color, np.eye(3, 4, dtype=np.float32)).whole()\n"
         "print(mixed.tolist(), 'numba' in sys.modules)\n"
     )
     for _ in range(2):
@@ -126,7 +126,7 @@ def test_object_files_are_loaded_without_the_compiler(tmp_path):
             capture_output=True, text=True, cwd=Path(__file__).parents[2],
         )  # fmt: skip
         assert ran.stdout == "[[[1.0, 1.0, 1.0]]] False\n", ran.stderr
-        assert len(list(tmp_path.glob("vidstyle/kernels/_mix_channels_*.o"))) == 1
+        assert len(list(tmp_path.glob("vidstyle/kernels/_mix_*.o"))) == 1
 
 
 def test_where_no_process_can_be_started_kernels_are_compiled_here(monkeypatch, tmp_path):

@@ -12,6 +12,7 @@ from covering import in_one_test
 from pictures import codes
 
 from vidstyle.core.codes import UNMIXED, chroma_radius, store, store_chroma, store_yuv
+from vidstyle.core.mixed import Mixed
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import (
     chroma_rows,
@@ -124,6 +125,16 @@ def test_rgb_from_yuv_undoes_yuv_from_rgb_outside_the_cube_too() -> None:
     color = np.random.default_rng(2).uniform(-1, 2, (7, 9, 3)).astype(np.float32)
     luma, *chroma = yuv_from_rgb(color, Encoding())
     np.testing.assert_allclose(rgb_from_yuv(luma, (chroma[0], chroma[1]), Encoding()), color, atol=2e-6)
+
+
+def test_luma_of_mixed_channels_is_that_of_the_clipped_mix() -> None:
+    random = np.random.default_rng(3)
+    color, matrix = random.random((5, 19, 3), np.float32), random.uniform(-1, 1.5, (3, 4)).astype(np.float32)
+    mixed = Mixed(color, matrix)
+    expected = np.clip(np.einsum("ij,yxj->yxi", matrix[:, :3].astype(float), color) + matrix[:, 3], 0, 1)
+    np.testing.assert_allclose(mixed.whole(), expected, atol=1e-6)
+    luma = mixed.luma(Encoding().weights)
+    np.testing.assert_allclose(luma, expected @ WEIGHTS["bt709"], atol=1e-6)
 
 
 def ramp(shape: tuple[int, int], step: tuple[int, int], siting: tuple[float, float]) -> np.ndarray:

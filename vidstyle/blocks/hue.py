@@ -8,26 +8,25 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import LumaWeights, ResultRows, Slider, block
-from vidstyle.core.kernels import mix_channels
+from vidstyle.block import LumaWeights, Slider, block
+from vidstyle.core.mixed import Mixed
 
 
 @block("pixel", on="color")
 def hue(
     picture: np.ndarray,
     weights: LumaWeights,
-    out: ResultRows,
     angle: Annotated[float, Slider(-180, 180, "rotation in the chroma plane", "degrees", (-60, 60))] = 60,
     red: Annotated[float, Slider(-255, 255, "added to red", "levels of 255", (-30, 30))] = 0,
     green: Annotated[float, Slider(-255, 255, "added to green", "levels of 255", (-30, 30))] = 0,
     blue: Annotated[float, Slider(-255, 255, "added to blue", "levels of 255", (-30, 30))] = 0,
-) -> np.ndarray:
+) -> Mixed:
     """Rotate all hues, keeping luma, and add a tint.
 
     A rotation of (blue difference, red difference) and a bias in RGB, clipped to 0..1. Paper,
     section 4.2 A.
     """
-    return mix_channels(picture, _matrix(tuple(weights), math.radians(angle), (red, green, blue)), out)
+    return Mixed(picture, _matrix(tuple(weights), math.radians(angle), (red, green, blue)))
 
 
 @lru_cache(maxsize=16)

@@ -14,6 +14,7 @@ from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.kernels import aligned_empty
 from vidstyle.core.measured import percentiles, sampled, sampled_values
+from vidstyle.core.mixed import Mixed
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     color_rows,
@@ -26,7 +27,7 @@ from vidstyle.core.planes import (
     yuv_from_rgb,
 )
 from vidstyle.core.resample import Resampling
-from vidstyle.cpu.pixel_operations import TAKES_LAYERS, Value, at_every_pixel, per_pixel, planes_of
+from vidstyle.cpu.pixel_operations import TAKES_DEFERRED, Value, at_every_pixel, per_pixel, planes_of
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of
 
@@ -82,7 +83,9 @@ class FrameExecutor:
             first = max(top - above, 0)
             values = self._run_band(output, first, min(bottom + below, source.shape[0]))
             if "color" in made:
-                assembler.put_color(top, bottom, top - first, values[made["color"]])
+                color = values[made["color"]]
+                color = color.whole() if isinstance(color, Mixed) else color
+                assembler.put_color(top, bottom, top - first, color)
             if "chroma" in made:
                 assembler.put_chroma(top, bottom, top - first, *planes_of(values[made["chroma"]]))
             if "luma" in made:
@@ -119,9 +122,9 @@ class FrameExecutor:
             if step.is_loaded:
                 values[node, margin] = self._load(node, first, last)
                 continue
+            if node.op not in TAKES_DEFERRED or step.twin is not None:
+                values |= {key: at_every_pixel(values[key]) for _, key in step.inputs}
             inputs = {name: values[key] for name, key in step.inputs}
-            if node.op not in TAKES_LAYERS:
-                inputs = {name: at_every_pixel(value) for name, value in inputs.items()}
             halves = [each for each in (node, step.twin) if each in sweep.stores and not margin]
             stored = {each: self._load(each, first, last) for each in halves}
             if step.twin is not None:
@@ -131,7 +134,7 @@ class FrameExecutor:
             else:
                 values[node, margin] = self._computed(node, inputs, first, last, stored.get(node))
             for each, rows in stored.items():
-                _copy_rows(values[each, 0], rows)
+                values[each, 0] = _copied(values[each, 0], rows)
             for key in step.releases:
                 del values[key]
         return values
@@ -155,19 +158,19 @@ class FrameExecutor:
 
     def _run_block(
         self, node: Node, inputs: dict[str, Value], top: int, bottom: int, out: np.ndarray | None
-    ) -> np.ndarray:
+    ) -> Value:
         block = node.block
         assert block is not None
         margin = _margin(node, top, bottom)
-        if out is None:
+        if out is None and ResultRows in block.injected.values():
             out = np.empty((bottom - top, *inputs["image"].shape[1:]), np.float32)
         pictures = {name: inputs.get(name) for name in block.saved_refs}
         others = {
             name: out if kind is ResultRows else self._injected(kind, node, top, margin)
             for name, kind in block.injected.items()
         }
-        result: np.ndarray = block.function(inputs["image"], **node.values, **pictures, **others)
-        return result if result is out else result[margin[0] : margin[0] + bottom - top]
+        result: Value = block.function(inputs["image"], **node.values, **pictures, **others)
+        return result[margin[0] : margin[0] + bottom - top] if node.radius and result is not out else result
 
     def _injected(self, kind: object, node: Node, top: int, margin: tuple[int, int]) -> Any:
         """What a block gets that is no value of its own, from row `top` on; `kind`: of `INJECTED`."""
@@ -240,10 +243,11 @@ def _empty_planes(node: Node) -> Value:
     return aligned_empty((*node.shape, 3) if node.kind == "color" else node.shape)
 
 
-def _copy_rows(value: Value, rows: Value) -> None:
-    """Copy a value that was not computed where it is wanted."""
-    value = at_every_pixel(value)
+def _copied(value: Value, rows: Value) -> Value:
+    """The rows that a value is wanted in, with a copy of it where it was not computed there."""
+    value = at_every_pixel(value, rows)
     pairs = zip(value, rows, strict=True) if isinstance(value, tuple) else [(value, rows)]
     for computed, wanted in pairs:
         if computed is not wanted:
             wanted[:] = computed
+    return rows

@@ -9,24 +9,28 @@ import numpy as np
 
 from vidstyle.core.codes import UNMIXED, Chroma
 from vidstyle.core.kernels import compiled, gray_rgb
+from vidstyle.core.mixed import Mixed
 from vidstyle.core.planes import luma_from_rgb, rgb_from_yuv, yuv_from_rgb
 from vidstyle.core.printed import Printed
 from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import Node, encoding_of
 
 Value = Any
-"""float32: luma, N x W; RGB, N x W x 3 or `Printed`; or blue and red difference, two of N x W or `Tints`."""
+"""float32: luma, N x W; RGB, N x W x 3, `Mixed` or `Printed`; or blue and red difference, two of N x W or
+`Tints`."""
 
-TAKES_LAYERS = ("inked_color", "inked_chroma")
-"""Operations that take `Printed` and `Tints` as they are."""
+TAKES_DEFERRED = ("luma_from_rgb", "inked_color", "inked_chroma")
+"""Operations that take values whose computation is deferred: `Mixed`, `Printed` and `Tints`."""
 
 
 def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value], out: Value | None) -> Value:
     """The operations that compute each pixel from the same pixel of their inputs, in `out` if they can."""
     values = node.values
     match node.op:
+        case "luma_from_rgb" if isinstance(inputs["color"], Mixed):
+            return inputs["color"].luma(encoding_of(node.matrix).from_rgb[0], out)
         case "luma_from_rgb":
-            return luma_from_rgb(inputs["color"], encoding_of(node.matrix), out)
+            return luma_from_rgb(at_every_pixel(inputs["color"]), encoding_of(node.matrix), out)
         case "chroma_from_rgb":
             return yuv_from_rgb(inputs["color"], encoding_of(node.matrix))[1:]
         case "rgb_from_yuv":
@@ -47,8 +51,9 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value], out:
             pairs = zip(values["ink"], inputs["under"], strict=True)
             return tuple(_mixed(ink, plane, inputs["lines"]) for ink, plane in pairs)
         case "inked_color":
-            under = inputs["under"] if isinstance(inputs["under"], Printed) else Printed(inputs["under"])
-            return under.inked(values["ink"], inputs["lines"])
+            under = inputs["under"]
+            under = under if isinstance(under, Printed) else Printed(at_every_pixel(under))
+            return under.inked(values["ink"], at_every_pixel(inputs["lines"]))
     raise ValueError(f"{node.op} is not computed pixel by pixel")
 
 
@@ -65,8 +70,10 @@ def planes_of(chroma: Chroma | Tints) -> tuple[tuple[np.ndarray, ...], np.ndarra
     return (chroma.planes, chroma.mix) if isinstance(chroma, Tints) else (chroma, UNMIXED)
 
 
-def at_every_pixel(value: Value) -> Value:
-    """The value as planes."""
+def at_every_pixel(value: Value, out: Value | None = None) -> Value:
+    """The value as planes, in `out` if it can."""
+    if isinstance(value, Mixed):
+        return value.whole(out)
     if isinstance(value, Printed):
         return value.whole()
     return value.chroma() if isinstance(value, Tints) else value

@@ -6,7 +6,6 @@ from vidstyle.core.kernels.channels import (
     gray_or_interleaved,
     gray_rgb,
     interleaved,
-    mix_channels,
     repeat_row,
 )
 from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
@@ -27,7 +26,6 @@ __all__ = [
     "index_at",
     "interleaved",
     "look_up_at",
-    "mix_channels",
     "repeat_row",
     "rounded_up",
 ]
