@@ -77,11 +77,15 @@ def select_filters(
     lead, columns = top % step, rounded_up(width, LINE) // step
     radius, edge = window_radius(rho), int(bins.curvatures > 1)
     strip = rounded_up(-(-columns // -(-columns * step // STRIP)), LINE)
+    planes = 2 if bins.strengths * bins.coherences == 1 else 3
     wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), LINE)
-    window = _window(rho, step, wide)
+    window = _window(rho, step, planes * wide)
     taps = window[2].size
     products, narrow, halves, tensor, directions = aligned_parts(
-        (taps, 3, wide), (3 * wide + taps,), (3 * wide + taps,), (3, wide // step), (3, 2, strip + 2)
+        (taps, planes, wide),
+        *[(planes * wide + taps,)] * 2,
+        (planes, wide // step),
+        (3, 2, strip + 2),
     )
     selected = np.empty((-(-(height + lead) // step), columns), np.int32)
     _select(
@@ -99,7 +103,7 @@ def select_filters(
 
 
 @lru_cache(maxsize=64)
-def _window(rho: float, step: int, wide: int) -> tuple[np.ndarray, tuple[int, ...], np.ndarray]:
+def _window(rho: float, step: int, total: int) -> tuple[np.ndarray, tuple[int, ...], np.ndarray]:
     """What `_weigh` takes besides numbers: weights, pairs, and where the columns of each tap begin.
 
     Pairs are a tuple whose length is the number of pairs of taps that are added in one go.
@@ -110,7 +114,7 @@ def _window(rho: float, step: int, wide: int) -> tuple[np.ndarray, tuple[int, ..
         weights = np.append(weights[:-1], weights[-1] / 2)  # as a pair, the middle counts twice
     at_once = -(-radius // -(-radius // PAIRS_AT_ONCE))
     taps = np.arange(2 * radius + 1 - step)
-    starts = (taps % step * (3 * wide // step) + taps // step).astype(np.uint64)
+    starts = (taps % step * (total // step) + taps // step).astype(np.uint64)
     return np.pad(weights, (0, -radius % at_once)), (0,) * at_once, starts
 
 
@@ -139,11 +143,12 @@ def _select_strip(  # type: ignore[no-untyped-def]
 ):
     """Row by row; the products of the last rows are kept, the window is applied vertically, then across.
 
-    The three products of a row are contiguous, so that one loop covers them all.
+    The products of a row are contiguous, so that one loop covers them all.
     """
     weights, pairs, column_starts = window
     products, row_starts, narrow, halves, tensor, directions = scratch
-    taps, total, bottom = products.shape[0], 3 * products.shape[2], luma.shape[0] - 1
+    taps, total = products.shape[0], products.shape[1] * products.shape[2]
+    bottom, is_oriented_only = luma.shape[0] - 1, products.shape[1] == 2
     (left, right), (start, stop), width, is_curved = columns, rows, luma.shape[1], bins[3] > 1
     if is_curved:  # which depends on the directions around a pixel
         start, stop = max(start - 1, 0), min(stop + 1, luma.shape[0])
@@ -168,13 +173,14 @@ def _select_strip(  # type: ignore[no-untyped-def]
             _part(narrow, halves[: total // 2], halves[total // 2 :])
         for pair in range(0, weights.size, len(pairs)):
             _weigh(narrow if step == 1 else halves, column_starts, weights, pair, pairs, flat[1])
-        a, b, c = tensor[0], tensor[1], tensor[2]
-        if bins[1] * bins[2] > 1:
-            _quantize(a[lead:], b[lead:], c[lead:], bins, selected[row][left:right])
+        right_part, up_part, chosen = tensor[0][lead:], tensor[1][lead:], selected[row][left:right]
+        if is_oriented_only:
+            _quantize_orientation(right_part, up_part, bins[0], chosen)
         else:
-            _quantize_orientation(a[lead:], b[lead:], c[lead:], bins[0], selected[row][left:right])
+            _quantize(right_part, up_part, tensor[2][lead:], bins, chosen)
         if is_curved:
-            _find_directions(a, b, c, 1 - lead, min(right + 1, width) - left + lead, directions[row % 3])
+            inside = min(right + 1, width) - left + lead
+            _find_directions(tensor[0], tensor[1], 1 - lead, inside, directions[row % 3])
             # The row before this one, and where there are no more rows, this one too.
             for middle in range(max(row - 1, rows[0]), min(row + (row + 1 == stop), rows[1])):
                 above, below = directions[max(middle - 1, start) % 3], directions[min(middle + 1, row) % 3]
@@ -184,22 +190,33 @@ def _select_strip(  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True, noalias=True)
 def _multiply(above, above_right, below, below_right, before, products):  # type: ignore[no-untyped-def]
-    """Squares and product of the differences along both diagonals, between four pixels each.
+    """Products of the differences along both diagonals, between four pixels each.
 
-    Beyond the border, which is repeated, the differences are those between its two pixels.
+    In the rotated axes of the differences they are gx^2 - gy^2, 2 gx gy, and of three gx^2 + gy^2, which
+    only strength and coherence depend on. Beyond the border, which is repeated, the differences are those
+    between its two pixels.
     """
     half, inside = np.float32(0.5), above_right.size
-    falls, mixed, rises = products[0], products[1], products[2]
-    for x in range(inside):
-        falling, rising = below_right[x] - above[x], above_right[x] - below[x]
-        falls[before:][x] = half * falling * falling
-        mixed[before:][x] = half * falling * rising
-        rises[before:][x] = half * rising * rising
-    for first, last, column in ((0, before, 0), (before + inside, falls.size, inside)):
+    # Rows are cut before the loops: in them, the compiler would scatter their numbers one by one.
+    rights, ups = products[0][before:], products[1][before:]
+    if products.shape[0] == 2:
+        for x in range(inside):
+            falling, rising = below_right[x] - above[x], above_right[x] - below[x]
+            rights[x] = falling * rising
+            ups[x] = half * (falling - rising) * (falling + rising)
+    else:
+        totals = products[2][before:]
+        for x in range(inside):
+            falling, rising = below_right[x] - above[x], above_right[x] - below[x]
+            rights[x] = falling * rising
+            ups[x] = half * (falling - rising) * (falling + rising)
+            totals[x] = half * (falling * falling + rising * rising)
+    for first, last, column in ((0, before, 0), (before + inside, products.shape[1], inside)):
         falling = below[column] - above[column]
-        square = half * falling * falling
         for x in range(first, last):
-            falls[x], mixed[x], rises[x] = square, -square, square
+            products[0][x], products[1][x] = -falling * falling, np.float32(0)
+            if products.shape[0] > 2:
+                products[2][x] = falling * falling
 
 
 @compiled(fastmath=True, noalias=True)
@@ -226,17 +243,16 @@ def _part(row, even, odd):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True, noalias=True)
-def _quantize(falls, mixed, rises, bins, selected):  # type: ignore[no-untyped-def]
-    """The bins of a row. In the rotated axes of the differences, gx^2 - gy^2 is 2 b and 2 gx gy is a - c."""
+def _quantize(rights, ups, totals, bins, selected):  # type: ignore[no-untyped-def]
+    """The bins of a row, of the sums of the products that `_multiply` tells."""
     zero, half = np.float32(0), np.float32(0.5)
     orientations, strengths, coherences = bins[0], bins[1], bins[2]
     least, last = np.float32(EPSILON), np.int32(orientations * strengths * coherences) - 1
     for x in range(selected.shape[0]):
-        a, b, c = falls[x], mixed[x], rises[x]
-        right, up, total = b + b, a - c, a + c
-        spread = np.sqrt(right * right + up * up)
-        other = np.sqrt(max(a * c - b * b, zero))
-        coherence = spread / (total + other + other + least)
+        right, up, total = rights[x], ups[x], totals[x]
+        squared = right * right + up * up
+        spread, other = np.sqrt(squared), np.sqrt(max(total * total - squared, zero))
+        coherence = spread / (total + other + least)
         strength = np.sqrt(half * (total + spread))
         orientation = _orientation(right, up, orientations)
         level = np.floor(min(max((strength - bins[4]) * bins[5], zero), strengths - half))
@@ -260,16 +276,15 @@ def _orientation(right, up, orientations):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True, noalias=True)
-def _quantize_orientation(falls, mixed, rises, orientations, selected):  # type: ignore[no-untyped-def]
+def _quantize_orientation(rights, ups, orientations, selected):  # type: ignore[no-untyped-def]
     """The bins of a row if there is one of strength and one of coherence."""
     last = np.int32(orientations) - 1
     for x in range(selected.shape[0]):
-        a, b, c = falls[x], mixed[x], rises[x]
-        selected[x] = index_at(_orientation(b + b, a - c, orientations), last)
+        selected[x] = index_at(_orientation(rights[x], ups[x], orientations), last)
 
 
 @compiled(fastmath=True, noalias=True)
-def _find_directions(falls, mixed, rises, outside, inside, directions):  # type: ignore[no-untyped-def]
+def _find_directions(rights, ups, outside, inside, directions):  # type: ignore[no-untyped-def]
     """Cosine and sine of the doubled angle of a row's gradients, 1 and 0 where there is none.
 
     Args:
@@ -280,8 +295,7 @@ def _find_directions(falls, mixed, rises, outside, inside, directions):  # type:
     least = np.float32(EPSILON)
     cosines, sines = directions[0][outside:], directions[1][outside:]
     for x in range(inside):
-        a, b, c = falls[x], mixed[x], rises[x]
-        right, up = b + b, a - c
+        right, up = rights[x], ups[x]
         factor = np.float32(1) / (np.sqrt(right * right + up * up) + least)
         cosines[x], sines[x] = (right + least) * factor, up * factor
     for row in (directions[0], directions[1]):
