@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
-from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
+from vidstyle.core.kernels import cached, compiled, gray_rgb, look_up_at
 from vidstyle.core.stroke_directions import STILL, stroke_directions
 from vidstyle.core.white_noise import APART, PAIR_CODES, between_pair, pairs_of, white_noise
 
@@ -50,12 +50,12 @@ def lic(
     noise = _noise_pairs(points[0], points[1], drawing_at(moment, rate) * APART)
     # Means of noise are paler the longer and finer the strokes.
     gain = np.float32(contrast * math.sqrt(1 + length / (2 * size)))
-    out = np.empty((height, width, 3), np.float32)
+    out = np.empty((height, width), np.float32)
     way = _steps(length, size), np.float32(size), reach
     flat, lines = (around.reshape(-1), noise.reshape(-1)), np.empty((5, width), np.float32)
     widths = width + 2 * reach, noise.shape[1]
-    _smear(flat, widths, rows, columns, way, gain, place.margin, lines, interleaved(out))
-    return out
+    _smear(flat, widths, rows, columns, way, gain, place.margin, lines, out)
+    return gray_rgb(out)
 
 
 @cached(maxsize=64)
@@ -133,8 +133,7 @@ def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type:
                 _add_noise(noise, lattice, starts, x, (one / size, weight), lines)
         for i in range(mean.size):
             shown = mean[i] / (total * np.float32(PAIR_CODES))
-            level = min(max(half + gain * (shown - half), np.float32(0)), one)
-            out[row, 3 * i], out[row, 3 * i + 1], out[row, 3 * i + 2] = level, level, level
+            out[row, i] = min(max(half + gain * (shown - half), np.float32(0)), one)
 
 
 @compiled(fastmath=True, noalias=True)

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.core.codes import Chroma, store
-from vidstyle.core.kernels import compiled, gray_rgb, interleaved
+from vidstyle.core.kernels import compiled, gray_rgb, interleaved, is_gray
 from vidstyle.core.kernels.weighing import Columns, Taps, weigh_rows, weigh_rows_and_columns
 from vidstyle.core.picture import Encoding, Picture
 
@@ -95,7 +95,10 @@ def yuv_from_rgb(color: np.ndarray, encoding: Encoding) -> tuple[np.ndarray, np.
 def luma_from_rgb(color: np.ndarray, encoding: Encoding, out: np.ndarray | None = None) -> np.ndarray:
     """Luma of `yuv_from_rgb` alone, in `out` if that is given."""
     luma = np.empty(color.shape[:2], np.float32) if out is None else out
-    _mix_luma(interleaved(color), encoding.from_rgb, luma)
+    if is_gray(color):
+        luma[:] = color[:, :, 0]
+    else:
+        _mix_luma(interleaved(color), encoding.from_rgb, luma)
     return luma
 
 

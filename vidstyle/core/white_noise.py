@@ -6,8 +6,8 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled
 
-PAIR_CODES = 65535
-"""The highest code of the numbers in a pair."""
+PAIR_CODES = 32767
+"""The highest code of the numbers in a pair, so that their difference has 16 bits, too."""
 APART = 10007
 """Points between the parts of the lattice that two drawings, or two octaves, take."""
 
@@ -39,14 +39,16 @@ def _hash(rows, columns, numbers):  # type: ignore[no-untyped-def]
 
 
 def pairs_of(noise: np.ndarray) -> np.ndarray:
-    """Two numbers side by side as 16-bit codes in one, so that there is one look-up: n x m - 1 int32."""
-    codes = np.rint(noise * np.float32(PAIR_CODES)).astype(np.uint32)
-    return (codes[:, :-1] | codes[:, 1:] << np.uint32(16)).view(np.int32)
+    """Codes of numbers, and how much higher that of the next column is, in one: n x m - 1 int32.
+
+    There is one look-up for both; the codes are in the low halves.
+    """
+    codes = np.rint(noise * np.float32(PAIR_CODES)).astype(np.int32)
+    return codes[:, :-1] | np.diff(codes, axis=1) << 16
 
 
 @compiled(fastmath=True)
 def between_pair(pair, beside):  # type: ignore[no-untyped-def]
     """The code between those of a pair; `beside` is the weight of the right one."""
-    low = np.int32(PAIR_CODES)
-    left, right = np.float32(np.int32(pair & low)), np.float32(np.int32((pair >> np.int32(16)) & low))
-    return left + beside * (right - left)
+    left, more = np.float32(np.int32(pair & np.int32(0xFFFF))), np.float32(np.int32(pair >> np.int32(16)))
+    return left + beside * more

@@ -6,6 +6,7 @@ from vidstyle.core.kernels.channels import (
     gray_or_interleaved,
     gray_rgb,
     interleaved,
+    is_gray,
     repeat_row,
 )
 from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
@@ -25,6 +26,7 @@ __all__ = [
     "gray_rgb",
     "index_at",
     "interleaved",
+    "is_gray",
     "look_up_at",
     "repeat_row",
     "rounded_up",
