@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-import cv2
 import numpy as np
 
 from vidstyle.block import Margin, ResultRows, SavedRef, Slider, block
@@ -15,6 +14,8 @@ from vidstyle.core.kernels.sector_tables import pair_lists, pixel_pairs
 
 ORIENTATIONS, ANISOTROPIES = 32, 8
 """Kernels for which weights are tabulated."""
+BORDERS = tuple(np.float32(math.tan((number + 0.5) * 2 * math.pi / ORIENTATIONS)) for number in range(4))
+"""Tangents of the angles between neighbouring directions, in an eighth of a turn."""
 STRIP = 64
 """Columns of a strip."""
 ZERO_CROSSING = 0.58
@@ -50,42 +51,36 @@ def kuwahara(
     starts, places, weights = _kernels(radius, stretch)
     reach, height = _radius(radius, stretch), len(out)
     around = pixel_pairs(picture, (margin[0] - reach, margin[0] + height + reach), reach)
-    chosen = _chosen_kernels(flow[margin[0] : margin[0] + height])
+    chosen = np.empty(out.shape[:2], np.int32)
+    _choose(interleaved(flow[margin[0] : margin[0] + height]), chosen)
     kernels = starts, places[..., 0] * around.shape[1] + places[..., 1] * 4, weights
     way, sums = (around.shape[1], reach), aligned_empty((2 * LANES * STRIP,)).view(np.int32)
     _filter(around.reshape(-1), way, chosen, kernels, (0,) * (1 + sharpness), sums, interleaved(out))
     return out
 
 
-def _chosen_kernels(flow: np.ndarray) -> np.ndarray:
-    """The number of each pixel's kernel, H x W int32."""
-    x, y, clearness = np.empty((3, *flow.shape[:2]), np.float32)
-    _split_flow(interleaved(flow), x, y, clearness)
-    chosen = np.empty(flow.shape[:2], np.int32)
-    _choose(cv2.phase(x, y), clearness, chosen)
-    return chosen
-
-
 @compiled
-def _split_flow(flow, x, y, clearness):  # type: ignore[no-untyped-def]
-    """The vector of doubled angle, and its length by the strength of the edge."""
-    one, two, least = np.float32(1), np.float32(2), np.float32(1e-6)
-    for row in range(x.shape[0]):
-        for i in range(x.shape[1]):
-            across, down = two * flow[row, 3 * i] - one, two * flow[row, 3 * i + 1] - one
-            x[row, i], y[row, i] = across, down
-            clearness[row, i] = np.sqrt(across * across + down * down) / max(flow[row, 3 * i + 2], least)
-
-
-@compiled
-def _choose(phase, clearness, chosen):  # type: ignore[no-untyped-def]
-    per_turn, shapes = np.float32(ORIENTATIONS / (2 * math.pi)), np.float32(ANISOTROPIES)
+def _choose(flow, chosen):  # type: ignore[no-untyped-def]
+    """The number of each pixel's kernel, by the vector of doubled angle and its length."""
+    one, two, least, shapes = np.float32(1), np.float32(2), np.float32(1e-6), np.float32(ANISOTROPIES)
     for row in range(chosen.shape[0]):
         for x in range(chosen.shape[1]):
-            orientation = index_at(phase[row, x] * per_turn + np.float32(0.5), ORIENTATIONS)
-            orientation = np.int32(0) if orientation == ORIENTATIONS else orientation
-            shape = index_at(min(clearness[row, x], np.float32(1)) * shapes, ANISOTROPIES - 1)
-            chosen[row, x] = orientation * ANISOTROPIES + shape
+            across, down = two * flow[row, 3 * x] - one, two * flow[row, 3 * x + 1] - one
+            clearness = np.sqrt(across * across + down * down) / max(flow[row, 3 * x + 2], least)
+            shape = index_at(min(clearness, one) * shapes, ANISOTROPIES - 1)
+            chosen[row, x] = np.int32(_orientation(across, down) * np.int32(ANISOTROPIES)) + shape
+
+
+@compiled
+def _orientation(x, y):  # type: ignore[no-untyped-def]
+    """The direction nearest to a vector, int32: counted in an eighth of a turn, and from there on."""
+    longer, shorter, number = max(abs(x), abs(y)), min(abs(x), abs(y)), np.int32(0)
+    for border in BORDERS:
+        number = np.int32(number + np.int32(shorter > border * longer))
+    number = np.int32(ORIENTATIONS // 4 - number) if abs(y) > abs(x) else number
+    number = np.int32(ORIENTATIONS // 2 - number) if x < np.float32(0) else number
+    number = np.int32(ORIENTATIONS - number) if y < np.float32(0) else number
+    return np.int32(number & np.int32(ORIENTATIONS - 1))
 
 
 @cached(maxsize=8)
