@@ -216,6 +216,16 @@ def test_bands_with_their_margin_give_what_the_whole_gives(bins: Bins, passes: i
         np.testing.assert_array_equal(band[above : above + bottom - top], whole[top:bottom])
 
 
+@pytest.mark.parametrize("bins", [BINS, SHARED, CURVED], ids=["each", "shared", "curved"])
+def test_rows_of_whole_cache_lines_take_the_result(bins: Bins) -> None:
+    luma = np.ascontiguousarray(face()[:, :240])
+    run = BankRun(random_bank(bins), (0.5,), 0.5, passes=2)
+    whole, out = run.run(luma), np.full((44, 240), np.nan, np.float32)
+    band = luma[100 - run.radius : 144 + run.radius]
+    assert run.run(band, (run.radius,) * 2, 100 - run.radius, out) is out
+    np.testing.assert_array_equal(out, whole[100:144])
+
+
 def test_parts_and_the_picture_itself_are_weighted() -> None:
     luma, bank = face(), random_bank(parts=2)
     one, two = (BankRun(bank, each, is_wide=True).run(luma) for each in ((1.0, 0.0), (0.0, 1.0)))

@@ -96,15 +96,22 @@ class BankRun:
     def _packed_for_chroma(self) -> np.ndarray:
         return packed_filters(self._filters_of(self.bank.of_chroma))
 
-    def run(self, luma: np.ndarray, margin: tuple[int, int] = (0, 0), top: int = 0) -> np.ndarray:
-        """The result at the size of the picture.
+    def run(
+        self,
+        luma: np.ndarray,
+        margin: tuple[int, int] = (0, 0),
+        top: int = 0,
+        out: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """The result at the size of the picture, undefined in the margin; or `out`.
 
         Args:
             luma: H x W float32; beyond its border the border is repeated.
             margin: first and last rows that are only there to be read.
             top: the number of luma's first row in the whole picture.
+            out: the rows without the margin, which the result is written to if it fills whole cache lines.
         """
-        return self._passes(luma, (), margin, top)[0]
+        return self._passes(luma, (), margin, top, out)[0]
 
     def run_chroma(
         self,
@@ -117,7 +124,12 @@ class BankRun:
         return tuple(self._passes(luma, chroma, margin, top)[1:])
 
     def _passes(
-        self, luma: np.ndarray, chroma: tuple[np.ndarray, ...], margin: tuple[int, int], top: int
+        self,
+        luma: np.ndarray,
+        chroma: tuple[np.ndarray, ...],
+        margin: tuple[int, int],
+        top: int,
+        out: np.ndarray | None = None,
     ) -> list[np.ndarray]:
         """Luma and the chroma planes; luma is undefined if chroma is wanted."""
         step = self.radius // self.passes if self.reselect else self.bank.size // 2
@@ -134,7 +146,8 @@ class BankRun:
                 for each in chroma
             )
             if not chroma or (left and self.reselect):
-                luma = apply_filters(luma, selected, self._packed, size, self.limits, *place)
+                last = None if left else out
+                luma = apply_filters(luma, selected, self._packed, size, self.limits, *place, last)
         return [luma, *chroma]
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
@@ -152,6 +165,7 @@ def apply_filters(
     margin: tuple[int, int] = (0, 0),
     step: int = 1,
     top: int = 0,
+    out: np.ndarray | None = None,
 ) -> np.ndarray:
     """Filter each pixel with the filter selected for it.
 
@@ -164,9 +178,10 @@ def apply_filters(
         margin: first and last rows that are not needed.
         step: side of the squares of pixels that share a filter.
         top: as in `select_filters`.
+        out: float32, the rows without the margin.
 
     Returns:
-        H x W float32, new; undefined in the rows of the margin.
+        `out`, if it consists of whole cache lines and squares; else H x W float32, undefined in the margin.
     """
     (height, width), lead = luma.shape, top % step
     columns = rounded_up(width, LINE)
@@ -177,11 +192,15 @@ def apply_filters(
     # Pixels that begin in the middle of a cache line read rows that do, too.
     around = kept, again[LINE // 2 : -LINE // 2].reshape(shape)
     ends = np.float32(limits[0]), np.float32(limits[1])
-    out = np.empty((len(selected) * step, columns), np.float32)
+    if out is None or width % LINE or any((row + lead) % step for row in (margin[0], height - margin[1])):
+        out, first = np.empty((len(selected) * step, columns), np.float32), 0
+        result = out[lead : lead + height, :width]
+    else:
+        result, first = out, rows[0]
     chosen = _widened(selected, columns // step)
     sides = (0,) * size, (0,) * step, (0,) * together
-    _apply(np.ascontiguousarray(luma), chosen, packed, sides, (*rows, lead), ends, around, out)
-    return out[lead : lead + height, :width]
+    _apply(np.ascontiguousarray(luma), chosen, packed, sides, (*rows, lead, first), ends, around, out)
+    return result
 
 
 def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
@@ -197,11 +216,12 @@ def _apply(luma, selected, filters, sides, place, ends, around, out):  # type: i
 
     Args:
         sides: as in `filter_pixel_block`.
-        place: the first row of squares, the one after the last, and rows of the first square above luma.
+        place: the first row of squares, the one after the last, rows of the first square above luma, and the
+            row of squares that `out` begins with.
         ends: of the range that the result is clipped to.
         around: the rows of luma that are read, with their border; and once more.
     """
-    (top, bottom, lead), (low, high), (kept, again) = place, ends, around
+    (top, bottom, lead, first), (low, high), (kept, again) = place, ends, around
     radius, step, together = len(sides[0]) // 2, len(sides[1]), len(sides[2])
     count, last = kept.shape[0], luma.shape[0] - 1
     begun = top * step - lead - radius
@@ -211,7 +231,7 @@ def _apply(luma, selected, filters, sides, place, ends, around, out):  # type: i
         for each in range(begun, end):
             _repeat_border(luma[min(max(each, 0), last)], radius, kept[each % count], again[each % count])
         begun, oldest = end, end % count
-        chosen, filtered = selected[row:], out[row * step :]
+        chosen, filtered = selected[row:], out[(row - first) * step :]
         for column in range(0, out.shape[1], 16):
             filter_pixel_block(filters, chosen, kept, oldest, column, sides, low, high, filtered)
             filter_pixel_block(filters, chosen, again, oldest, column + 8, sides, low, high, filtered)

@@ -146,7 +146,7 @@ class FrameExecutor:
         if node.block is not None:
             return self._run_block(node, inputs, top, bottom, out)
         if node.op == "filter_bank":
-            return _run_bank(node, inputs, top, bottom)
+            return _run_bank(node, inputs, top, bottom, out)
         if node.op == "resample":
             return self._resampled(node, top, bottom, out)
         if node.op == "upsample":
@@ -223,13 +223,14 @@ class FrameExecutor:
         return sampled(self._stored[node])
 
 
-def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int) -> Value:
+def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int, out: np.ndarray | None) -> Value:
     above, below = _margin(node, top, bottom)
     run, wanted = node.values["run"], slice(above, above + bottom - top)
     if node.kind == "chroma":
         planes = run.run_chroma(inputs["luma"], inputs["chroma"], (above, below), top - above)
         return tuple(plane[wanted] for plane in planes)
-    return run.run(inputs["luma"], (above, below), top - above)[wanted]
+    result = run.run(inputs["luma"], (above, below), top - above, out)
+    return result if result is out else result[wanted]
 
 
 def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:
