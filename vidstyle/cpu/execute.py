@@ -134,7 +134,7 @@ class FrameExecutor:
             else:
                 values[node, margin] = self._computed(node, inputs, first, last, stored.get(node))
             for each, rows in stored.items():
-                values[each, 0] = _copied(values[each, 0], rows)
+                values[each, 0] = _copy_rows(values[each, 0], rows)
             for key in step.releases:
                 del values[key]
         return values
@@ -244,8 +244,8 @@ def _empty_planes(node: Node) -> Value:
     return aligned_empty((*node.shape, 3) if node.kind == "color" else node.shape)
 
 
-def _copied(value: Value, rows: Value) -> Value:
-    """The rows that a value is wanted in, with a copy of it where it was not computed there."""
+def _copy_rows(value: Value, rows: Value) -> Value:
+    """The rows that a value is wanted in: where it was computed elsewhere, copied there."""
     value = at_every_pixel(value, rows)
     pairs = zip(value, rows, strict=True) if isinstance(value, tuple) else [(value, rows)]
     for computed, wanted in pairs:
