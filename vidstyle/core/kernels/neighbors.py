@@ -14,16 +14,17 @@ LANES = 8
 class AddNeighbors(Intrinsic):
     """`add_neighbors(line, start, step, offsets, weights, tap, windows, taps, out, place)` for kernels.
 
-    Adds a few weighted numbers of a line to each of `LANES` ones. LLVM would gather them one by one, which
-    takes twice as long. Here they are loaded as vectors of neighbours and permuted: LLVM has no instruction
-    for that, but uses one of the processor's where each lane is extracted and inserted.
+    Adds a few weighted numbers of a line to each of `LANES` ones; the first of them are written. LLVM would
+    gather them one by one, which takes twice as long. Here they are loaded as vectors of neighbours and
+    permuted: LLVM has no instruction for that, but uses one of the processor's where each lane is extracted
+    and inserted.
 
     Args of the compiled call:
         line: float32, one row. For tap t it is read at the numbers `start + step * t + offset`.
         start, step, place: int64.
         offsets: LANES int32, 0 to LANES * windows - 1; all numbers up to there lie within the line.
         weights: taps x LANES float32.
-        tap: int64, the first one that is added.
+        tap: int64, the first one that is added; 0 where sums begin.
         windows, taps: tuples; their lengths are how many vectors the offsets reach over, one or two, and how
             many taps are added. No loop adds them: LLVM would extract the offsets before it.
         out: float32, one row; written from number `place` on.
@@ -35,7 +36,9 @@ class AddNeighbors(Intrinsic):
     ) -> None:  # fmt: skip
         emitter = _Emitter(builder)
         chosen = emitter.load(offsets.data, emitter.number(0), emitter.integers)
-        total = emitter.load(out.data, place, emitter.floats)
+        is_first = builder.icmp_signed("==", tap, emitter.number(0))
+        before = emitter.load(out.data, place, emitter.floats)
+        total = builder.select(is_first, emitter.floats([0.0] * LANES), before)
         at = builder.add(start, builder.mul(tap, step))
         weight = builder.mul(tap, emitter.number(LANES))
         for _ in range(taps.type.count):

@@ -191,8 +191,6 @@ def _weigh_near(line, tables, out):  # type: ignore[no-untyped-def]
     starts, offsets, weights, windows, taps, step = tables
     whole, rest = out.size // LANES, out.size % LANES
     scratch = line[line.size - LANES :]
-    out[:] = 0
-    scratch[:] = 0
     for tap in range(0, weights.shape[1], len(taps)):
         for block in range(whole):
             how = offsets[block], weights[block], tap, windows, taps
