@@ -33,7 +33,7 @@ def stroke_directions(
 
 @compiled
 def _halve_angles(flow, fixed, right, down):  # type: ignore[no-untyped-def]
-    half, one, two, most = np.float32(0.5), np.float32(1), np.float32(2), np.float32(16)
+    one, two, most = np.float32(1), np.float32(2), np.float32(16)
     for row in range(right.shape[0]):
         for i in range(right.shape[1]):
             # Minus: along the edge, a right angle from the gradient.
@@ -42,12 +42,11 @@ def _halve_angles(flow, fixed, right, down):  # type: ignore[no-untyped-def]
             # Infinite or NaN, it would lead anywhere: what is no direction is the fixed one.
             usable = abs(x) + abs(y) < most
             x, y = x if usable else fixed[2], y if usable else fixed[3]
-            scale = one / max(np.sqrt(x * x + y * y), np.float32(1e-12))
-            cosine, sine = x * scale, y * scale
-            # Half the angle: the longer part by its root, the other, which would lose digits so, by a
-            # product.
-            longer = np.sqrt(half + half * abs(cosine))
-            shorter = abs(sine) / (two * longer)
-            right[row, i] = shorter if cosine < 0 else longer
-            other = longer if cosine < 0 else shorter
+            # Half the angle: the direction of the vector with its length added to its part across.
+            length = max(np.sqrt(x * x + y * y), np.float32(1e-12))
+            added = length + abs(x)
+            scale = one / np.sqrt(two * length * added)
+            longer, shorter = added * scale, abs(y) * scale
+            right[row, i] = shorter if x < 0 else longer
+            other = longer if x < 0 else shorter
             down[row, i] = -other if y < 0 else other
