@@ -34,8 +34,10 @@ SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float
 PROCESSOR = binding.get_host_cpu_features()
 if PROCESSOR.get("avx512vbmi2"):
     # The first processors with AVX-512 slow down at vectors of 512 bits; LLVM avoids them on later ones too.
-    # It would add products of 16 bits by two instructions in place of one, too: slower where there are many.
-    config.CPU_FEATURES = f"{PROCESSOR.flatten()},-prefer-256-bit,+fast-dpwssd"
+    config.CPU_FEATURES = f"{PROCESSOR.flatten()},-prefer-256-bit"
+    if binding.llvm_version_info >= (20,):  # older ones complain that they do not know it
+        # LLVM would add products of 16 bits by two instructions in place of one: slower where there are many.
+        config.CPU_FEATURES += ",+fast-dpwssd"
 OBJECT_SIZE = object.__basicsize__
 """Bytes of a Python object before its own fields; those of an array are data, dimensions, shape, strides."""
 
