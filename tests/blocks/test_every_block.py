@@ -23,7 +23,7 @@ from vidstyle.block import (
     SavedRef,
 )
 from vidstyle.blocks import all_blocks
-from vidstyle.core.mixed import Mixed
+from vidstyle.core.deferred_color import Mixed
 from vidstyle.core.picture import RANGES, Encoding, Picture
 from vidstyle.style import Style
 

@@ -115,7 +115,7 @@ def test_a_kernel_that_raises_an_error_is_no_success():
 def test_object_files_are_loaded_without_the_compiler(tmp_path):
     check = (
         "import sys, numpy as np\n"
-        "from vidstyle.core.mixed import Mixed\n"
+        "from vidstyle.core.deferred_color import Mixed\n"
         "color = np.ones((1, 1, 3), np.float32)\n"
         "mixed = Mixed(color, np.eye(3, 4, dtype=np.float32)).whole()\n"
         "print(mixed.tolist(), 'numba' in sys.modules)\n"

@@ -12,7 +12,7 @@ from covering import in_one_test
 from pictures import codes
 
 from vidstyle.core.codes import UNMIXED, chroma_radius, store, store_chroma, store_yuv
-from vidstyle.core.mixed import Mixed
+from vidstyle.core.deferred_color import Mixed, Printed
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import (
     chroma_rows,
@@ -21,7 +21,6 @@ from vidstyle.core.planes import (
     rgb_from_yuv,
     yuv_from_rgb,
 )
-from vidstyle.core.printed import Printed
 
 WEIGHTS = {
     "bt601": (0.299, 0.587, 0.114),

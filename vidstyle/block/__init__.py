@@ -32,12 +32,12 @@ BlockKind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"
 """How a block computes its result: from the same pixel, a neighbourhood, measurements of the whole frame, at
 another size, by a bank of learned filters, or by other blocks.
 
-The function of a pixel, filter or measured block takes an array and returns one, or a `core.mixed.Mixed`. RGB
-that is gray may come as a view of one plane (`core.kernels.gray_rgb`). That of a recipe returns a list of
-blocks with their values; that of a learned block an object with `radius`, `scale` and `run(luma, margin)`;
-that of a resize block takes a (height, width) and returns the one that its parameter `factor` makes of it,
-while the renderer resamples as its parameters `method` and `back` say. A measured block's parameter `settle`,
-in seconds, is the time constant by which its measurements are smoothed.
+The function of a pixel, filter or measured block takes an array and returns one, or a
+`core.deferred_color.Mixed`. RGB that is gray may come as a view of one plane (`core.kernels.gray_rgb`). That
+of a recipe returns a list of blocks with their values; that of a learned block an object with `radius`,
+`scale` and `run(luma, margin)`; that of a resize block takes a (height, width) and returns the one that its
+parameter `factor` makes of it, while the renderer resamples as its parameters `method` and `back` say. A
+measured block's parameter `settle`, in seconds, is the time constant by which its measurements are smoothed.
 """
 
 On = Literal["luma", "color", "channels"]

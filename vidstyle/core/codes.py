@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.core.deferred_color import NO_LAYERS, Printed, lay_on
 from vidstyle.core.kernels import compiled, interleaved
 from vidstyle.core.picture import Encoding
-from vidstyle.core.printed import NO_LAYERS, Printed, lay_on
 
 Chroma = tuple[np.ndarray, np.ndarray]
 SampleArea = tuple[int, int, np.ndarray]

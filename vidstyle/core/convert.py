@@ -12,10 +12,10 @@ import numpy as np
 
 from vidstyle.core.bands import in_bands, shared_pool
 from vidstyle.core.codes import UNMIXED, Chroma, chroma_radius, store, store_chroma, store_yuv
+from vidstyle.core.deferred_color import Printed
 from vidstyle.core.kernels import interleaved
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, chroma_rows, color_rows, luma_rows
-from vidstyle.core.printed import Printed
 
 ONE_THREAD_PIXELS = 1 << 17
 """Smaller pictures are converted in the calling thread: handing bands out would take longer."""

@@ -12,9 +12,9 @@ from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion, R
 from vidstyle.core.bands import in_bands
 from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.convert import PictureAssembler
+from vidstyle.core.deferred_color import Mixed
 from vidstyle.core.kernels import aligned_empty
 from vidstyle.core.measured import percentiles, sampled, sampled_values
-from vidstyle.core.mixed import Mixed
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     color_rows,

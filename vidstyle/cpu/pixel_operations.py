@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.codes import UNMIXED, Chroma
+from vidstyle.core.deferred_color import Mixed, Printed
 from vidstyle.core.kernels import compiled, gray_rgb
-from vidstyle.core.mixed import Mixed
 from vidstyle.core.planes import luma_from_rgb, rgb_from_yuv, yuv_from_rgb
-from vidstyle.core.printed import Printed
 from vidstyle.cpu.tints import Tints
 from vidstyle.style.nodes import Node, encoding_of
 
@@ -72,10 +71,8 @@ def planes_of(chroma: Chroma | Tints) -> tuple[tuple[np.ndarray, ...], np.ndarra
 
 def at_every_pixel(value: Value, out: Value | None = None) -> Value:
     """The value as planes, in `out` if it can."""
-    if isinstance(value, Mixed):
+    if isinstance(value, Mixed | Printed):
         return value.whole(out)
-    if isinstance(value, Printed):
-        return value.whole()
     return value.chroma() if isinstance(value, Tints) else value
 
 
