@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import socket
+import threading
+import time
 from collections.abc import Iterator
+from contextlib import suppress
+from urllib.parse import urlsplit
 
 import pytest
 from live import FakeClock
@@ -280,6 +285,24 @@ def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> 
         silent.settimeout(LONG)
         while silent.recv(1024):
             pass
+
+
+def test_who_connects_while_it_closes_leaves_nothing_open() -> None:
+    """What is left open is a ResourceWarning of asyncio, and so an error of this test."""
+
+    def connect(port: int) -> None:
+        with suppress(OSError):
+            while True:
+                socket.create_connection(("127.0.0.1", port), timeout=LONG).close()
+
+    for _ in range(12):
+        closing = server.WebServer("page", {}, [], "nothing")
+        visitor = threading.Thread(target=connect, args=(urlsplit(closing.url).port,))
+        visitor.start()
+        time.sleep(0.02)
+        closing.close()
+        visitor.join()
+        gc.collect()
 
 
 def test_what_a_stranger_sends_plays_no_tricks_on_the_terminal(

@@ -216,6 +216,12 @@ class WebServer:
             self._loop.close()
 
     async def _end(self) -> None:
+        # A connection accepted in this turn of the loop still needs the listener: without it, asyncio of
+        # Python 3.11 never closes the connection.
+        with suppress(NotImplementedError):  # on Windows
+            for listening in self._listener.sockets:
+                self._loop.remove_reader(listening.fileno())
+        await asyncio.sleep(0)
         self._listener.close()
         closing = (socket.close(code=WSCloseCode.GOING_AWAY) for socket in list(self._sockets))
         await asyncio.gather(*closing, return_exceptions=True)
