@@ -6,7 +6,6 @@ import gc
 import logging
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import suppress
 from urllib.parse import urlsplit
@@ -290,16 +289,17 @@ def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> 
 def test_who_connects_while_it_closes_leaves_nothing_open() -> None:
     """What is left open is a ResourceWarning of asyncio, and so an error of this test."""
 
-    def connect(port: int) -> None:
+    def connect(port: int, has_connected: threading.Event) -> None:
         with suppress(OSError):
             while True:
                 socket.create_connection(("127.0.0.1", port), timeout=LONG).close()
+                has_connected.set()
 
     for _ in range(12):
-        closing = server.WebServer("page", {}, [], "nothing")
-        visitor = threading.Thread(target=connect, args=(urlsplit(closing.url).port,))
+        closing, has_connected = server.WebServer("page", {}, [], "nothing"), threading.Event()
+        visitor = threading.Thread(target=connect, args=(urlsplit(closing.url).port, has_connected))
         visitor.start()
-        time.sleep(0.02)
+        has_connected.wait(LONG)
         closing.close()
         visitor.join()
         gc.collect()
