@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from covering import in_one_test
@@ -101,26 +102,35 @@ def sector_weights(away: np.ndarray, radius: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("radius", "sharpness", "orientation"), [(1, 0, 0), (2.3, 3, 5), (4, 2, 11), (8, 1, 22)]
+    ("radius", "sharpness", "orientation", "size"),
+    [(1, 0, 0, 1), (2.3, 3, 5, 1), (4, 2, 11, 1), (8, 1, 22, 1), (12, 2, 3, 3), (23, 1, 17, 5)],
 )
-def test_kuwahara_is_a_mean_of_means_in_sectors(radius: float, sharpness: int, orientation: int) -> None:
+def test_kuwahara_is_a_mean_of_means_in_sectors(
+    radius: float, sharpness: int, orientation: int, size: int
+) -> None:
+    """Where the radius is large, squares of pixels have the same weight."""
     color, turn = noise(19, 70, 3), orientation * np.pi / 16
     flow = np.zeros((19, 70, 3), np.float32)
     flow[:] = 0.5 + 0.2 * np.cos(turn), 0.5 + 0.2 * np.sin(turn), 1  # the fourth of eight ellipses
     out = np.empty_like(color)
     kuwahara.function(color, (0, 0), out, flow, radius, 0.8, sharpness)
+    radius /= size
     rows, columns = (each.reshape(-1) for each in np.mgrid[-16:17, -16:17])
     longer, angle = 1 + 0.8 * 3.5 / 8, turn / 2 + np.pi / 2
     along = (np.cos(angle) * columns + np.sin(angle) * rows) / (radius * longer)
     across = (np.cos(angle) * rows - np.sin(angle) * columns) / (radius / longer)
     inside = along**2 + across**2 <= 1.0001
     weights = sector_weights(np.stack([along, across], axis=1)[inside], radius)
-    padded = np.pad(color.astype(np.float64), ((16, 16), (16, 16), (0, 0)), mode="edge")
-    samples = np.stack(
-        [padded[16 + y : 35 + y, 16 + x : 86 + x] for y, x in zip(rows[inside], columns[inside], strict=True)]
-    )
-    means = np.tensordot(weights.T, samples, 1)
-    variance = (np.tensordot(weights.T, samples**2, 1) - means**2).sum(axis=3)
+    beyond = 17 * size
+    padded = np.pad(color.astype(np.float64), ((beyond, beyond), (beyond, beyond), (0, 0)), mode="edge")
+    corners = beyond + size * np.stack([rows, columns], axis=1)[inside]
+
+    def weighted(values: np.ndarray) -> np.ndarray:
+        values = cv2.blur(values, (size, size))
+        return np.tensordot(weights.T, np.stack([values[y : y + 19, x : x + 70] for y, x in corners]), 1)
+
+    means = weighted(padded)
+    variance = (weighted(padded**2) - means**2).sum(axis=3)
     shares = 1 / (1 + (255 * np.maximum(variance, 0)) ** 2**sharpness)
     expected = (shares[..., None] * means).sum(axis=0) / shares.sum(axis=0)[..., None]
     np.testing.assert_allclose(out, expected, atol=0.4 / 255)

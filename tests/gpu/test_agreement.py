@@ -6,6 +6,7 @@ Settings are combined in pairs, at one size, half of them each day; `-m thorough
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,13 @@ def test_every_block_gives_what_it_gives_on_the_cpu(
         forms = [drawn(FORMS, f"{block.name} {values}")] if values else FORMS
         found += block_faults(sessions, block, values, folder, shape, makers=[make], forms=forms)
     assert not found, "\n".join(found)
+
+
+def test_large_ellipses_agree(sessions: Sessions, folder: Path) -> None:
+    """On a page so large that squares of pixels have the same weight."""
+    chosen = replace(block_style(all_blocks()["kuwahara"], {"radius": 7}, folder), height=32)
+    for side in (60, 96):
+        assert faults(sessions, chosen, film_picture(side, side + 3), f"kuwahara, side {side}", FORMS) == []
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import Annotated, Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from vidstyle.block import Margin, ResultRows, SavedRef, Slider, block
 from vidstyle.core.kernels import aligned_empty, cached, compiled, index_at, interleaved
 from vidstyle.core.kernels.sector_means import LANES, SECTORS, mean_of_sectors, sector_sums
-from vidstyle.core.kernels.sector_tables import pair_lists, pixel_pairs
+from vidstyle.core.kernels.sector_tables import pair_lists, pixel_pairs, square_means
+
+Kernels = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 ORIENTATIONS, ANISOTROPIES = 32, 8
 """Kernels for which weights are tabulated."""
@@ -22,12 +25,25 @@ ZERO_CROSSING = 0.58
 """Angle in radians at which the weights of a sector end, at its middle radius."""
 BORDER = 1.0001
 """The squared radius of the ellipse: rounding must not decide about pixels just on it."""
+SAMPLES = 4
+"""From the middle of an ellipse to its border, at least, where they are not side by side."""
 FALL = -3.125
 """The exponent by which weights fall off, at the border of the ellipse."""
 
 
+def _spacing(radius: float) -> int:
+    """Pixels from one sample to the next, odd: with it, large ellipses take the time of small ones."""
+    return 2 * max(int((radius / SAMPLES - 1) / 2 + 0.001), 0) + 1  # rounding must not decide at 12, 20 ...
+
+
+def _reach(radius: float, stretch: float) -> int:
+    """Samples on each side of a pixel, at most."""
+    return math.ceil(radius * (1 + stretch) / _spacing(radius))
+
+
 def _radius(radius: float, stretch: float) -> int:
-    return math.ceil(radius * (1 + stretch))
+    spacing = _spacing(radius)
+    return spacing * _reach(radius, stretch) + spacing // 2
 
 
 @block("filter", on="color", radius=_radius)
@@ -45,18 +61,37 @@ def kuwahara(
     Each pixel becomes a mean of the eight sectors of an ellipse along the flow, each weighted by
     1 / (1 + (255 v) ^ (2 ^ sharpness)), where v is the sector's variance, summed over channels. Kyprianidis,
     Kang and Döllner 2009, "Image and Video Abstraction by Anisotropic Kuwahara Filtering"; polynomial
-    weights of sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes. Colours
+    weights of sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes. From a
+    radius of 12 pixels on, squares of 3 x 3 pixels have the same weight, from 20 on 5 x 5, and so on. Colours
     are clipped to -1..2.
     """
-    starts, places, weights = _kernels(radius, stretch)
-    reach, height = _radius(radius, stretch), len(out)
-    around = pixel_pairs(picture, (margin[0] - reach, margin[0] + height + reach), reach)
+    spacing, reach, height = _spacing(radius), _reach(radius, stretch), len(out)
     chosen = np.empty(out.shape[:2], np.int32)
     _choose(interleaved(flow[margin[0] : margin[0] + height]), chosen)
-    kernels = starts, places[..., 0] * around.shape[1] + places[..., 1] * 4, weights
-    way, sums = (around.shape[1], reach), aligned_empty((2 * LANES * STRIP,)).view(np.int32)
-    _filter(around.reshape(-1), way, chosen, kernels, (0,) * (1 + sharpness), sums, interleaved(out))
+    kernels = _kernels(radius / spacing, stretch)
+    if spacing == 1:
+        around = pixel_pairs(picture, (margin[0] - reach, margin[0] + height + reach), reach)
+        _run(around, reach, chosen, kernels, sharpness, out)
+        return out
+    means = square_means(picture, margin, _radius(radius, stretch), spacing)
+    for top, left in product(range(min(spacing, height)), range(min(spacing, out.shape[1]))):
+        grid = slice(top, None, spacing), slice(left, None, spacing)
+        samples, part = means[grid], np.empty_like(out[grid], order="C")
+        around = pixel_pairs(samples, (0, len(samples)), 0)
+        _run(around, reach, np.ascontiguousarray(chosen[grid]), kernels, sharpness, part)
+        out[grid] = part
     return out
+
+
+def _run(
+    around: np.ndarray, reach: int, chosen: np.ndarray, kernels: Kernels, sharpness: int, out: np.ndarray
+) -> None:
+    """Filter a picture, of which `around` has the pixel pairs and `reach` more of them on all sides."""
+    starts, places, weights = kernels
+    offsets = places[..., 0] * around.shape[1] + places[..., 1] * 4
+    way, sums = (around.shape[1], reach), aligned_empty((2 * LANES * STRIP,)).view(np.int32)
+    listed = starts, offsets, weights
+    _filter(around.reshape(-1), way, chosen, listed, (0,) * (1 + sharpness), sums, interleaved(out))
 
 
 @compiled
@@ -84,7 +119,7 @@ def _orientation(x, y):  # type: ignore[no-untyped-def]
 
 
 @cached(maxsize=8)
-def _kernels(radius: float, stretch: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _kernels(radius: float, stretch: float) -> Kernels:
     """Where the pairs of each kernel begin; their rows and columns, n x 4 x 2, and weights, n x 4 x 4.
 
     They are four lists side by side, as `sector_sums` reads them.
@@ -103,7 +138,7 @@ def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tupl
 
     The other half lies opposite, with the same weights in the opposite sectors.
     """
-    longer, reach = 1 + stretch * (shape + 0.5) / ANISOTROPIES, _radius(radius, stretch)
+    longer, reach = 1 + stretch * (shape + 0.5) / ANISOTROPIES, math.ceil(radius * (1 + stretch))
     angle = math.pi * (orientation / ORIENTATIONS + 0.5)  # of the edge; the gradient's is a right angle less
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     along = (math.cos(angle) * columns + math.sin(angle) * rows) / (radius * longer)

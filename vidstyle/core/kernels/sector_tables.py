@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from vidstyle.core.kernels.aligned import aligned_empty
@@ -28,7 +29,7 @@ def pixel_pairs(picture: np.ndarray, rows: tuple[int, int], reach: int) -> np.nd
     """Pairs of pixels of some rows of a picture, with those at its edge beyond it.
 
     Args:
-        picture: H x W x 3, clipped to -1..2.
+        picture: H x W x 3, clipped to -1..2; or H x W x 4, from `square_means`.
         rows: the first one, and the one behind the last one; they may lie outside.
         reach: columns on both sides; on the left there is one more, in which opposite pairs begin.
 
@@ -36,21 +37,48 @@ def pixel_pairs(picture: np.ndarray, rows: tuple[int, int], reach: int) -> np.nd
         int32, rows x 4 numbers for each column, see `SectorSums`.
     """
     out = aligned_empty((rows[1] - rows[0], 4 * (picture.shape[1] + 2 * reach + 1))).view(np.int32)
-    _surround(interleaved(picture), rows[0], reach + 1, np.empty(out.shape[1] + 4, np.int32), out)
+    codes = np.empty(out.shape[1] + 4, np.int32)
+    _surround(interleaved(picture), picture.shape[2], rows[0], reach + 1, codes, out)
     return out
 
 
+def square_means(picture: np.ndarray, margin: tuple[int, int], radius: int, size: int) -> np.ndarray:
+    """Means of squares of pixels around each one, and of the squares of their differences from the middle.
+
+    Args:
+        picture: H x W x 3, clipped to -1..2; its edge is repeated beyond it.
+        margin: rows above and below those for which a result is wanted.
+        radius: how far from these pixels all samples of a square lie, at most.
+        size: of a square, odd.
+
+    Returns:
+        H x W x 4 float32, for all pixels whose square lies within the radius.
+    """
+    above, below = (radius - rows for rows in margin)
+    around = cv2.copyMakeBorder(
+        np.clip(picture, LOWEST, HIGHEST), above, below, radius, radius, cv2.BORDER_REPLICATE
+    )
+    squares = np.square(around - np.float32((LOWEST + HIGHEST) / 2)).sum(axis=2)
+    weights, half = np.full(size, 1 / size, np.float32), size // 2
+    means = cv2.sepFilter2D(np.dstack([around, squares]), cv2.CV_32F, weights, weights)
+    return means[half:-half, half:-half]
+
+
 @compiled
-def _surround(picture, top, left, codes, out):  # type: ignore[no-untyped-def]
+def _surround(picture, channels, top, left, codes, out):  # type: ignore[no-untyped-def]
     """Pairs of pixels for `sector_sums`, from row `top` on, with those at the edge beyond it.
 
     Args:
         left: columns before the first one of the picture.
         codes: scratch for one row and one pixel more.
     """
-    first, last = 4 * left, 4 * left + picture.shape[1] // 3 * 4
+    first, last = 4 * left, 4 * left + picture.shape[1] // channels * 4
     for row in range(out.shape[0]):
-        _encode(picture[min(max(top + row, 0), picture.shape[0] - 1)], codes[first:last])
+        source = picture[min(max(top + row, 0), picture.shape[0] - 1)]
+        if channels == 3:
+            _encode(source, codes[first:last])
+        else:
+            _encode_means(source, codes[first:last])
         for i in range(first):
             codes[i] = codes[first + i % 4]
         for i in range(last, codes.size):
@@ -71,6 +99,17 @@ def _encode(row, codes):  # type: ignore[no-untyped-def]
         codes[4 * x], codes[4 * x + 1] = np.int32(np.rint(red * scale)), np.int32(np.rint(green * scale))
         codes[4 * x + 2] = np.int32(np.rint(blue * scale))
         codes[4 * x + 3] = np.int32(np.rint(square * square_scale))
+
+
+@compiled(noalias=True)
+def _encode_means(row, codes):  # type: ignore[no-untyped-def]
+    """The same of means, whose squares are given."""
+    middle, scale = np.float32((LOWEST + HIGHEST) / 2), np.float32(LEVELS)
+    for x in range(row.size // 4):
+        for channel in range(3):
+            codes[4 * x + channel] = np.int32(np.rint((row[4 * x + channel] - middle) * scale))
+        square = row[4 * x + 3] - np.float32(MIDDLE_SQUARE)
+        codes[4 * x + 3] = np.int32(np.rint(square * np.float32(SQUARE_LEVELS)))
 
 
 @compiled(noalias=True)
