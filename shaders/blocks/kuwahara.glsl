@@ -10,9 +10,9 @@ vec3 kuwahara(ivec2 at, vec3 flow, float radius, float stretch, int sharpness) {
     float angle = 3.141592654 * (floor(turns + 0.5) / kuwahara_orientations + 0.5);
     float shape = floor(clamp(clearness, 0.0, kuwahara_anisotropies - 1.0));
     float longer = 1.0 + stretch * (shape + 0.5) / kuwahara_anisotropies;
-    // A GPU may be a thousandth off in both, which would decide about pixels on the border.
     int spacing = 2 * max(int((radius / 4.0 - 1.0) / 2.0 + 0.001), 0) + 1, half_square = spacing / 2;
     float samples = radius / float(spacing); // from the middle to the border
+    // A GPU may be a thousandth off in both, which would decide about pixels on the border.
     vec2 axis = normalize(vec2(cos(angle), sin(angle))), sides = vec2(samples * longer, samples / longer);
     float lift = 2.0 / samples, crossing = sin(0.58), narrowness = (lift + cos(0.58)) / (crossing * crossing);
     vec4 none = vec4(0.0);

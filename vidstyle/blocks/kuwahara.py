@@ -38,7 +38,7 @@ def _spacing(radius: float) -> int:
 
 def _reach(radius: float, stretch: float) -> int:
     """Samples on each side of a pixel, at most."""
-    return math.ceil(radius * (1 + stretch) / _spacing(radius))
+    return math.ceil(radius / _spacing(radius) * (1 + stretch))
 
 
 def _radius(radius: float, stretch: float) -> int:
@@ -138,7 +138,7 @@ def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tupl
 
     The other half lies opposite, with the same weights in the opposite sectors.
     """
-    longer, reach = 1 + stretch * (shape + 0.5) / ANISOTROPIES, math.ceil(radius * (1 + stretch))
+    longer, reach = 1 + stretch * (shape + 0.5) / ANISOTROPIES, _reach(radius, stretch)
     angle = math.pi * (orientation / ORIENTATIONS + 0.5)  # of the edge; the gradient's is a right angle less
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     along = (math.cos(angle) * columns + math.sin(angle) * rows) / (radius * longer)

@@ -58,7 +58,8 @@ def square_means(picture: np.ndarray, margin: tuple[int, int], radius: int, size
     around = cv2.copyMakeBorder(
         np.clip(picture, LOWEST, HIGHEST), above, below, radius, radius, cv2.BORDER_REPLICATE
     )
-    squares = np.square(around - np.float32((LOWEST + HIGHEST) / 2)).sum(axis=2)
+    centred = around - np.float32((LOWEST + HIGHEST) / 2)
+    squares = np.einsum("ijk,ijk->ij", centred, centred)
     weights, half = np.full(size, 1 / size, np.float32), size // 2
     means = cv2.sepFilter2D(np.dstack([around, squares]), cv2.CV_32F, weights, weights)
     return means[half:-half, half:-half]
