@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from vidstyle.blocks import all_blocks
 from vidstyle.style import SOURCE, Step, Style
+from vidstyle.style.wiring import WiredStep, wire_layers
 
 
 @dataclass
@@ -49,50 +50,44 @@ class GraphBlock:
 def blocks_of(style: Style) -> list[GraphBlock]:
     """The source, the steps and the result; steps without a block only name pictures."""
     found = _BlockList()
-    ends: dict[str, int] = {}
-    for layer, steps in style.layers.items():
-        current = ends.get("base", 0)
-        for step in steps:
-            current = found.add_step(layer, step, current)
-        ends[layer] = current
+    ends = {"base": 0}
+    for wired in wire_layers(style.layers):
+        ends[wired.layer] = found.add_step(wired)
     found.add_result(style, ends)
     return found.blocks
 
 
 class _BlockList:
-    """Follows the steps of a style and keeps track of the saved pictures."""
+    """Adds the blocks of a style in running order."""
 
     def __init__(self) -> None:
         self.blocks = [GraphBlock("", SOURCE, "source")]
-        self.named = {SOURCE: 0}
+        self._positions: dict[int | None, int] = {None: 0}
+        """The index of the block whose picture each step ends with."""
 
-    def add_step(self, layer: str, step: Step, current: int) -> int:
-        """Add a step; returns the index of the block whose picture is current after it."""
-        if step.source:
-            current = self.find(step.source)
-        block = all_blocks().get(step.block)
+    def add_step(self, wired: WiredStep) -> int:
+        """Add a step; return the index of the block whose picture is current after it."""
+        block, step = wired.wiring.block, wired.step
+        current = self._positions[wired.start]
+        for name in wired.wiring.reads.values():
+            self._name(self._positions[wired.savers[name]], name)
         if block is not None:
-            name = f"{block.name} (muted)" if step.mute else block.name
-            added = GraphBlock(layer, name, block.kind, _settings(step), step.source)
+            title = f"{block.name} (muted)" if step.mute else block.name
+            added = GraphBlock(wired.layer, title, block.kind, _settings(step), step.source)
             added.add_input(current, step.source)
-            for parameter in block.saved_refs:
-                if name := step.values.get(parameter, block.parameters[parameter].default):
-                    added.add_input(self.find(name), name)
+            for name in wired.wiring.pictures.values():
+                added.add_input(self._positions[wired.savers[name]], name)
             self.blocks.append(added)
             current = len(self.blocks) - 1
-            if block.saves:
-                self.named[block.saves] = current
+        self._positions[len(self._positions) - 1] = current
         if step.save:
-            self.named[step.save] = current
-            self.find(step.save)
+            self._name(current, step.save)
         return current
 
-    def find(self, name: str) -> int:
-        """The index of the block that saves a name, which is recorded there."""
-        number = self.named[name]
+    def _name(self, number: int, name: str) -> None:
+        """Record that a block saves a picture under a name."""
         if name != SOURCE and name not in self.blocks[number].saves:
             self.blocks[number].saves.append(name)
-        return number
 
     def add_result(self, style: Style, ends: dict[str, int]) -> None:
         """Add the result of all layers."""
@@ -102,7 +97,7 @@ class _BlockList:
         used |= {"paper": style.paper} if style.paper != Style.paper else {}
         result = GraphBlock("", title, "result", used)
         if over:
-            result.add_input(ends["background"])
+            result.add_input(ends.get("background", ends["base"]))
         if style.lines:
             result.add_input(ends["lines"])
         self.blocks.append(result)

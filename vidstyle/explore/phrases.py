@@ -14,9 +14,8 @@ from functools import cache
 from itertools import pairwise
 
 from vidstyle.assets import asset_folder
-from vidstyle.block import SavedRef
-from vidstyle.blocks import all_blocks
 from vidstyle.style import LAYERS, SOURCE, Step, Style, load_style
+from vidstyle.style.wiring import START, wiring_of
 
 BASE = "@base"
 """In a phrase, stands for the result of the base layer."""
@@ -96,25 +95,21 @@ def closed_layer(style: Style, layer: str) -> Iterator[Step]:
     own = {step.save for step in steps}
     for step in steps:
         values = dict(step.values)
-        for name, control in saved_refs(step).items():
-            picture = values.get(name, "")
-            if picture and picture != SOURCE and picture not in own:
+        wiring = wiring_of(step)
+        outside = {key for key, name in wiring.reads.items() if name != SOURCE and name not in own}
+        source = BASE if START in outside else step.source
+        for name in outside - {START}:
+            assert wiring.block is not None
+            if wiring.block.saved_refs[name].on == "chroma":
+                values.pop(name, None)
+            else:
                 values[name] = BASE
-                if control.on == "chroma":
-                    del values[name]
-        outside = step.source and step.source != SOURCE and step.source not in own
-        yield replace(step, values=values, source=BASE if outside else step.source)
-
-
-def saved_refs(step: Step) -> dict[str, SavedRef]:
-    """The parameters of a step that name saved pictures."""
-    return all_blocks()[step.block].saved_refs if step.block else {}
+        yield replace(step, values=values, source=source)
 
 
 def names_used(step: Step) -> set[str]:
-    """The saved pictures that a step says it uses."""
-    names = {str(step.values.get(name, "")) for name in saved_refs(step)}
-    return (names | {step.source}) - {"", SOURCE, BASE}
+    """Return the saved pictures that a step reads."""
+    return set(wiring_of(step).reads.values()) - {SOURCE, BASE}
 
 
 def _runs(steps: Sequence[Step]) -> Iterator[tuple[Step, ...]]:

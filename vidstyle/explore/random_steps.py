@@ -12,9 +12,10 @@ from typing import Any
 from vidstyle.block import Parameter, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.explore.phrases import BASE, names_used, saved_refs
+from vidstyle.explore.phrases import BASE, names_used
 from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
 from vidstyle.style.paths import find_value
+from vidstyle.style.wiring import rename_pictures, wiring_of
 
 DIGITS = 3
 """Significant digits of a random value: more could not be seen, and a file is read by people."""
@@ -165,12 +166,12 @@ def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
 
 def _on_base(steps: list[Step], base: Sequence[Step], taken: set[str]) -> list[Step]:
     """The steps of a layer with a name for the result of the base layer, which is where they begin."""
-    if not any(BASE in (step.source, *_pictures(step)) for step in steps):
+    if not any(BASE in wiring_of(step).reads.values() for step in steps):
         return steps
     if base and base[-1].save:
-        return [_renamed(step, {BASE: base[-1].save}) for step in steps]
+        return [rename_pictures(step, {BASE: base[-1].save}) for step in steps]
     first = numbered([Step("", save="base")], taken)
-    return first + [_renamed(step, {BASE: first[0].save}) for step in steps]
+    return first + [rename_pictures(step, {BASE: first[0].save}) for step in steps]
 
 
 def numbered(steps: Iterable[Step], taken: set[str]) -> list[Step]:
@@ -178,7 +179,7 @@ def numbered(steps: Iterable[Step], taken: set[str]) -> list[Step]:
     names: dict[str, str] = {}
     out = []
     for step in steps:
-        step = _renamed(step, names)
+        step = rename_pictures(step, names)
         if step.save:
             name, number = step.save, 2
             while name in taken:
@@ -212,18 +213,6 @@ def is_valid(style: Style) -> bool:
     except StyleError:
         return False
     return bool(style.steps)
-
-
-def _pictures(step: Step) -> list[object]:
-    return [step.values.get(name) for name in saved_refs(step)]
-
-
-def _renamed(step: Step, names: Mapping[str, str]) -> Step:
-    values = dict(step.values)
-    for name in saved_refs(step):
-        if values.get(name) in names:
-            values[name] = names[values[name]]
-    return replace(step, values=values, source=names.get(step.source, step.source))
 
 
 def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:

@@ -15,6 +15,7 @@ from vidstyle.core.bands import CORES
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Step, Style
+from vidstyle.style.wiring import wiring_of
 
 LABEL, GAP = 24, 4
 """Height of the label above a picture, and width of the border on its other sides, in pixels."""
@@ -44,9 +45,10 @@ class StyleSample:
 
 def style_of_block(block: Block) -> Style:
     """A block as the only step, at its defaults, or after the block that saves the picture it needs."""
-    wanted = {block.parameters[name].default for name in block.saved_refs}
-    savers = [other for other in all_blocks().values() if other.saves and other.saves in wanted]
-    return Style(block.name, background=tuple(Step(each.name) for each in (*savers, block)))
+    step = Step(block.name)
+    wanted = set(wiring_of(step).reads.values())
+    savers = [other for other in map(Step, all_blocks()) if wanted & set(wiring_of(other).saves)]
+    return Style(block.name, background=(*savers, step))
 
 
 def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:

@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from vidstyle.block import Asset, Block, Choice, Color, Control, On, SavedRef
-from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.model import Step, Style, table_from_style
 from vidstyle.style.paths import find_value
 from vidstyle.style.variants import table_of_variant
+from vidstyle.style.wiring import wiring_of
 
 
 def set_values(style: Style, values: Mapping[str, object]) -> Style:
@@ -72,10 +72,10 @@ def expand(style: Style) -> Style:
 
 def _expand_step(step: Step) -> tuple[Step, ...]:
     """A recipe's steps: the first has the recipe's input, the last saves what the recipe saved."""
-    block = all_blocks().get(step.block)
+    wiring = wiring_of(step)
+    block = wiring.block
     if step.mute:
-        saves = [block.saves, step.save] if block and block.saves else [step.save]
-        return tuple(Step("", save=save, source=step.source) for save in saves)
+        return tuple(Step("", save=save, source=step.source) for save in wiring.saves or ("",))
     if block is None or block.kind != "recipe":
         return (step,)
     on: On | None = "luma" if "luma" in (step.on, block.on) else step.on

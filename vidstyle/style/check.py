@@ -6,18 +6,20 @@ Styles come from untrusted sources: every value is checked here before it is use
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
+from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, suggest
-from vidstyle.style.model import FIELDS, LAYERS, SOURCE, Step, Style, table_from_style
+from vidstyle.style.model import FIELDS, LAYERS, SOURCE, STEP_KEYS, Step, Style, table_from_style
 from vidstyle.style.paths import find_value
 from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, to_text
 from vidstyle.style.variants import read_variants, table_of_variant
+from vidstyle.style.wiring import wire_layers
 
 FORMAT = 1
 MAX_STEPS = 256
@@ -26,8 +28,6 @@ MAX_FILES = 4
 TEXTS = {"name": 100, "note": 1000}
 """The fields that hold text, and the maximum number of characters of each."""
 MAX_KNOBS = 16
-STEP_KEYS = ("block", "from", "save", "mute")
-"""The keys of a step that are not parameters of its block."""
 
 
 def style_from_table(
@@ -80,7 +80,31 @@ def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mis
     fields = read_values(FIELDS, table, "", mistakes)
     reader = StepReader(folder, mistakes)
     layers: dict[str, Any] = {layer: reader.read_layer(layer, table.get(layer, [])) for layer in LAYERS}
+    mistakes += _wiring_mistakes(layers)
     return Style(folder=folder, **texts, **fields, **layers)
+
+
+def _wiring_mistakes(layers: Mapping[str, tuple[Step, ...]]) -> Iterator[str]:
+    """Yield pictures that are read but not saved before, and names that are saved twice."""
+    taken = {SOURCE}
+    counts = Counter[str]()
+    for wired in wire_layers(layers):
+        counts[wired.layer] += 1
+        where = _place_of(wired.layer, counts[wired.layer], wired.step.block)
+        for key, name in wired.wiring.reads.items():
+            if name not in wired.savers:
+                yield f"{where}{key}: no step before it saves {name!r}; {suggest(name, wired.savers)}"
+        save = wired.wiring.saved_output
+        if save == SOURCE:
+            yield f"{where}save: {SOURCE!r} is the untouched picture; choose another name"
+        elif save in taken:
+            yield f"{where}save: an earlier step has saved {save!r}; choose another name"
+        taken |= {save} - {""}
+
+
+def _place_of(layer: str, number: int, block: str = "") -> str:
+    """Return the prefix of messages about a step."""
+    return f"{layer} step {number}{f' ({block})' if block else ''}: "
 
 
 def _read_knobs(style: Style, given: object, mistakes: list[str]) -> tuple[str, ...]:
@@ -123,13 +147,11 @@ def _read_text(key: str, value: object, mistakes: list[str]) -> str:
 
 
 class StepReader:
-    """Reads steps in the order in which they run and keeps track of the saved pictures."""
+    """Reads steps in running order; how they are wired is checked afterwards."""
 
     def __init__(self, folder: Path | None, mistakes: list[str]) -> None:
         self.folder = folder
         self.mistakes = mistakes
-        self.saved = [SOURCE]
-        self.implied: set[str] = set()
         self.files: set[str] = set()
         self.count = 0
 
@@ -147,55 +169,47 @@ class StepReader:
 
     def read_step(self, layer: str, number: int, table: Mapping[str, object]) -> Step:
         """One step; invalid parts of it are left out."""
-        block, where = self.read_block(f"{layer} step {number}", table)
+        block = self.read_block(_place_of(layer, number), table)
+        where = _place_of(layer, number, block.name if block else "")
         source = self.read_name("from", table, where)
-        if source:
-            self.check_saved("from", source, where)
         values = self.read_parameters(block, table, where) if block else {}
         save = self.read_name("save", table, where)
-        if save:
-            self.add_saved(save, where)
         mute = table.get("mute", False)
         if not isinstance(mute, bool):
             self.mistakes.append(f"{where}mute: {to_text(mute)} is not true or false")
         return Step(block.name if block else "", values, save, source, mute=mute is True)
 
-    def read_block(self, step: str, table: Mapping[str, object]) -> tuple[Block | None, str]:
-        """The block that a step names, and the prefix of messages about the step."""
+    def read_block(self, where: str, table: Mapping[str, object]) -> Block | None:
+        """The block that a step names."""
         name = table.get("block")
         if isinstance(name, str) and name in all_blocks():
-            return all_blocks()[name], f"{step} ({name}): "
+            return all_blocks()[name]
         if name is not None:
             hint = suggest(to_text(name), all_blocks())
-            self.mistakes.append(f"{step}: {to_text(name)} is not a block; {hint}")
+            self.mistakes.append(f"{where}{to_text(name)} is not a block; {hint}")
         elif not {"from", "save"} & set(table):
-            self.mistakes.append(f"{step}: block is missing; {suggest('', all_blocks())}")
+            self.mistakes.append(f"{where}block is missing; {suggest('', all_blocks())}")
         else:
             unknown = [key for key in table if key not in STEP_KEYS]
             self.mistakes += [
-                f"{step}: {to_text(key)} needs a block, and the step has none" for key in unknown
+                f"{where}{to_text(key)} needs a block, and the step has none" for key in unknown
             ]
-        return None, f"{step}: "
+        return None
 
     def read_parameters(self, block: Block, table: Mapping[str, object], where: str) -> dict[str, Any]:
-        """The values for a block; the references of defaults are checked too."""
+        """The values for a block."""
         for key in table:
             if key not in block.parameters and key not in STEP_KEYS:
                 hint = suggest(str(key), block.parameters)
                 self.mistakes.append(f"{where}{to_text(key)} is not a parameter; {hint}")
         values = read_values(block.parameters, table, where, self.mistakes)
         for name, parameter in block.parameters.items():
-            if name in values or name not in table:
-                self.check_reference(parameter, values.get(name, parameter.default), where)
-        if block.saves:
-            self.implied.add(block.saves)
+            self.check_file(parameter, values.get(name, parameter.default), where)
         return values
 
-    def check_reference(self, parameter: Parameter, value: str, where: str) -> None:
-        """Check that a saved picture or file exists."""
-        if isinstance(parameter.control, SavedRef) and value:
-            self.check_saved(parameter.name, value, where)
-        elif isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
+    def check_file(self, parameter: Parameter, value: str, where: str) -> None:
+        """Check that the file that a value names exists."""
+        if isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
             self.files.add(value)
             try:
                 asset_path(self.folder, value)
@@ -208,12 +222,6 @@ class StepReader:
                 hint = f"; {suggest(value, names)}" if names else ""
                 self.mistakes.append(f"{where}{parameter.name}: {error}{hint}")
 
-    def check_saved(self, key: str, name: str, where: str) -> None:
-        """Check that an earlier step saves a picture of this name."""
-        names = [*self.saved, *self.implied.difference(self.saved)]
-        if name not in names:
-            self.mistakes.append(f"{where}{key}: no step before it saves {name!r}; {suggest(name, names)}")
-
     def read_name(self, key: str, table: Mapping[str, object], where: str) -> str:
         """The name under `from` or `save`, or an empty one."""
         name = table.get(key, "")
@@ -221,12 +229,3 @@ class StepReader:
             self.mistakes.append(f"{where}{key}: {to_text(name)} is not a name of letters and digits")
             return ""
         return str(name)
-
-    def add_saved(self, name: str, where: str) -> None:
-        """Make the name available to later steps."""
-        if name == SOURCE:
-            self.mistakes.append(f"{where}save: {SOURCE!r} is the untouched picture; choose another name")
-        elif name in self.saved:
-            self.mistakes.append(f"{where}save: an earlier step has saved {name!r}; choose another name")
-        else:
-            self.saved.append(name)

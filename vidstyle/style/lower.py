@@ -13,14 +13,14 @@ from typing import Any
 
 from vidstyle.blade.inference import RESAMPLING, BankRun
 from vidstyle.block import Block, rgb_from_text
-from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.core.resample import fitting_method
 from vidstyle.errors import StyleError
 from vidstyle.style.limits import excess
-from vidstyle.style.model import SOURCE, Style
+from vidstyle.style.model import SOURCE, Step, Style
 from vidstyle.style.nodes import Kind, LoweredStyle, Measure, Node, Op, Shape, StepKey, identity_key
 from vidstyle.style.resolve import ResolvedStep
+from vidstyle.style.wiring import START, wiring_of
 
 UNDONE = 1e-3
 """Factors whose product is as close to 1 undo each other: 0.75 and 1.3333 do."""
@@ -200,21 +200,21 @@ class GraphBuilder:
 
     def _mixed_with_source(self, image: ImageValue, strength: float) -> ImageValue:
         """The part of the source that the style leaves, laid over the result."""
-        blend = all_blocks()["blend"]
-        values = {"mode": "normal", "opacity": 1 - strength}
-        step = ResolvedStep(blend, "color", values, {"other": SOURCE}, "", "")
-        return self._run_step(step, blend, image, ("strength", 0))
+        wiring = wiring_of(Step("blend", {"other": SOURCE}))
+        assert wiring.block is not None
+        step = ResolvedStep(wiring, "color", {"mode": "normal", "opacity": 1 - strength})
+        return self._run_step(step, wiring.block, image, ("strength", 0))
 
     def run_layer(self, layer: str, steps: tuple[ResolvedStep, ...], image: ImageValue) -> ImageValue:
         """The picture after all steps of a layer."""
         for number, step in enumerate(steps):
-            image = self.saved[step.source] if step.source else image
-            if step.block is not None:
-                if step.block.saves:
-                    self.saved[step.block.saves] = image
-                image = self._run_step(step, step.block, image, (layer, number))
-            if step.save:
-                self.saved[step.save] = image
+            wiring = step.wiring
+            given = self.saved[wiring.reads[START]] if START in wiring.reads else image
+            image = self._run_step(step, wiring.block, given, (layer, number)) if wiring.block else given
+            if wiring.saved_input:
+                self.saved[wiring.saved_input] = given
+            if wiring.saved_output:
+                self.saved[wiring.saved_output] = image
         return image
 
     def _run_step(self, step: ResolvedStep, block: Block, image: ImageValue, key: StepKey) -> ImageValue:
@@ -232,7 +232,7 @@ class GraphBuilder:
         in_color = step.on == "color" or (step.on == "channels" and not image.is_gray)
         pictures = {
             name: self._saved_at_size(saved, image.shape, block.saved_refs[name].on, in_color)
-            for name, saved in step.pictures.items()
+            for name, saved in step.wiring.pictures.items()
         }
         if in_color:
             return ImageValue(

@@ -15,6 +15,9 @@ LAYERS = ("base", "background", "lines")
 SOURCE = "source"
 """The name of the input picture; every step may start from it."""
 
+STEP_KEYS = ("block", "from", "save", "mute")
+"""The keys of a step that are not parameters of its block."""
+
 
 @dataclass(frozen=True)
 class Step:
@@ -108,6 +111,13 @@ def table_from_style(style: Style) -> dict[str, Any]:
     if style.variants:
         table["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return table
+
+
+def step_from_table(table: Mapping[str, Any]) -> Step:
+    """Return a step as a style file holds it, whether it is valid or not."""
+    values = {name: value for name, value in table.items() if name not in STEP_KEYS}
+    block, source, save = (str(table.get(key, "")) for key in ("block", "from", "save"))
+    return Step(block, values, save, source, mute=bool(table.get("mute")))
 
 
 def _table_from_step(step: Step) -> dict[str, Any]:

@@ -6,11 +6,12 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from vidstyle.block import Asset, Block, Choice, Color, Parameter, SavedRef, Slider, Switch
+from vidstyle.block import Asset, Choice, Color, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
-from vidstyle.style import SOURCE, Style, set_values, table_from_style
-from vidstyle.style.model import FIELDS, LAYERS
+from vidstyle.style import Style, set_values, table_from_style
+from vidstyle.style.model import FIELDS
 from vidstyle.style.paths import find_value, steps_by_path
+from vidstyle.style.wiring import wire_layers
 
 
 def panel(style: Style, start: Style) -> dict[str, Any]:
@@ -48,22 +49,14 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
             yield place | values(name) | control_of(parameter, [])
     named = _knobs(style, table)
-    for step, (layer, block, saved) in zip(steps_by_path(table), _blocks(style), strict=True):
+    wired_blocks = [wired for wired in wire_layers(style.layers) if wired.wiring.block]
+    for step, wired in zip(steps_by_path(table), wired_blocks, strict=True):
+        block = all_blocks()[wired.step.block]
+        layer, saved = wired.layer, list(wired.savers)
         for name, parameter in block.parameters.items():
             path = f"{step}.{name}"
             place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in named}
             yield place | values(path) | control_of(parameter, saved)
-
-
-def _blocks(style: Style) -> Iterator[tuple[str, Block, list[str]]]:
-    """Layer and block of each step, and the saved pictures that it can refer to."""
-    saved = {SOURCE: None}
-    for layer in LAYERS:
-        for step in getattr(style, layer):
-            block = all_blocks().get(step.block)
-            if block is not None:
-                yield layer, block, list(saved)
-            saved |= dict.fromkeys(filter(None, [block.saves if block else "", step.save]))
 
 
 def control_of(parameter: Parameter, names: list[str]) -> dict[str, Any]:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.block import Asset, Block, On, PageRegion, Slider
-from vidstyle.blocks import all_blocks
 from vidstyle.core.film_colors import FilmTable
 from vidstyle.errors import StyleError
 from vidstyle.style import Step, Style, expand
 from vidstyle.style.values import asset_path
+from vidstyle.style.wiring import StepWiring, wiring_of
 
 _Read = Callable[[Asset, Path], Any]
 
@@ -23,19 +23,18 @@ class ResolvedStep:
     """A step with nothing left to look up.
 
     Attributes:
-        block: its block, or None for a step that only saves or starts anew.
-        on: what it works on.
-        values: every parameter as the function takes it, but for the pictures.
-        pictures: the parameters that stand for saved pictures, and the pictures' names.
-        save, source: as in the style.
+        wiring: its block, and the pictures that it reads and saves.
+        on: the channels that it works on.
+        values: every parameter as the function takes it, without those that name pictures.
     """
 
-    block: Block | None
+    wiring: StepWiring
     on: On
     values: dict[str, Any]
-    pictures: dict[str, str]
-    save: str
-    source: str
+
+    @property
+    def block(self) -> Block | None:
+        return self.wiring.block
 
 
 def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
@@ -53,7 +52,7 @@ def film_tables(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> list[FilmTabl
 def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:
     """All of resolved steps but their values: while it stays, what was measured of a film remains valid."""
     return tuple(
-        (layer, step.block and step.block.name, step.on, step.save, step.source, step.pictures)
+        (layer, step.block and step.block.name, step.on, step.wiring.reads, step.wiring.saves)
         for layer, steps in layers.items()
         for step in steps
     )
@@ -78,18 +77,19 @@ def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedSt
 
 
 def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> ResolvedStep:
-    if not step.block:
-        return ResolvedStep(None, "channels", {}, {}, step.save, step.source)
-    block = all_blocks()[step.block]
+    wiring = wiring_of(step)
+    block = wiring.block
+    if block is None:
+        return ResolvedStep(wiring, "channels", {})
     values = block.arguments_for(step.values)
-    pictures = {name: picture for name in block.saved_refs if (picture := values.pop(name))}
     values = {
         name: _grown(block, values, name, growth)
         if isinstance(block.parameters[name].control, Slider)
         else _prepare_value(style, block, name, value, read)
         for name, value in values.items()
+        if name not in block.saved_refs
     }
-    return ResolvedStep(block, step.on or block.on, values, pictures, step.save, step.source)
+    return ResolvedStep(wiring, step.on or block.on, values)
 
 
 def _grown(block: Block, values: dict[str, Any], name: str, growth: float) -> Any:

@@ -18,8 +18,9 @@ from vidstyle.design.document.expansion import expanded
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.check import MAX_KNOBS, MAX_STEPS, TEXTS
-from vidstyle.style.model import FIELDS
+from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.values import read_values
+from vidstyle.style.wiring import wiring_of
 
 
 @dataclass(frozen=True)
@@ -251,10 +252,9 @@ def _renamed(content: Content, before: str, after: str) -> Content:
     if any(step.table.get("save") == before for _, _, step in content.steps):
         return content
     for _, _, step in content.steps:
-        block = all_blocks().get(str(step.table.get("block")))
-        keys = ("from", *(block.saved_refs if block else ()))
-        used = {key: after for key in keys if step.table.get(key) == before}
-        content = content.with_step(step.number, {**step.table, **used})
+        reads = wiring_of(step_from_table(step.table)).reads
+        renamed = {key: after for key, name in reads.items() if name == before}
+        content = content.with_step(step.number, {**step.table, **renamed})
     return content
 
 

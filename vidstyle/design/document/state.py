@@ -11,15 +11,19 @@ from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.edits import name_of
 from vidstyle.style import LAYERS, SOURCE
-from vidstyle.style.model import FIELDS
+from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.panel import control_of
+from vidstyle.style.wiring import WiredStep, wire_layers
 
 
 def state_of(document: Document) -> dict[str, Any]:
     """All that the page shows of a document but its pictures."""
     content, history = document.content, document.history
     describe = _Describer(document)
-    layers = {layer: [describe.node(step) for step in content.layers[layer]] for layer in LAYERS}
+    wired = {step.number: each for step, each in zip(_steps(content), _wire(content), strict=True)}
+    layers = {
+        layer: [describe.node(step, wired[step.number]) for step in content.layers[layer]] for layer in LAYERS
+    }
     fields = [describe.field(name) for name in FIELDS]
     entries = {(entry["step"], entry["name"]): entry for entry in fields}
     for nodes in layers.values():
@@ -46,7 +50,7 @@ def state_of(document: Document) -> dict[str, Any]:
 
 
 class _Describer:
-    """Describes steps, in the order in which they run: it remembers which pictures are saved."""
+    """Describes steps and fields."""
 
     def __init__(self, document: Document) -> None:
         self._content = document.content
@@ -54,7 +58,6 @@ class _Describer:
         self._errors: dict[int | None, str] = {}
         for each in document.mistakes:
             self._errors.setdefault(each.step, each.text)
-        self._saved = {SOURCE: None}
 
     def field(self, name: str) -> dict[str, Any]:
         """An entry for a field of the style."""
@@ -62,33 +65,30 @@ class _Describer:
         value = self._content.fields.get(name, parameter.default)
         return control_of(parameter, []) | self._values(None, name, value, parameter.default)
 
-    def node(self, step: PlacedStep) -> dict[str, Any]:
+    def node(self, step: PlacedStep, wired: WiredStep) -> dict[str, Any]:
         """A step."""
-        block = all_blocks().get(str(step.table.get("block")))
-        entries = [] if block is None else list(self._entries(step, block))
-        node = {
+        block = wired.wiring.block
+        entries = [] if block is None else list(self._entries(step, block, list(wired.savers)))
+        return {
             "step": step.number,
             "block": step.table.get("block", ""),
             "kind": block.kind if block else "",
             "help": block.help if block else "Starts from another picture, or saves the present one.",
             "main": self._main(entries),
-            "muted": bool(step.table.get("mute")),
-            "save": step.table.get("save", ""),
-            "implied": block.saves if block else "",
-            "from": step.table.get("from", ""),
-            "from_options": ["", *self._saved],
+            "muted": wired.step.mute,
+            "save": wired.wiring.saved_output,
+            "implied": wired.wiring.saved_input,
+            "from": wired.step.source,
+            "from_options": ["", *wired.savers],
             "recipe": block is not None and block.kind == "recipe",
             "entries": entries,
             "error": self._errors.get(step.number),
         }
-        saves = filter(None, [block.saves if block else "", node["save"]])
-        self._saved |= dict.fromkeys(saves)
-        return node
 
-    def _entries(self, step: PlacedStep, block: Block) -> Iterator[dict[str, Any]]:
+    def _entries(self, step: PlacedStep, block: Block, saved: list[str]) -> Iterator[dict[str, Any]]:
         for name, parameter in block.parameters.items():
             value = step.table.get(name, parameter.default)
-            control = control_of(parameter, list(self._saved))
+            control = control_of(parameter, saved)
             picks = "picture" if isinstance(parameter.control, SavedRef) else ""
             picks = "file" if isinstance(parameter.control, Asset) else picks
             if picks and value not in control["options"]:
@@ -137,15 +137,26 @@ def _is_chosen(content: Content, name: str) -> bool:
 
 
 def _edges(content: Content) -> Iterator[dict[str, Any]]:
-    """Which saved pictures are used where."""
-    savers: dict[str, int | str] = {SOURCE: SOURCE}
-    for _, _, step in content.steps:
-        block = all_blocks().get(str(step.table.get("block")))
-        used = {"from": step.table.get("from", "")}
-        for name in block.saved_refs if block else ():
-            used[name] = step.table.get(name, block.parameters[name].default if block else "")
-        for name, saved in used.items():
-            if saved in savers:
-                yield {"from": savers[saved], "to": step.number, "name": saved, "as": name}
-        for saved in filter(None, [block.saves if block else "", step.table.get("save", "")]):
-            savers[str(saved)] = step.number
+    """Yield which saved pictures are read by which step."""
+    numbers = [step.number for step in _steps(content)]
+    for number, wired in zip(numbers, _wire(content), strict=True):
+        for key, name in wired.wiring.reads.items():
+            if name in wired.savers:
+                saver = wired.savers[name]
+                yield {
+                    "from": SOURCE if saver is None else numbers[saver],
+                    "to": number,
+                    "name": name,
+                    "as": key,
+                }
+
+
+def _steps(content: Content) -> list[PlacedStep]:
+    return [step for _, _, step in content.steps]
+
+
+def _wire(content: Content) -> Iterator[WiredStep]:
+    layers = content.layers.items()
+    return wire_layers(
+        {layer: tuple(step_from_table(step.table) for step in steps) for layer, steps in layers}
+    )

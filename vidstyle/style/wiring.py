@@ -1,0 +1,99 @@
+"""The wiring of a style: which pictures each step reads, and under which names it saves pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from vidstyle.block import Block
+from vidstyle.blocks import all_blocks
+from vidstyle.style.model import SOURCE, Step
+
+START = "from"
+"""The key of the picture that a step starts from; other keys are parameters of its block."""
+
+
+@dataclass(frozen=True)
+class StepWiring:
+    """The pictures of one step, by their saved names.
+
+    Attributes:
+        block: the block of the step; None if the step only selects or saves a picture.
+        reads: the saved pictures that the step reads, by `START` or the parameter that names them.
+        saved_input: the name under which the step saves its input, or empty.
+        saved_output: the name under which the step saves its output, or empty.
+    """
+
+    block: Block | None
+    reads: Mapping[str, str]
+    saved_input: str
+    saved_output: str
+
+    @property
+    def pictures(self) -> dict[str, str]:
+        """The saved pictures that parameters of the block read, by parameter."""
+        return {key: name for key, name in self.reads.items() if key != START}
+
+    @property
+    def saves(self) -> tuple[str, ...]:
+        """The names under which the step saves pictures."""
+        return tuple(filter(None, (self.saved_input, self.saved_output)))
+
+
+@dataclass(frozen=True)
+class WiredStep:
+    """A step among the others of its style.
+
+    Attributes:
+        layer, step: the step and its layer.
+        wiring: the pictures of the step.
+        start: the index of the step whose output it starts from, among the steps of all layers; None for
+            the source picture.
+        savers: the pictures that it can read, by name: the index of the step that saves each, or None for
+            the source picture.
+    """
+
+    layer: str
+    step: Step
+    wiring: StepWiring
+    start: int | None
+    savers: Mapping[str, int | None]
+
+
+def wiring_of(step: Step) -> StepWiring:
+    """Return the pictures of a step; parameters that are not set read the picture of their default."""
+    block = all_blocks().get(step.block)
+    reads = {START: step.source}
+    for name in block.saved_refs if block else ():
+        reads[name] = str(step.values.get(name, block.parameters[name].default if block else ""))
+    named = {key: name for key, name in reads.items() if name}
+    return StepWiring(block, named, block.saves if block else "", step.save)
+
+
+def wire_layers(layers: Mapping[str, tuple[Step, ...]]) -> Iterator[WiredStep]:
+    """Yield the steps of all layers in running order.
+
+    A step without `from` starts from the previous step of its layer; the first from the end of the base
+    layer. A name that no earlier step saves is not in `savers`; a step that starts from it has the source
+    picture as `start`.
+    """
+    savers: dict[str, int | None] = {SOURCE: None}
+    ends: dict[str, int | None] = {}
+    index = 0
+    for layer, steps in layers.items():
+        current = ends.get("base")
+        for step in steps:
+            wiring = wiring_of(step)
+            if START in wiring.reads:
+                current = savers.get(wiring.reads[START])
+            yield WiredStep(layer, step, wiring, current, dict(savers))
+            savers |= dict.fromkeys(wiring.saves, index)
+            current, index = index, index + 1
+        ends[layer] = current
+
+
+def rename_pictures(step: Step, names: Mapping[str, str]) -> Step:
+    """Return the step with other names for the saved pictures that it reads."""
+    renamed = {key: names[name] for key, name in wiring_of(step).reads.items() if name in names}
+    source = renamed.pop(START, step.source)
+    return replace(step, values=step.values | renamed, source=source)
