@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -223,6 +225,22 @@ def test_a_dropped_file_becomes_the_clip(page: Page, tmp_path: Path) -> None:
     assert page.told["clip"] == clip
 
 
+def test_an_edit_sends_only_what_it_changes(server: DesignServer, page: Page) -> None:
+    page.ask("open", style="comic")
+    step = page.told["state"]["layers"]["lines"][-1]["step"]
+    [name, *_] = [entry["name"] for entry in page.told["state"]["layers"]["lines"][-1]["entries"]]
+    before = len(page.texts)
+    edits: list[dict[str, Any]] = [
+        {"do": "set", "step": step, "name": name, "value": value, "gesture": 7} for value in (0.2, 0.3)
+    ]
+    edits += [{"do": "undo"}, {"do": "redo"}, {"do": "remove", "step": step, "gesture": 8}]
+    for edit in edits:
+        page.ask(**edit)
+        assert page.told["state"] == json.loads(json.dumps(server.designer.state)), edit
+    sizes = [len(text) for text in page.texts[before:] if text.startswith('{"changes"')]
+    assert len(sizes) == len(edits) and max(sizes[:2]) < 1500, sizes
+
+
 def test_what_was_not_saved_is_offered_the_next_time(tmp_path: Path, film: Path) -> None:
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
         page.ask("open", style="ink")
@@ -245,7 +263,7 @@ def test_two_pages_show_the_same_style(server: DesignServer, page: Page) -> None
     with shown(server) as other:
         other.ask("add", layer="lines", index=0, block="sobel", gesture=1)
         page.ask("command")
-        assert page.told["state"] == other.told["state"]
+        assert page.told["state"] == other.told["state"] == json.loads(json.dumps(server.designer.state))
         # Both begin to count gestures at 1.
         step = page.told["state"]["layers"]["lines"][0]["step"]
         page.ask("remove", step=step, gesture=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import struct
 from collections.abc import Iterator
@@ -46,6 +47,7 @@ class Page:
         told: the newest message of each kind.
         pictures: all pictures that came.
         order: kinds of the messages since the last question, answers and pictures included.
+        texts: all messages that are not pictures, as they came.
     """
 
     def __init__(self, socket: ClientConnection) -> None:
@@ -53,6 +55,7 @@ class Page:
         self.told: dict[str, Any] = {}
         self.pictures: list[SentPicture] = []
         self.order: list[str] = []
+        self.texts: list[str] = []
         self.progress: list[dict[str, Any]] = []
         self._answers: dict[int, dict[str, Any]] = {}
         self._id = 0
@@ -103,14 +106,34 @@ class Page:
             self.pictures.append(SentPicture(*HEADER.unpack(data[:16]), data[16:]))
             self.order.append(f"picture {data[0]}")
             return
+        self.texts.append(data)
         message = json.loads(data)
         if "answer" in message:
             self._answers[message["answer"]] = message
             self.order.append("answer")
         else:
+            if "changes" in message:
+                message = {"state": _changed(self.told["state"], message["changes"])}
             self.told |= message
             self.order += message
             self.progress += [message["progress"]] if "progress" in message else []
+
+
+def _changed(state: dict[str, Any], changes: list[Any]) -> dict[str, Any]:
+    """Apply changes as the page does (`session.js`)."""
+    root: dict[str, Any] = {"root": copy.deepcopy(state)}
+    for path, value in changes:
+        *keys, last = ("root", *path)
+        place: Any = root
+        for key in keys:
+            place = place[key]
+        if isinstance(place, list) and last == "length":
+            del place[value:]
+        elif isinstance(place, list) and last == len(place):
+            place.append(value)
+        else:
+            place[last] = value
+    return dict(root["root"])
 
 
 @contextmanager

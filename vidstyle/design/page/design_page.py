@@ -19,6 +19,7 @@ from vidstyle.errors import StyleError, VidstyleError
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.plans import PlanSender
 from vidstyle.style import Style
+from vidstyle.web.changes import changes
 from vidstyle.web.messages import MessageError, RateLimit, read_message, receive, refuse
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ class DesignPage:
         self.side, self.where = 360, "page"
         self.frames = FrameSender(self)
         self.upload: FileUpload | None = None
+        self._state: dict[str, Any] | None = None
         self._plans = PlanSender()
         self._tasks: set[asyncio.Task[None]] = set()
         self._limit = RateLimit(MAX_MESSAGES, asyncio.get_running_loop().time)
@@ -102,8 +104,12 @@ class DesignPage:
             pass
 
     async def show_state(self, state: dict[str, Any] | None) -> None:
-        """Send the state of the document, and the plan or the picture that follows from it."""
-        await self.tell({"state": state})
+        """Send what changed in the document, and the plan or the picture that follows from it."""
+        before, self._state = self._state, state
+        if before is None or state is None:
+            await self.tell({"state": state})
+        else:
+            await self.tell({"changes": list(changes(before, state))})
         await self.show_style()
 
     async def show_style(self) -> None:

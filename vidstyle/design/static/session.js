@@ -43,7 +43,26 @@ class Gestures {
   }
 }
 
-/** The document as the server told it last. */
+/**
+ * @template T
+ * @param {T} before
+ * @param {[(string | number)[], any][]} changes of `vidstyle.web.changes`: where, and the new value
+ * @returns {T} a changed copy
+ */
+function changed(before, changes) {
+  const after = { root: structuredClone(before) };
+  for (const [path, value] of changes) {
+    const keys = ["root", ...path];
+    const last = /** @type {string | number} */ (keys.pop());
+    /** @type {any} */
+    let place = after;
+    for (const key of keys) place = place[key];
+    place[last] = value;
+  }
+  return after.root;
+}
+
+/** The document as the server sent it last. */
 export class Session {
   /** @type {State | null} */
   state = null;
@@ -85,6 +104,11 @@ export class Session {
   /** @param {Object<string, any>} message */
   #take(message) {
     for (const [kind, value] of Object.entries(message)) {
+      if (kind === "changes") {
+        this.state = changed(this.state, value);
+        this.#tell("state", this.state);
+        continue;
+      }
       if (kind === "state") this.state = value;
       if (kind === "blocks") this.blocks = value;
       if (kind === "styles") this.styles = value;
