@@ -10,6 +10,7 @@ from typing import get_args
 import pytest
 from covering import in_one_test
 
+import vidstyle
 from vidstyle.block import Asset, Block, BlockKind, Choice, Color, On, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 
@@ -114,3 +115,10 @@ def test_the_schema_can_be_written_as_json(block: Block, parameter: Parameter) -
     schema = json.loads(json.dumps(parameter.schema()))
     assert schema["default"] == parameter.default
     assert schema["description"] == parameter.control.help
+
+
+def test_pages_have_a_function_for_each_kind_of_control() -> None:
+    script = (Path(vidstyle.__file__).parent / "web" / "static" / "controls.js").read_text("utf-8")
+    table = re.findall(r"const CONTROLS = \{(.*)\}", script)[0]
+    functions = {entry.partition(":")[0].strip() for entry in table.split(",")}
+    assert {parameter.describe([])["kind"] for _, parameter in PARAMETERS} == functions

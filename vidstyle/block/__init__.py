@@ -13,20 +13,20 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NewType, cast, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NewType, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from vidstyle.block.controls import NAME_PATTERN as NAME_PATTERN
-from vidstyle.block.controls import Asset as Asset
-from vidstyle.block.controls import Choice as Choice
-from vidstyle.block.controls import Color as Color
 from vidstyle.block.controls import Control as Control
 from vidstyle.block.controls import Parameter as Parameter
-from vidstyle.block.controls import SavedRef as SavedRef
-from vidstyle.block.controls import Slider as Slider
-from vidstyle.block.controls import Switch as Switch
-from vidstyle.block.controls import rgb_from_text as rgb_from_text
+from vidstyle.block.option_controls import Choice as Choice
+from vidstyle.block.option_controls import Color as Color
+from vidstyle.block.option_controls import Switch as Switch
+from vidstyle.block.option_controls import rgb_from_text as rgb_from_text
+from vidstyle.block.reference_controls import NAME_PATTERN as NAME_PATTERN
+from vidstyle.block.reference_controls import Asset as Asset
+from vidstyle.block.reference_controls import SavedRef as SavedRef
+from vidstyle.block.slider import Slider as Slider
 
 BlockKind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
 """How a block computes its result: from the same pixel, a neighbourhood, measurements of the whole frame, at
@@ -149,11 +149,7 @@ class Block:
         """The function's keyword arguments: values and defaults, colours as floats, empty names as None."""
         arguments = {name: parameter.default for name, parameter in self.parameters.items()} | values
         for name, parameter in self.parameters.items():
-            text = arguments[name] if isinstance(arguments[name], str) else None
-            if isinstance(parameter.control, Color) and text is not None:
-                arguments[name] = rgb_from_text(text)
-            elif isinstance(parameter.control, SavedRef | Asset) and text == "":
-                arguments[name] = None
+            arguments[name] = parameter.control.argument(arguments[name])
         return arguments
 
     def radius_for(self, values: dict[str, Any]) -> int:
@@ -231,12 +227,12 @@ def _read_signature(
 
 def _read_parameter(where: str, parameter: inspect.Parameter, hint: object) -> Parameter:
     annotations: Sequence[object] = get_args(hint)
-    controls = [item for item in annotations[1:] if isinstance(item, get_args(Control))]
+    controls = [item for item in annotations[1:] if isinstance(item, Control)]
     if get_origin(hint) is None or len(controls) != 1:
         raise TypeError(f"{where}: annotate it as Annotated[type, control]")
     if parameter.default is inspect.Parameter.empty:
         raise TypeError(f"{where}: give it a default")
-    read = Parameter(parameter.name, cast(Control, controls[0]), parameter.default, annotations[0] is int)
+    read = Parameter(parameter.name, controls[0], parameter.default, annotations[0] is int)
     try:
         read.check(read.default)
     except ValueError as error:

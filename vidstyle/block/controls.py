@@ -1,195 +1,100 @@
-"""Controls: what may be set on a parameter of a block, and how it is described."""
+"""What may be set on a parameter of a block, and all that depends on the kind of its control."""
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Literal, cast
-
-from vidstyle.block.color_names import COLOR_NAMES
-from vidstyle.errors import suggest
-
-NAME_PATTERN = "[A-Za-z_][A-Za-z0-9_-]{0,63}"
-"""Regular expression for the names of saved pictures."""
+from random import Random
+from typing import Any, ClassVar, Literal
 
 
-@dataclass(frozen=True)
-class Slider:
-    """A number in a range; an integer where the parameter is annotated `int`.
+class Control(ABC):
+    """One kind of value; a new kind is a subclass, and a function of its `kind` in `web/static/controls.js`.
 
     Attributes:
-        low, high: the range, both ends included.
         help: one line, without a full stop.
-        unit: "px" for lengths that follow the picture's size, "s", "degrees", "levels of 255" and so on.
-        explore: the range for random styles; None keeps the default.
-        power: by which power of a picture's size the value grows, in styles that name a `height`: 1 for the
-            slope of edges, and for lengths, which is what "px" means; -1 for the width of a ramp of tones.
-        grows_if: the name of a switch of the block without which it does not grow.
+        changes_structure: whether another value may need other passes, kernels or files.
+        takes_text: whether a value is text, which needs no quotes on the command line.
+        picks: what its options are, if they depend on the style: saved pictures or files.
     """
 
-    low: float
-    high: float
     help: str
-    unit: str = ""
-    explore: tuple[float, float] | None = None
-    power: int = 0
-    grows_if: str = ""
+    changes_structure: ClassVar[bool] = True
+    takes_text: ClassVar[bool] = True
+    picks: ClassVar[Literal["", "picture", "file"]] = ""
 
-    def __post_init__(self) -> None:
-        if self.unit == "px":
-            object.__setattr__(self, "power", 1)
+    @property
+    @abstractmethod
+    def range_text(self) -> str:
+        """The values that are allowed, as text."""
 
-    def check(self, value: object, is_integer: bool) -> int | float:
-        """The value as a number in range.
+    @abstractmethod
+    def check(self, value: object, is_integer: bool) -> Any:
+        """Return the value in its proper type.
 
         Raises:
-            ValueError: it is not one; the message names the range.
+            ValueError: it is not valid; the message says what would be.
         """
-        is_number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
-        if not is_number or (is_integer and value != int(cast(float, value))):
-            raise ValueError(f"{value!r} is not a {'whole ' if is_integer else ''}number")
-        value = cast(float, value)
-        if not self.low <= value <= self.high:
-            raise ValueError(f"{value:g} is outside {self.range_text}")
-        return int(value) if is_integer else float(value)
 
-    @property
-    def range_text(self) -> str:
-        """The range and unit as text: "0.5 to 8 px"."""
-        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
-
+    @abstractmethod
     def schema(self, is_integer: bool) -> dict[str, Any]:
-        kind = "integer" if is_integer else "number"
-        return {"type": kind, "minimum": self.low, "maximum": self.high}
+        """Return the JSON Schema of the values."""
 
+    @abstractmethod
+    def describe(self, is_integer: bool, saved: list[str]) -> dict[str, Any]:
+        """Return what a page needs to show the control: its kind, and its range or options.
 
-@dataclass(frozen=True)
-class Choice:
-    """One of several words."""
+        Args:
+            saved: the saved pictures that the parameter may name.
+        """
 
-    options: tuple[str, ...]
-    help: str
-    explore: tuple[str, ...] = ()
+    @abstractmethod
+    def draw(self, random: Random, default: Any, is_integer: bool) -> Any:
+        """Return a random value from the range that suits random styles; the default if none is declared."""
 
-    def check(self, value: object, is_integer: bool) -> str:
-        if value not in self.options:
-            raise ValueError(f"{value!r} is not one of {self.range_text}")
+    @abstractmethod
+    def is_drawn(self, value: Any) -> bool:
+        """Whether `draw` can return the value."""
+
+    @abstractmethod
+    def draw_near(self, random: Random, value: Any, spread: float, is_integer: bool) -> Any:
+        """Return a random value near another one.
+
+        Args:
+            spread: the standard deviation in relation to the value.
+        """
+
+    def text(self, value: Any) -> str:
+        """Return the value as it is written on the command line."""
         return str(value)
 
-    @property
-    def range_text(self) -> str:
-        return ", ".join(self.options)
-
-    def schema(self, is_integer: bool) -> dict[str, Any]:
-        return {"enum": list(self.options)}
-
-
-@dataclass(frozen=True)
-class Switch:
-    """On or off."""
-
-    help: str
-    explore: tuple[bool, ...] = ()
-    range_text = "true or false"
-
-    def check(self, value: object, is_integer: bool) -> bool:
-        if not isinstance(value, bool):
-            raise ValueError(f"{value!r} is not {self.range_text}")
+    def argument(self, value: Any) -> Any:
+        """Return the argument of the block's function for a value."""
         return value
 
-    def schema(self, is_integer: bool) -> dict[str, Any]:
-        return {"type": "boolean"}
-
-
-@dataclass(frozen=True)
-class Color:
-    """A colour written "#rrggbb", "#rgb" or as CSS names it; the block gets three floats 0..1."""
-
-    help: str
-    explore: tuple[str, ...] = ()
-    range_text = "#rrggbb, #rgb or a CSS name"
-
-    def check(self, value: object, is_integer: bool) -> str:
-        """The colour as "#rrggbb"."""
-        text = value.strip().lower() if isinstance(value, str) else ""
-        code = COLOR_NAMES.get(text, text)
-        if re.fullmatch("#[0-9a-f]{3}", code):
-            code = "#" + "".join(2 * digit for digit in code[1:])
-        if not re.fullmatch("#[0-9a-f]{6}", code):
-            hint = suggest(text, COLOR_NAMES) if text.isalpha() else ""
-            near = f"; {hint}" if hint.startswith("did") else ""
-            raise ValueError(f"{value!r} is not a colour{near} ({self.range_text})")
-        return code
-
-    def schema(self, is_integer: bool) -> dict[str, Any]:
-        pattern = "^#([0-9a-fA-F]{3}){1,2}$"
-        return {"type": "string", "anyOf": [{"pattern": pattern}, {"enum": list(COLOR_NAMES)}]}
-
-
-@dataclass(frozen=True)
-class SavedRef:
-    """The name of a picture that an earlier step saved, or "source"; the block gets the picture's array.
-
-    Attributes:
-        on: what the block gets: "luma" an H x W array, "same" the channels of its own input; with "chroma"
-            the renderer combines the result with that picture's chroma and the block gets None.
-        optional: whether the name may be empty; the block then gets None.
-    """
-
-    help: str
-    on: Literal["luma", "same", "chroma"] = "same"
-    optional: bool = False
-    range_text = "the name of a saved picture, or source"
-
-    def check(self, value: object, is_integer: bool) -> str:
-        """The value, if it is a valid name. Whether a step saves it is checked with the style."""
-        if value == "" and self.optional:
-            return ""
-        if not (isinstance(value, str) and re.fullmatch(NAME_PATTERN, value)):
-            raise ValueError(f"{value!r} is not {self.range_text}")
+    def scale(self, value: Any, growth: float, values: Mapping[str, Any]) -> Any:
+        """Return the value for pictures that are larger by a factor; `values`: all values of the step."""
         return value
 
-    def schema(self, is_integer: bool) -> dict[str, Any]:
-        return {"type": "string", "pattern": f"^({NAME_PATTERN})?$" if self.optional else f"^{NAME_PATTERN}$"}
+    def own_file(self, value: Any) -> str:
+        """Return the path of the user's file that a value names, or an empty text."""
+        return ""
 
 
-@dataclass(frozen=True)
-class Asset:
-    """A file or folder inside the style's own folder; the block gets its content.
+class OptionControl(Control):
+    """A control whose random values are listed in `explore`."""
 
-    Attributes:
-        read: reads the content from the checked path, once for each style; raises ValueError with the
-            reason when the content is not valid.
-        shipped: the files that come with vidstyle, by the name under which a style may use them.
-        optional: whether the path may be empty; the block then gets None.
-    """
+    explore: tuple[Any, ...] = ()
 
-    help: str
-    read: Callable[[Path], object]
-    shipped: Callable[[], dict[str, Path]] = dict
-    optional: bool = False
+    def draw(self, random: Random, default: Any, is_integer: bool) -> Any:
+        return random.choice(self.explore) if self.explore else default
 
-    @property
-    def range_text(self) -> str:
-        """The shipped names, and what else it may be."""
-        return ", ".join([*sorted(self.shipped()), "a path inside the style's folder"])
+    def is_drawn(self, value: Any) -> bool:
+        return value in self.explore
 
-    def check(self, value: object, is_integer: bool) -> str:
-        """The value, if it is a plain relative path. Whether it exists is checked with the style."""
-        text = value if isinstance(value, str) and (value or self.optional) else "/"
-        path = Path(text)
-        if path.is_absolute() or ".." in path.parts or not {"\\", ":", "\0"}.isdisjoint(text):
-            raise ValueError(f"{value!r} is not {self.range_text}")
-        return text
-
-    def schema(self, is_integer: bool) -> dict[str, Any]:
-        return {"type": "string"} if self.optional else {"type": "string", "minLength": 1}
-
-
-Control = Slider | Choice | Switch | Color | SavedRef | Asset
+    def draw_near(self, random: Random, value: Any, spread: float, is_integer: bool) -> Any:
+        return random.choice(self.explore) if self.explore and random.random() < spread / 2 else value
 
 
 @dataclass(frozen=True)
@@ -214,12 +119,14 @@ class Parameter:
         described = {"description": self.control.help, "default": self.default}
         return self.control.schema(self.is_integer) | described
 
+    def describe(self, saved: list[str]) -> dict[str, Any]:
+        """Return what a page needs to show the parameter; `saved`: the saved pictures that it may name."""
+        return self.control.describe(self.is_integer, saved) | {"help": self.control.help}
 
-def rgb_from_text(text: str) -> tuple[float, float, float]:
-    """The colour "#rrggbb" as red, green and blue, 0..1.
+    def draw(self, random: Random) -> Any:
+        """Return a random value, from the range that suits random styles."""
+        return self.control.draw(random, self.default, self.is_integer)
 
-    >>> rgb_from_text("#ff8000")
-    (1.0, 0.5019607843137255, 0.0)
-    """
-    red, green, blue = bytes.fromhex(text[1:])
-    return red / 255, green / 255, blue / 255
+    def draw_near(self, random: Random, value: Any, spread: float) -> Any:
+        """Return a random value near another one; `spread`: the standard deviation in relation to it."""
+        return self.control.draw_near(random, value, spread, self.is_integer)

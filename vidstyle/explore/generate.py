@@ -16,10 +16,8 @@ from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import calm_saturation, is_pale, palette, readable, shifted
 from vidstyle.explore.phrases import EDGE, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
-    is_explored,
     is_valid,
     join_layers,
-    near,
     random_value,
     step_drawn,
     step_near,
@@ -183,7 +181,7 @@ def _varied(random: Random, phrase: Phrase) -> list[Step]:
     values = varied[0].values | {
         name: random_value(random, parameters[name])
         for name, value in step.values.items()
-        if is_explored(parameters[name], value)
+        if parameters[name].control.is_drawn(value)
     }
     return [replace(step, values=values)]
 
@@ -194,7 +192,7 @@ def _tinted(random: Random, steps: Sequence[Step], hue: float) -> list[Step]:
     out = []
     for step in steps:
         if step.block == "colorize":
-            tint = near(random, parameter, round(hue), 0.1)
+            tint = parameter.draw_near(random, round(hue), 0.1)
             saturation = min(step.values.get("saturation", 1.0), calm_saturation(tint))
             step = replace(step, values=step.values | {"hue": tint, "saturation": saturation})
         out.append(step)

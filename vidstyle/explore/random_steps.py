@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import zip_longest
@@ -17,8 +16,6 @@ from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_
 from vidstyle.style.paths import find_value
 from vidstyle.style.wiring import rename_pictures, wiring_of
 
-DIGITS = 3
-"""Significant digits of a random value: more could not be seen, and a file is read by people."""
 LEAST_SCALE = 0.2
 """The smallest working size in a random style: below it nothing is recognized."""
 EDGE_BLOCKS = ("luma_posterize", "posterize", "soft_threshold")
@@ -28,67 +25,15 @@ BLUR_SCALE = 0.125
 
 
 def random_value(random: Random, parameter: Parameter, ends: tuple[float, float] | None = None) -> Any:
-    """A value from where random styles look well, evenly; the default where nothing is declared.
-
-    Args:
-        ends: other ends of a slider than those that it declares.
-    """
-    control = parameter.control
-    if isinstance(control, Slider):
-        ends = ends or control.explore
-        if ends is None:
-            return parameter.default
-        whole = parameter.is_integer
-        return random.randint(*map(int, ends)) if whole else rounded(parameter, random.uniform(*ends))
-    options = getattr(control, "explore", ())
-    return random.choice(options) if options else parameter.default
-
-
-def is_explored(parameter: Parameter, value: Any) -> bool:
-    """Whether a value is one of those that random styles may have."""
-    control = parameter.control
-    if isinstance(control, Slider):
-        return control.explore is not None and control.explore[0] <= value <= control.explore[1]
-    return value in getattr(control, "explore", ())
-
-
-def near(random: Random, parameter: Parameter, value: Any, spread: float) -> Any:
-    """A value near another one.
-
-    Args:
-        spread: how far, by the value itself, as a standard deviation; a circle counts as 180 degrees.
-    """
-    if not isinstance(parameter.control, Slider):
-        options = getattr(parameter.control, "explore", ())
-        return random.choice(options) if options and random.random() < spread / 2 else value
-    if parameter.control.unit == "degrees":
-        return rounded(parameter, _turned(parameter.control, value + random.gauss(0, 90 * spread)))
-    changed = rounded(parameter, value * math.exp(random.gauss(0, spread)))
-    if changed == value and parameter.is_integer and random.random() < spread:
-        changed = rounded(parameter, value + random.choice((-1, 1)))
-    return changed
-
-
-def rounded(parameter: Parameter, value: float) -> float:
-    """The value rounded, and moved into the range of the slider."""
-    control = parameter.control
-    assert isinstance(control, Slider)
-    if parameter.is_integer:
-        value = round(value)
-    elif value:
-        value = round(value, DIGITS - 1 - math.floor(math.log10(abs(value))))
-    return parameter.check(min(max(value, control.low), control.high))  # type: ignore[no-any-return]
-
-
-def _turned(control: Slider, angle: float) -> float:
-    """An angle outside the range of its slider comes in again at the other end."""
-    span = control.high - control.low
-    return (angle - control.low) % span + control.low
+    """Return a random value; `ends`: other ends of a slider than those that it declares."""
+    if ends is not None and isinstance(parameter.control, Slider):
+        return parameter.control.draw_between(random, ends, parameter.is_integer)
+    return parameter.draw(random)
 
 
 def step_near(random: Random, step: Step, spread: float) -> Step:
     """A step with values near those that it has."""
-    return _with(step, lambda parameter, value: near(random, parameter, value, spread), step.values)
+    return _with(step, lambda parameter, value: parameter.draw_near(random, value, spread), step.values)
 
 
 def step_drawn(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
@@ -226,12 +171,19 @@ def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
             wanted = now * step.values.get("factor", parameter.default)
             # For wide blurs, which a later step lays over a larger picture.
             least = LEAST_SCALE if wanted > BLUR_SCALE else BLUR_SCALE
-            factor = rounded(parameter, min(max(wanted, least), 1.0) / now)
+            factor = _scale_factor(min(max(wanted, least), 1.0) / now)
             now *= factor
             step = replace(step, values=step.values | {"factor": factor})
         sizes[step.save] = now
         out.append(step)
     return out
+
+
+def _scale_factor(wanted: float) -> float:
+    """Return the nearest factor that `scale` takes, in few digits."""
+    control = all_blocks()["scale"].parameters["factor"].control
+    assert isinstance(control, Slider)
+    return control.nearest(wanted, is_integer=False)
 
 
 def _is_idle(step: Step) -> bool:
@@ -244,7 +196,7 @@ def _sharpened(steps: list[Step], base: Sequence[Step]) -> list[Step]:
     size = _final_size([*base, Step("", save=BASE), *steps[:last]])
     if not last or steps[last].source or size > 0.95:
         return steps
-    factor = rounded(all_blocks()["scale"].parameters["factor"], 1 / size)
+    factor = _scale_factor(1 / size)
     return [*steps[:last], Step("scale", {"factor": factor}), *steps[last:]]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from vidstyle.block import Asset, Color, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
@@ -149,8 +148,8 @@ def _step_structure(step: Step) -> tuple[object, ...]:
     kept: dict[str, object] = {}
     for name, parameter in block.parameters.items() if block else ():
         value = step.values.get(name, parameter.default)
-        if isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
+        if parameter.control.own_file(value):
             value = object()  # a user's file, which may have changed: never equal
-        if not isinstance(parameter.control, Slider | Color):
+        if parameter.control.changes_structure:
             kept[name] = value
     return step.block, step.save, step.source, step.on, step.mute, kept

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 import vidstyle
-from vidstyle.block import Asset
 from vidstyle.blocks import all_blocks
 from vidstyle.core.installed import version_of
 from vidstyle.errors import UsageError
@@ -117,9 +116,8 @@ def _style_digest(style: Style) -> str:
 def _assets(style: Style) -> Iterable[Path]:
     for step in style.steps:
         for name, parameter in all_blocks()[step.block].parameters.items() if step.block else ():
-            value = step.values.get(name)
-            if isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
-                path = asset_path(style.folder, value)
+            if file := parameter.control.own_file(step.values.get(name)):
+                path = asset_path(style.folder, file)
                 yield from sorted(path.rglob("*")) if path.is_dir() else [path]
 
 

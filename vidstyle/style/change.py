@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from vidstyle.block import Asset, Block, Choice, Color, Control, On, SavedRef
+from vidstyle.block import Block, Control, On
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.model import Step, Style, table_from_style
@@ -112,7 +112,6 @@ def _parse(control: Control, text: str) -> object:
     except (ValueError, RecursionError):
         parsed = {}
     value = parsed.get("value") if len(parsed) == 1 else None
-    takes_text = isinstance(control, Choice | Color | SavedRef | Asset)
-    if value is None or (takes_text and not isinstance(value, str)):
+    if value is None or (control.takes_text and not isinstance(value, str)):
         return text.strip()
     return value

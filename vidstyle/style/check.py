@@ -209,7 +209,8 @@ class StepReader:
 
     def check_file(self, parameter: Parameter, value: str, where: str) -> None:
         """Check that the file that a value names exists."""
-        if isinstance(parameter.control, Asset) and value and value not in parameter.control.shipped():
+        control = parameter.control
+        if isinstance(control, Asset) and control.own_file(value):
             self.files.add(value)
             try:
                 asset_path(self.folder, value)
@@ -218,7 +219,7 @@ class StepReader:
                         f"{value!r} is one too many: a style has at most {MAX_FILES} files of its own"
                     )
             except ValueError as error:
-                names = parameter.control.shipped()
+                names = control.shipped()
                 hint = f"; {suggest(value, names)}" if names else ""
                 self.mistakes.append(f"{where}{parameter.name}: {error}{hint}")
 

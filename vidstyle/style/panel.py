@@ -6,7 +6,6 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from vidstyle.block import Asset, Choice, Color, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
 from vidstyle.style import Style, set_values, table_from_style
 from vidstyle.style.model import FIELDS
@@ -32,7 +31,7 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
         "variant": variant,
         "variants": [_swatch(start, name) for name in start.variants],
         "entries": entries,
-        "text": " ".join(["--style", shlex.quote(name), *(_option(entry) for entry in changed)]),
+        "text": " ".join(["--style", shlex.quote(name), *(_option(before, entry) for entry in changed)]),
     }
 
 
@@ -47,7 +46,7 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
         if getattr(style, name) is not None:
             # `height` is the reference for lengths, not a parameter to adjust.
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
-            yield place | values(name) | control_of(parameter, [])
+            yield place | values(name) | parameter.describe([])
     named = _knobs(style, table)
     wired_blocks = [wired for wired in wire_layers(style.layers) if wired.wiring.block]
     for step, wired in zip(steps_by_path(table), wired_blocks, strict=True):
@@ -56,30 +55,7 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
         for name, parameter in block.parameters.items():
             path = f"{step}.{name}"
             place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in named}
-            yield place | values(path) | control_of(parameter, saved)
-
-
-def control_of(parameter: Parameter, names: list[str]) -> dict[str, Any]:
-    """The kind of a parameter's control, its help, and its range or options.
-
-    Args:
-        names: the saved pictures that it may name.
-    """
-    match control := parameter.control:
-        case Slider():
-            ends = {"low": control.low, "high": control.high, "unit": control.unit}
-            kind: dict[str, Any] = {"kind": "slider", "whole": parameter.is_integer} | ends
-        case Switch():
-            kind = {"kind": "switch"}
-        case Color():
-            kind = {"kind": "color"}
-        case Choice():
-            kind = {"kind": "choice", "options": list(control.options)}
-        case SavedRef():
-            kind = {"kind": "choice", "options": [""] * control.optional + names}
-        case Asset():
-            kind = {"kind": "choice", "options": [""] * control.optional + sorted(control.shipped())}
-    return kind | {"help": control.help}
+            yield place | values(path) | parameter.describe(saved)
 
 
 def _knobs(style: Style, table: dict[str, Any]) -> set[str]:
@@ -115,10 +91,7 @@ def _swatch(start: Style, variant: str) -> dict[str, str]:
     return {"name": variant, "ink": varied.ink, "paper": varied.paper}
 
 
-def _option(entry: dict[str, Any]) -> str:
-    value = entry["value"]
-    if entry["kind"] == "slider":
-        value = f"{value:g}"
-    elif entry["kind"] == "switch":
-        value = str(value).lower()
-    return "--set " + shlex.quote(f"{entry['path']}={value}")
+def _option(table: dict[str, Any], entry: dict[str, Any]) -> str:
+    """Return the option of the command line that sets the value of an entry."""
+    control = find_value(table, entry["path"]).parameter.control
+    return "--set " + shlex.quote(f"{entry['path']}={control.text(entry['value'])}")

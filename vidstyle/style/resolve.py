@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vidstyle.block import Asset, Block, On, PageRegion, Slider
+from vidstyle.block import Asset, Block, On, PageRegion
 from vidstyle.core.film_colors import FilmTable
 from vidstyle.errors import StyleError
 from vidstyle.style import Step, Style, expand
@@ -83,25 +83,16 @@ def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> Resol
         return ResolvedStep(wiring, "channels", {})
     values = block.arguments_for(step.values)
     values = {
-        name: _grown(block, values, name, growth)
-        if isinstance(block.parameters[name].control, Slider)
-        else _prepare_value(style, block, name, value, read)
+        name: _prepare_value(
+            style, block.parameters[name].control.scale(value, growth, values), block, name, read
+        )
         for name, value in values.items()
         if name not in block.saved_refs
     }
     return ResolvedStep(wiring, step.on or block.on, values)
 
 
-def _grown(block: Block, values: dict[str, Any], name: str, growth: float) -> Any:
-    control, value = block.parameters[name].control, values[name]
-    assert isinstance(control, Slider)
-    if not control.power or (control.grows_if and not values[control.grows_if]):
-        return value
-    grown = max(value * growth**control.power, control.low)
-    return grown if control.unit == "px" else min(grown, control.high)
-
-
-def _prepare_value(style: Style, block: Block, name: str, value: Any, read: _Read) -> Any:
+def _prepare_value(style: Style, value: Any, block: Block, name: str, read: _Read) -> Any:
     control = block.parameters[name].control
     if isinstance(control, Asset) and value:
         try:

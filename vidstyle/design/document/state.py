@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from vidstyle.block import Asset, Block, SavedRef
+from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.edits import name_of
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.model import FIELDS, step_from_table
-from vidstyle.style.panel import control_of
 from vidstyle.style.wiring import WiredStep, wire_layers
 
 
@@ -63,7 +62,7 @@ class _Describer:
         """An entry for a field of the style."""
         parameter = FIELDS[name]
         value = self._content.fields.get(name, parameter.default)
-        return control_of(parameter, []) | self._values(None, name, value, parameter.default)
+        return parameter.describe([]) | self._values(None, name, value, parameter.default)
 
     def node(self, step: PlacedStep, wired: WiredStep) -> dict[str, Any]:
         """A step."""
@@ -88,9 +87,7 @@ class _Describer:
     def _entries(self, step: PlacedStep, block: Block, saved: list[str]) -> Iterator[dict[str, Any]]:
         for name, parameter in block.parameters.items():
             value = step.table.get(name, parameter.default)
-            control = control_of(parameter, saved)
-            picks = "picture" if isinstance(parameter.control, SavedRef) else ""
-            picks = "file" if isinstance(parameter.control, Asset) else picks
+            control, picks = parameter.describe(saved), parameter.control.picks
             if picks and value not in control["options"]:
                 control["options"].append(value)
             yield control | {"picks": picks} | self._values(step.number, name, value, parameter.default)

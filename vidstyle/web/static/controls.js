@@ -52,31 +52,59 @@ export function scaleOf({ low = 0, high = 1, whole, unit }) {
 }
 
 /**
- * A control for one parameter; it calls `change` on input.
+ * Controls by the `kind` with which a subclass of `Control` in Python describes itself.
+ * @type {Record<string, (entry: Described, id: string, change: (value: any) => void) => Control>}
+ */
+const CONTROLS = { slider, switch: checkbox, color: colorWell, choice: menu };
+
+/**
+ * Returns a control for one parameter; it calls `change` on input.
  * @param {Described} entry
  * @param {string} id of its input
  * @param {(value: any) => void} change
- * @returns {Control}
  */
 export function control(entry, id, change) {
-  if (entry.kind === "slider") return slider(entry, id, change);
-  if (entry.kind === "switch") {
-    const box = make("input", { type: "checkbox", id, onchange: () => change(box.checked) });
-    return { beside: [box], show: (value) => void (box.checked = value) };
-  }
-  if (entry.kind === "color") {
-    const well = make("input", { type: "color", id, oninput: () => change(well.value) });
-    return { beside: [well], show: (value) => void (well.value = value) };
-  }
-  const menu = make("select", { id, onchange: () => change(menu.value) });
+  return CONTROLS[entry.kind](entry, id, change);
+}
+
+/**
+ * @param {Described} _
+ * @param {string} id
+ * @param {(value: boolean) => void} change
+ * @returns {Control}
+ */
+function checkbox(_, id, change) {
+  const box = make("input", { type: "checkbox", id, onchange: () => change(box.checked) });
+  return { beside: [box], show: (value) => void (box.checked = value) };
+}
+
+/**
+ * @param {Described} _
+ * @param {string} id
+ * @param {(value: string) => void} change
+ * @returns {Control}
+ */
+function colorWell(_, id, change) {
+  const well = make("input", { type: "color", id, oninput: () => change(well.value) });
+  return { beside: [well], show: (value) => void (well.value = value) };
+}
+
+/**
+ * @param {Described} entry
+ * @param {string} id
+ * @param {(value: string) => void} change
+ * @returns {Control}
+ */
+function menu(entry, id, change) {
+  const list = make("select", { id, onchange: () => change(list.value) });
   /** @param {string} option */
-  const add = (option) => menu.append(make("option", { value: option, textContent: option ? words(option) : "none" }));
+  const add = (option) => list.append(make("option", { value: option, textContent: option ? words(option) : "none" }));
   (entry.options ?? []).forEach(add);
   return {
-    beside: [menu],
+    beside: [list],
     show: (value) => {
-      if (![...menu.options].some((option) => option.value === value)) add(value);
-      menu.value = value;
+      if (![...list.options].some((option) => option.value === value)) add(value);
+      list.value = value;
     },
   };
 }

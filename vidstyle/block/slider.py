@@ -1,0 +1,128 @@
+"""The control of numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from random import Random
+from typing import Any, cast
+
+from vidstyle.block.controls import Control
+
+RANDOM_DIGITS = 3
+"""Significant digits of a random value: more could not be seen, and a file is read by people."""
+DEGREES_PER_SPREAD = 90
+"""A random angle near another one has this standard deviation for a spread of 1."""
+
+
+@dataclass(frozen=True)
+class Slider(Control):
+    """A number in a range; an integer where the parameter is annotated `int`.
+
+    Attributes:
+        low, high: the range, both ends included.
+        help: one line, without a full stop.
+        unit: "px" for lengths that follow the picture's size, "s", "degrees", "levels of 255" and so on.
+        explore: the range for random styles; None keeps the default.
+        power: by which power of a picture's size the value grows, in styles that name a `height`: 1 for the
+            slope of edges, and for lengths, which is what "px" means; -1 for the width of a ramp of tones.
+        grows_if: the name of a switch of the block without which it does not grow.
+    """
+
+    low: float
+    high: float
+    help: str
+    unit: str = ""
+    explore: tuple[float, float] | None = None
+    power: int = 0
+    grows_if: str = ""
+    changes_structure = False
+    takes_text = False
+
+    def __post_init__(self) -> None:
+        if self.unit == "px":
+            object.__setattr__(self, "power", 1)
+
+    def check(self, value: object, is_integer: bool) -> int | float:
+        """The value as a number in range.
+
+        Raises:
+            ValueError: it is not one; the message names the range.
+        """
+        is_number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
+        if not is_number or (is_integer and value != int(cast(float, value))):
+            raise ValueError(f"{value!r} is not a {'whole ' if is_integer else ''}number")
+        value = cast(float, value)
+        if not self.low <= value <= self.high:
+            raise ValueError(f"{value:g} is outside {self.range_text}")
+        return int(value) if is_integer else float(value)
+
+    @property
+    def range_text(self) -> str:
+        """The range and unit as text: "0.5 to 8 px"."""
+        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+
+    def schema(self, is_integer: bool) -> dict[str, Any]:
+        kind = "integer" if is_integer else "number"
+        return {"type": kind, "minimum": self.low, "maximum": self.high}
+
+    def describe(self, is_integer: bool, saved: list[str]) -> dict[str, Any]:
+        ends = {"low": self.low, "high": self.high, "unit": self.unit}
+        return {"kind": "slider", "whole": is_integer} | ends
+
+    def draw(self, random: Random, default: Any, is_integer: bool) -> Any:
+        return self.draw_between(random, self.explore, is_integer) if self.explore else default
+
+    def draw_between(self, random: Random, ends: tuple[float, float], is_integer: bool) -> float:
+        """Return a random value between two others, evenly distributed."""
+        if is_integer:
+            return random.randint(*map(int, ends))
+        return self.nearest(random.uniform(*ends), is_integer)
+
+    def is_drawn(self, value: Any) -> bool:
+        return self.explore is not None and self.explore[0] <= value <= self.explore[1]
+
+    def draw_near(self, random: Random, value: Any, spread: float, is_integer: bool) -> Any:
+        if self.unit == "degrees":
+            angle = value + random.gauss(0, DEGREES_PER_SPREAD * spread)
+            # An angle outside the range comes in again at the other end.
+            return self.nearest((angle - self.low) % (self.high - self.low) + self.low, is_integer)
+        changed = self.nearest(value * math.exp(random.gauss(0, spread)), is_integer)
+        if changed == value and is_integer and random.random() < spread:
+            changed = self.nearest(value + random.choice((-1, 1)), is_integer)
+        return changed
+
+    def nearest(self, value: float, is_integer: bool) -> float:
+        """Return the value rounded, and moved into the range."""
+        if is_integer:
+            value = round(value)
+        elif value:
+            value = round(value, RANDOM_DIGITS - 1 - math.floor(math.log10(abs(value))))
+        return self.check(min(max(value, self.low), self.high), is_integer)
+
+    def text(self, value: Any) -> str:
+        return f"{value:g}"
+
+    def scale(self, value: Any, growth: float, values: Mapping[str, Any]) -> Any:
+        if not self.power or (self.grows_if and not values[self.grows_if]):
+            return value
+        grown = max(value * growth**self.power, self.low)
+        return grown if self.unit == "px" else min(grown, self.high)
+
+
+@dataclass(frozen=True)
+class _Options(Control):
+    """A value of which random styles may have some, given by `explore`."""
+
+    help: str
+    explore: tuple[Any, ...] = ()
+
+    def draw(self, random: Random, default: Any, is_integer: bool) -> Any:
+        return random.choice(self.explore) if self.explore else default
+
+    def is_drawn(self, value: Any) -> bool:
+        return value in self.explore
+
+    def draw_near(self, random: Random, value: Any, spread: float, is_integer: bool) -> Any:
+        return random.choice(self.explore) if self.explore and random.random() < spread / 2 else value
