@@ -52,7 +52,7 @@ def pictures_are_measured_once() -> Iterator[None]:
         return survey
 
     def remembered_frames(self: FilmFile, candidate: Candidate) -> list[Candidate]:
-        key = *file_key(self), candidate.time, candidate.scene, self._reach
+        key = *file_key(self), candidate.time, candidate.scene, self._search_seconds
         if key not in around:
             around[key] = look_around(self, candidate)
         return list(around[key])

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from covering import of_the_day
 
-from vidstyle.comic.analyze.saliency import attention_map, attention_of_box, mean_under, within
-from vidstyle.comic.layout.crop import on_page
+from vidstyle.comic.analyze.saliency import attention_map, box_attention, crop_attention, mean_under
+from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.layout.crop import map_to_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
-from vidstyle.comic.layout.slant import between_leans
+from vidstyle.comic.layout.slant import upright_area
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of, with_face_room, with_tail
 from vidstyle.comic.lettering.fonts import Letters, letter_size
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
 from vidstyle.comic.lettering.subtitle_lines import Line
 from vidstyle.comic.lettering.title import lowered
-from vidstyle.comic.moment import Box, Moment
 
 LETTERS = Letters()
 WORDS = (
@@ -72,7 +72,7 @@ def check(bubbles: list[Bubble], area: Box, faces: list[Box], right_to_left: boo
 
 def room_of(width: float, height: float, faces: tuple[Box, ...], seen: Box) -> FreeSpace:
     whole, shape = Box(0, 0, width, height), (round(height), round(width))
-    return FreeSpace(whole, whole, faces, attention_of_box(Moment(0, shape, 1, seen, faces, 0)))
+    return FreeSpace(whole, whole, faces, box_attention(KeyFrame(0, shape, 1, seen, faces, 0)))
 
 
 def random_room(random: np.random.Generator) -> FreeSpace:
@@ -203,10 +203,10 @@ def test_a_word_of_any_length_is_measured_a_few_times(count: int, monkeypatch: p
     assert sum(measured) < 30_000
 
 
-def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
+def random_key_frames(random: np.random.Generator, count: int) -> list[KeyFrame]:
     shape = (360, 640)
     return [
-        Moment(
+        KeyFrame(
             *(float(number), shape, float(random.random()), box_in(random, 640, 360, 0.3, 0.9)),
             tuple(box_in(random, 640, 360, 0.1, 0.45) for _ in range(random.integers(0, 3))),
             number // 2,
@@ -215,9 +215,9 @@ def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
     ]
 
 
-def speeches(moments: list[Moment], words: list[list[Line]]) -> list[PanelText]:
+def speeches(key_frames: list[KeyFrame], words: list[list[Line]]) -> list[PanelText]:
     return [
-        PanelText(each, lines, attention_of_box(each)) for each, lines in zip(moments, words, strict=True)
+        PanelText(each, lines, box_attention(each)) for each, lines in zip(key_frames, words, strict=True)
     ]
 
 
@@ -226,65 +226,65 @@ def test_pages_have_their_words_off_faces(seed: int) -> None:
     random = np.random.default_rng(seed)
     size = ("a5", "strip", "700x900", "square")[seed % 4]
     sheet, right_to_left = paper(size, 90), bool(seed % 3 == 0)
-    moments = random_moments(random, int(random.integers(1, 9)))
+    key_frames = random_key_frames(random, int(random.integers(1, 9)))
     words = [
         [Line(0, 1, sentence(random, 10), random.random() < 0.2) for _ in range(random.integers(0, 4))]
-        for _ in moments
+        for _ in key_frames
     ]
 
     def pages(area_scales: list[float]) -> PageLayout:
         laid = lay_out(
-            *(moments, sheet),
+            *(key_frames, sheet),
             seed=seed,
             right_to_left=right_to_left,
             bleeding=seed % 2 == 1,
             kind="classic" if seed % 5 == 0 else "dynamic",
             area_scales=area_scales,
         )
-        return lowered(laid, moments, sheet, 30)
+        return lowered(laid, key_frames, sheet, 30)
 
     hand = TextStyle(LETTERS, letter_size(sheet), sheet.border, right_to_left, sheet.safe)
-    layout = letter(pages, speeches(moments, words), hand)
+    layout = letter(pages, speeches(key_frames, words), hand)
     assert sum(len(each.bubbles) for each in layout.panels) >= sum(map(len, words)) * 2 / 3
     for each in layout.panels:
-        moment, picture = moments[each.moment], each.picture
+        key_frame, picture = key_frames[each.key_frame], each.picture
         assert each.crop.width / each.crop.height == pytest.approx(picture.aspect, rel=1e-6)
         assert Box(0, 0, 640, 360.001).contains(each.crop)
-        faces = [on_page(face, each.crop, picture) for face in moment.faces]
+        faces = [map_to_page(face, each.crop, picture) for face in key_frame.faces]
         seen = [face for face in faces if face.area > 0]
         over = [bubble for bubble in each.bubbles if bubble.kind != "band"]
         check(over, picture, seen, right_to_left)
         for bubble in over:
             assert sheet.safe.contains(bubble.box)
-            assert between_leans(picture, each.leans).contains(bubble.box)
+            assert upright_area(picture, each.leans).contains(bubble.box)
         for band in each.bubbles if len(over) < len(each.bubbles) else ():
             assert band.box.bottom <= picture.top and band.box.top >= each.rectangle.top
 
 
-def growing_pages() -> tuple[list[Moment], list[list[float]], Callable[[list[float]], PageLayout]]:
-    """Six moments, the growth of panels that was asked for, and what lays them out."""
-    moments = random_moments(np.random.default_rng(3), 6)
+def growing_pages() -> tuple[list[KeyFrame], list[list[float]], Callable[[list[float]], PageLayout]]:
+    """Six key frames, the growth of panels that was asked for, and what lays them out."""
+    key_frames = random_key_frames(np.random.default_rng(3), 6)
     asked: list[list[float]] = []
 
     def pages(area_scales: list[float]) -> PageLayout:
         asked.append(list(area_scales))
-        return lay_out(moments, paper("500x700", 90), area_scales=area_scales)
+        return lay_out(key_frames, paper("500x700", 90), area_scales=area_scales)
 
-    return moments, asked, pages
+    return key_frames, asked, pages
 
 
 def test_a_panel_grows_for_its_words() -> None:
-    moments, asked, pages = growing_pages()
+    key_frames, asked, pages = growing_pages()
     words = [[] if number != 2 else [Line(0, 1, " ".join(WORDS * 2))] for number in range(6)]
-    letter(pages, speeches(moments, words), TextStyle(LETTERS, 16, 2))
+    letter(pages, speeches(key_frames, words), TextStyle(LETTERS, 16, 2))
     assert asked[0] == [1.0] * 6
     assert len(asked) > 1 and asked[1][2] > 1 and asked[1].count(1.0) == 5
 
 
 def test_titles_leave_gutters_as_they_are() -> None:
-    moments, sheet = random_moments(np.random.default_rng(4), 7), paper("a5", 90)
-    plain = lay_out(moments, sheet, pages=1)
-    titled = lowered(plain, moments, sheet, 60)
+    key_frames, sheet = random_key_frames(np.random.default_rng(4), 7), paper("a5", 90)
+    plain = lay_out(key_frames, sheet, pages=1)
+    titled = lowered(plain, key_frames, sheet, 60)
     tops = {each.rectangle.top for each in titled.panels}
     assert min(tops) == sheet.inside.top + 60
     assert max(each.rectangle.bottom for each in titled.panels) == sheet.inside.bottom
@@ -304,11 +304,11 @@ def test_a_balloon_lies_where_nothing_is_to_be_seen() -> None:
     color = np.full((240, 400, 3), (90, 140, 200), np.uint8)
     color[20:220, 20:200] = np.random.default_rng(5).integers(0, 255, (200, 180, 3))
     seen = attention_map(color)
-    moment = Moment(0, (240, 400), 1, Box(0, 0, 400, 240), (), 0)
+    key_frame = KeyFrame(0, (240, 400), 1, Box(0, 0, 400, 240), (), 0)
     for left in (0, 100):
         window = Box(left, 0, 400, 240)
         whole = Box(0, 0, 400 - left, 240)
-        room = FreeSpace(whole, whole, (), within(seen, moment, window))
+        room = FreeSpace(whole, whole, (), crop_attention(seen, key_frame, window))
         (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300))], room) or []
         assert bubble.box.left + left > 195
 
@@ -322,10 +322,10 @@ def test_means_under_boxes_are_those_of_the_cells() -> None:
 
 def test_a_panel_grows_where_words_would_cover_what_is_to_be_seen() -> None:
     """Nothing else is tried where a picture is calm; where it is full, words stand in it in the end."""
-    moments, asked, pages = growing_pages()
+    key_frames, asked, pages = growing_pages()
     words = [[Line(0, 1, "Where is everybody?")] if number == 2 else [] for number in range(6)]
     busy = np.full((54, 96), 2.0, np.float32)
-    calm = [replace(each, attention=np.full_like(busy, 0.5)) for each in speeches(moments, words)]
+    calm = [replace(each, attention=np.full_like(busy, 0.5)) for each in speeches(key_frames, words)]
     for attention, rounds in ((busy, 3), (calm[2].attention, 1)):
         asked.clear()
         calm[2] = replace(calm[2], attention=attention)

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vidstyle.comic.key_frame import Box, KeyFrame
 from vidstyle.comic.lettering.dialogue import EASY_LETTERS, MAX_LETTERS, MAX_LINES, REACH, match, panels_for
 from vidstyle.comic.lettering.subtitle_lines import Line, lines_of_file
-from vidstyle.comic.moment import Box, Moment
 from vidstyle.errors import InputError
 
 
-def moment(time: float, scene: int = 0, faces: tuple[Box, ...] = (Box(10, 10, 30, 30),)) -> Moment:
-    return Moment(time, (90, 160), 0.5, Box(0, 0, 160, 90), faces, scene)
+def key_frame(time: float, scene: int = 0, faces: tuple[Box, ...] = (Box(10, 10, 30, 30),)) -> KeyFrame:
+    return KeyFrame(time, (90, 160), 0.5, Box(0, 0, 160, 90), faces, scene)
 
 
 def read(tmp_path: Path, text: str | bytes, name: str = "words.srt") -> list[Line]:
@@ -128,10 +128,10 @@ def test_a_sentence_goes_on_in_cues_without_a_speaker() -> None:
     """A narrator's stays in one caption, however the cues part it; another's name ends it."""
     first = Line(1, 2, "It was the year when the machines", narrated=True)
     rest = Line(2.1, 4, "came back to the city of canals, and nobody at all was ready for them.")
-    ((line,),), _ = match([first, rest], [moment(1)])
+    ((line,),), _ = match([first, rest], [key_frame(1)])
     assert line.narrated and line.text == f"{first.text} {rest.text}"
     for other in (Line(2.1, 4, "came back.", speaker="ANNA"), Line(2.1, 4, "Came back?")):
-        assert len(match([first, other], [moment(1)])[0][0]) == 2
+        assert len(match([first, other], [key_frame(1)])[0][0]) == 2
 
 
 def test_two_voices_are_two_lines(tmp_path: Path) -> None:
@@ -167,9 +167,9 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
         lines_of_file(tmp_path / "none.srt")
 
 
-def test_a_panel_gets_what_is_said_from_its_moment_on() -> None:
+def test_a_panel_gets_what_is_said_from_its_key_frame_on() -> None:
     lines = [Line(start, start + 1, f"At {start}.") for start in (0, 2, 3.5, 5, 6, 7)]
-    panels, count = match(lines, [moment(2.5), moment(5.5), moment(7.1)])
+    panels, count = match(lines, [key_frame(2.5), key_frame(5.5), key_frame(7.1)])
     assert [texts(panel) for panel in panels] == [
         ["At 0.", "At 2.", "At 3.5."],
         ["At 5.", "At 6."],
@@ -181,28 +181,28 @@ def test_a_panel_gets_what_is_said_from_its_moment_on() -> None:
 def test_what_is_far_or_too_much_is_left_out_and_counted() -> None:
     lines = [Line(100 + number, 100.5 + number, f"Line {number}.") for number in range(2 * MAX_LINES)]
     far = Line(100 - 2 * REACH, 100 - 1.1 * REACH, "Too soon.")
-    panels, count = match([far, *lines], [moment(100)])
+    panels, count = match([far, *lines], [key_frame(100)])
     assert texts(panels[0]) == [f"Line {number}." for number in range(MAX_LINES)]
     assert count == 2 * MAX_LINES + 1
-    assert match([far], [moment(100)])[0] == [[]]
+    assert match([far], [key_frame(100)])[0] == [[]]
 
 
 def test_letters_of_a_panel_are_few_but_one_line_is_whole() -> None:
     long = "x" * (MAX_LETTERS + 50)
-    panels, count = match([Line(1, 2, long), Line(3, 4, "y")], [moment(1)])
+    panels, count = match([Line(1, 2, long), Line(3, 4, "y")], [key_frame(1)])
     assert texts(panels[0]) == [long]
 
 
 def test_halves_of_a_sentence_are_joined() -> None:
     lines = [Line(1, 2, "We have to follow,"), Line(2.1, 3, "all of us."), Line(3.1, 4, "Now.")]
-    assert texts(match(lines, [moment(1)])[0][0]) == ["We have to follow, all of us.", "Now."]
+    assert texts(match(lines, [key_frame(1)])[0][0]) == ["We have to follow, all of us.", "Now."]
     of_two = [lines[0], Line(2.1, 3, "all of us.", speaker="2")]
-    assert len(match(of_two, [moment(1)])[0][0]) == 2
+    assert len(match(of_two, [key_frame(1)])[0][0]) == 2
 
 
 def test_a_voice_over_an_empty_first_picture_is_a_narrators() -> None:
     lines = [Line(1, 2, "Here."), Line(10, 11, "There.")]
-    panels, count = match(lines, [moment(1, faces=()), moment(10, scene=1, faces=())])
+    panels, count = match(lines, [key_frame(1, faces=()), key_frame(10, scene=1, faces=())])
     assert [panel[0].narrated for panel in panels] == [True, False]
 
 
@@ -210,10 +210,10 @@ def test_where_there_is_much_to_read_lines_go_on_to_the_next_panel() -> None:
     """Six lines are said in a few seconds."""
     said = "These are words of some forty letters, no. %d."
     lines = [Line(number, number + 0.9, said % number) for number in range(6)]
-    panels, count = match(lines, [moment(0.5), moment(6.5), moment(13)])
+    panels, count = match(lines, [key_frame(0.5), key_frame(6.5), key_frame(13)])
     assert texts(line for panel in panels for line in panel) == texts(lines)
     assert [len(panel) for panel in panels] == [3, 2, 1]
-    few, _ = match(lines[:2], [moment(0.5), moment(6.5)])
+    few, _ = match(lines[:2], [key_frame(0.5), key_frame(6.5)])
     assert [len(panel) for panel in few] == [2, 0]
 
 
@@ -226,12 +226,12 @@ def test_lines_are_never_out_of_order_nor_crowded(seeds: range) -> None:
             Line(start, start + 1.5, f"{number} {'word ' * int(random.integers(1, 16))}!")
             for number, start in enumerate(starts)
         ]
-        moments = [moment(time) for time in np.sort(random.uniform(0, 60, int(random.integers(1, 12))))]
-        panels, count = match(lines, moments)
+        key_frames = [key_frame(time) for time in np.sort(random.uniform(0, 60, int(random.integers(1, 12))))]
+        panels, count = match(lines, key_frames)
         shown = [line for panel in panels for line in panel]
         assert [line.start for line in shown] == sorted(line.start for line in shown)
         assert len(shown) <= count == 40
-        for panel, each in zip(panels, moments, strict=True):
+        for panel, each in zip(panels, key_frames, strict=True):
             assert len(panel) <= MAX_LINES
             assert len(panel) < 2 or sum(len(line.text) for line in panel) <= MAX_LETTERS
             assert all(line.start - REACH <= each.time <= line.end + REACH for line in panel)
@@ -276,8 +276,8 @@ def test_no_word_is_lost_and_no_sentence_cut(habit: str, tmp_path: Path) -> None
         said = pattern.format(text=text, rows=rows)
         file += f"{start} --> {end}\n{said.replace('...', '') + '.' if ends else said}\n\n"
     lines = read(tmp_path, file, f"words.{kind}")
-    moments = [moment(time) for time in np.arange(0, 2 * len(parts), 3.0)]
-    panels, count = match(lines, moments)
+    key_frames = [key_frame(time) for time in np.arange(0, 2 * len(parts), 3.0)]
+    panels, count = match(lines, key_frames)
     assert sum(map(len, panels)) == count
     shown = [" ".join(texts(panel)).replace("...", "") for panel in panels]
     for words in sentences:

@@ -21,10 +21,10 @@ from PIL import Image
 from stories import PLACES, shot, story, view, write_film
 
 from vidstyle.cli import main
+from vidstyle.comic.key_frame import Box, Rectangle
 from vidstyle.comic.lettering import fonts
 from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.moment import Box, Rectangle
 from vidstyle.comic.output.panel_renderer import on_paper
 from vidstyle.comic.output.raster import page_image
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
@@ -330,7 +330,7 @@ def test_the_films_own_subtitles_are_taken_unless_not_wanted(name: str, tmp_path
         (["none.mp4", "a.png", "--subtitles", "empty.srt"], 3, "empty.srt holds no subtitles"),
         (["none.mp4", "a.png", "--font", "words.srt"], 3, "words.srt is not a font; give a .ttf "
          "or .otf file"),
-        (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a size of paper; give a3, a4, a5, letter, "
+        (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a paper size; give a3, a4, a5, letter, "
          "square, strip, webtoon, 1200x1800 or 210x297mm"),
         (["none.mp4", "a.png", "--style", "nope"], 3, "nope"),
         (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is neither a number of panels nor auto"),

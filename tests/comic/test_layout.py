@@ -9,15 +9,22 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
-from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
+from comic_key_frames import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
-from vidstyle.comic.layout.cost import NARROWEST, WIDEST
-from vidstyle.comic.layout.crop import largest, must_show
-from vidstyle.comic.layout.inset import suit_insets
-from vidstyle.comic.layout.layout import GOOD, GOOD_AT_ALL, PageLayout, Panel, lay_out, pages_for
+from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.layout.cost import MAX_PANEL_ASPECT, MIN_PANEL_ASPECT
+from vidstyle.comic.layout.crop import largest_window, required_box
+from vidstyle.comic.layout.inset import find_insets
+from vidstyle.comic.layout.layout import (
+    MAX_EXTRA_COST,
+    MAX_EXTRA_COST_PER_PANEL,
+    PageLayout,
+    Panel,
+    default_pages,
+    lay_out,
+)
 from vidstyle.comic.layout.paper import Paper, paper
-from vidstyle.comic.layout.slant import between_leans, corners
-from vidstyle.comic.moment import Box, Moment, Rectangle
+from vidstyle.comic.layout.slant import corners, upright_area
 from vidstyle.errors import UsageError
 
 PAPERS = [
@@ -30,7 +37,7 @@ COUNTS = (1, 2, 3, 5, 8, 13, 7, 10, 6, 9)
 
 @dataclass(frozen=True)
 class Case:
-    moments: list[Moment]
+    key_frames: list[KeyFrame]
     paper: Paper
     backwards: bool
     layout: PageLayout
@@ -47,10 +54,10 @@ def cases(request: pytest.FixtureRequest) -> list[Case]:
     made = []
     for number in request.param:
         count = 40 if number in (9, 59) else COUNTS[number % 10]
-        moments = random_film(number, count, SHAPES[number // 10 % 5])
+        key_frames = random_film(number, count, SHAPES[number // 10 % 5])
         page, seed, backwards = PAPERS[number % 4], number // 3 % 7, number % 3 == 0
-        layout = lay_out(moments, page, seed=seed, right_to_left=backwards)
-        made.append(Case(moments, page, backwards, layout, seed))
+        layout = lay_out(key_frames, page, seed=seed, right_to_left=backwards)
+        made.append(Case(key_frames, page, backwards, layout, seed))
     return made
 
 
@@ -86,7 +93,7 @@ def rank_correlation(one: Sequence[float], other: Sequence[float]) -> float:
 
 def test_panels_stand_in_the_order_of_time(cases: list[Case]) -> None:
     for case in cases:
-        assert [panel.moment for panel in case.layout.panels] == list(range(len(case.moments)))
+        assert [panel.key_frame for panel in case.layout.panels] == list(range(len(case.key_frames)))
         assert [panel.page for panel in case.layout.panels] == sorted(p.page for p in case.layout.panels)
         for panels in by_page(case.layout):
             for one, other in combinations(panels, 2):
@@ -110,7 +117,7 @@ def test_pages_are_filled_and_gutters_exact(cases: list[Case]) -> None:
 def test_crops_fill_their_panels(cases: list[Case]) -> None:
     for case in cases:
         for panel in case.layout.panels:
-            height, width = case.moments[panel.moment].shape
+            height, width = case.key_frames[panel.key_frame].shape
             crop, rectangle = panel.crop, panel.rectangle
             assert 0 <= crop.left and crop.right <= width and 0 <= crop.top and crop.bottom <= height
             assert crop.width * rectangle.height / rectangle.width == pytest.approx(crop.height, abs=0.01)
@@ -119,15 +126,17 @@ def test_crops_fill_their_panels(cases: list[Case]) -> None:
 def test_no_panel_is_a_sliver(cases: list[Case]) -> None:
     for case in cases:
         # A portrait picture alone on a page that lies aside, or the like, cannot be helped.
-        if len(case.moments) > 3:
-            assert all(NARROWEST <= panel.rectangle.aspect <= WIDEST for panel in case.layout.panels)
+        if len(case.key_frames) > 3:
+            assert all(
+                MIN_PANEL_ASPECT <= panel.rectangle.aspect <= MAX_PANEL_ASPECT for panel in case.layout.panels
+            )
 
 
 def test_salience_is_cut_only_where_panels_are_of_quite_another_shape(cases: list[Case]) -> None:
     shown = [
-        panel.crop.intersection(moment.saliency).area / moment.saliency.area
+        panel.crop.intersection(key_frame.saliency).area / key_frame.saliency.area
         for case in cases
-        for panel, moment in zip(case.layout.panels, case.moments, strict=True)
+        for panel, key_frame in zip(case.layout.panels, case.key_frames, strict=True)
     ]
     assert np.mean(np.array(shown) > 0.999) > 0.9
     assert np.mean(shown) > 0.95
@@ -136,11 +145,11 @@ def test_salience_is_cut_only_where_panels_are_of_quite_another_shape(cases: lis
 def test_more_important_panels_are_larger(cases: list[Case]) -> None:
     ranks = [
         rank_correlation(
-            [moment.importance for moment in case.moments],
+            [key_frame.importance for key_frame in case.key_frames],
             [panel.rectangle.width * panel.rectangle.height for panel in case.layout.panels],
         )
         for case in cases
-        if len(case.moments) >= 5
+        if len(case.key_frames) >= 5
     ]
     assert np.mean(ranks) > 0.55
     assert np.quantile(ranks, 0.1) > 0.1
@@ -160,18 +169,18 @@ def test_no_two_rows_that_follow_one_another_are_alike(cases: list[Case]) -> Non
 
 def test_the_same_seed_gives_the_same_pages(cases: list[Case]) -> None:
     for case in cases[:4]:
-        again = lay_out(case.moments, case.paper, seed=case.seed, right_to_left=case.backwards)
+        again = lay_out(case.key_frames, case.paper, seed=case.seed, right_to_left=case.backwards)
         assert again == case.layout
 
 
 def test_other_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -> None:
     others = Counter()
     for case in cases[-60:]:
-        best = lay_out(case.moments, case.paper)
-        most = GOOD_AT_ALL + GOOD * len(case.moments)
+        best = lay_out(case.key_frames, case.paper)
+        most = MAX_EXTRA_COST + MAX_EXTRA_COST_PER_PANEL * len(case.key_frames)
         assert -1e-9 <= case.layout.cost - best.cost <= most + 1e-9
-        if len(case.moments) >= 5 and case.seed:
-            mirrored = lay_out(case.moments, case.paper, right_to_left=case.backwards)
+        if len(case.key_frames) >= 5 and case.seed:
+            mirrored = lay_out(case.key_frames, case.paper, right_to_left=case.backwards)
             others[case.layout.panels != mirrored.panels] += 1
     assert others[True] >= 0.8 * others.total() > 0.2 * len(cases)
 
@@ -211,7 +220,7 @@ def test_a_splash_has_its_part_of_a_crowded_page() -> None:
     assert areas[6] > 0.25 * sum(areas)
 
 
-def test_moments_that_are_all_alike_make_no_chequered_page() -> None:
+def test_key_frames_that_are_all_alike_make_no_chequered_page() -> None:
     for count in (6, 8, 9, 12):
         panels = lay_out(even_film(count), PAPERS[0], pages=1).panels
         assert len({panel.rectangle.width for panel in panels}) > 2
@@ -219,7 +228,9 @@ def test_moments_that_are_all_alike_make_no_chequered_page() -> None:
 
 def test_a_page_rather_ends_with_a_scene() -> None:
     for first in (6, 7):
-        film = [replace(moment, scene=int(number >= first)) for number, moment in enumerate(even_film(13))]
+        film = [
+            replace(key_frame, scene=int(number >= first)) for number, key_frame in enumerate(even_film(13))
+        ]
         pages = Counter(panel.page for panel in lay_out(film, PAPERS[0]).panels)
         assert pages[0] == first
 
@@ -233,14 +244,14 @@ def test_as_many_pages_as_wanted() -> None:
     for pages in (0, 14):
         with pytest.raises(UsageError, match=f"--pages: {pages} are too many for 13 panels"):
             lay_out(film, PAPERS[0], pages=pages)
-    with pytest.raises(UsageError, match="no moment"):
+    with pytest.raises(UsageError, match="no key frame"):
         lay_out([], PAPERS[0])
 
 
 def test_pages_hold_about_as_many_panels_each() -> None:
     for count in (13, 40):
         pages = Counter(panel.page for panel in lay_out(random_film(2, count), PAPERS[0]).panels)
-        assert len(pages) == pages_for(count)
+        assert len(pages) == default_pages(count)
         assert max(pages.values()) <= 2 * min(pages.values())
 
 
@@ -276,8 +287,8 @@ def test_very_wide_and_very_high_pages(size: str) -> None:
     for count in (2, 7, 20):
         layout = lay_out(random_film(count, count), paper(size))
         aspects = [panel.rectangle.aspect for panel in layout.panels]
-        assert min(aspects) >= NARROWEST
-        assert max(aspects) <= WIDEST
+        assert min(aspects) >= MIN_PANEL_ASPECT
+        assert max(aspects) <= MAX_PANEL_ASPECT
 
 
 def test_a_picture_without_salience_and_a_wholly_salient_one() -> None:
@@ -301,7 +312,7 @@ def test_a_strip_is_one_column_of_varied_heights_and_pauses(count: int) -> None:
     assert layout.sizes == ((page.width, rectangles[-1].bottom + page.margin),)
     pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
     assert all(pause in (page.row_gutter, 2 * page.row_gutter, 3 * page.row_gutter) for pause in pauses)
-    assert all(NARROWEST <= each.aspect <= WIDEST for each in rectangles)
+    assert all(MIN_PANEL_ASPECT <= each.aspect <= MAX_PANEL_ASPECT for each in rectangles)
     same = sum(abs(one.height / other.height - 1) < 0.03 for one, other in pairwise(rectangles))
     assert same <= 0.1 * count
 
@@ -321,8 +332,8 @@ def test_seeds_draw_panels_of_a_strip_in_from_either_side() -> None:
 
 def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> None:
     film = [
-        replace(moment, time=time, scene=scene)
-        for moment, time, scene in zip(even_film(4), (0, 1, 3, 6), (0, 0, 0, 1), strict=True)
+        replace(key_frame, time=time, scene=scene)
+        for key_frame, time, scene in zip(even_film(4), (0, 1, 3, 6), (0, 0, 0, 1), strict=True)
     ]
     rectangles = [panel.rectangle for panel in lay_out(film, paper("strip")).panels]
     pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
@@ -332,9 +343,9 @@ def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> No
 
 def test_slanted_gutters_are_as_wide_as_straight_ones() -> None:
     """At both ends; panels cover the same page, and gutters of whole rows lean to either side in turn."""
-    page, moments = paper("a4"), random_film(3, 24)
-    straight = lay_out(moments, page, kind="classic")
-    leaning = lay_out(moments, page, kind="dynamic")
+    page, key_frames = paper("a4"), random_film(3, 24)
+    straight = lay_out(key_frames, page, kind="classic")
+    leaning = lay_out(key_frames, page, kind="dynamic")
     sides = []
     for one, other in pairwise(leaning.panels):
         left, right = corners(one.rectangle, one.leans), corners(other.rectangle, other.leans)
@@ -346,7 +357,7 @@ def test_slanted_gutters_are_as_wide_as_straight_ones() -> None:
     assert set(sides) == {True, False}
     for before, after in zip(straight.panels, leaning.panels, strict=True):
         assert after.rectangle.contains(before.rectangle)
-        assert before.rectangle.contains(between_leans(after.rectangle, after.leans))
+        assert before.rectangle.contains(upright_area(after.rectangle, after.leans))
         assert after.crop.aspect == pytest.approx(after.picture.aspect)
     assert all(each.leans == (0, 0) for each in straight.panels)
 
@@ -366,46 +377,46 @@ def test_a_grid_has_equal_panels_in_reading_order(count: int) -> None:
 
 def test_a_close_up_is_an_inset_over_a_calm_corner() -> None:
     """Inside the panel before it, clear of its faces; without a calm corner it is a panel like others."""
-    moments = even_film(8)
+    key_frames = even_film(8)
     face = Box(800.0, 300.0, 1100.0, 700.0)
-    moments[4] = replace(moments[4], faces=(face,), saliency=face)
-    insets = suit_insets(moments, [False] * 8)
-    assert insets == (4,) and not suit_insets(moments, [True] * 8)
+    key_frames[4] = replace(key_frames[4], faces=(face,), saliency=face)
+    insets = find_insets(key_frames, [False] * 8)
+    assert insets == (4,) and not find_insets(key_frames, [True] * 8)
     for backwards in (False, True):
-        layout = lay_out(moments, PAPERS[0], insets=insets, right_to_left=backwards, kind="dynamic")
+        layout = lay_out(key_frames, PAPERS[0], insets=insets, right_to_left=backwards, kind="dynamic")
         below, inset = layout.panels[3:5]
-        assert [each.moment for each in layout.panels] == list(range(8))
+        assert [each.key_frame for each in layout.panels] == list(range(8))
         assert below.insets == (inset.rectangle,) and below.rectangle.contains(inset.rectangle)
         assert inset.rectangle.area < 0.25 * below.rectangle.area
-    all_over = replace(moments[3], saliency=Box(0.0, 0.0, 1920.0, 1080.0))
-    full = [*moments[:3], all_over, *moments[4:]]
+    all_over = replace(key_frames[3], saliency=Box(0.0, 0.0, 1920.0, 1080.0))
+    full = [*key_frames[:3], all_over, *key_frames[4:]]
     assert lay_out(full, PAPERS[0], insets=insets) == lay_out(full, PAPERS[0])
 
 
 def test_dark_panels_are_not_all_on_one_side() -> None:
     """The balance of light and dark is part of a layout's cost."""
     lights = [0.1, 0.9] * 4
-    moments = [replace(each, light=light) for each, light in zip(even_film(8), lights, strict=True)]
+    key_frames = [replace(each, light=light) for each, light in zip(even_film(8), lights, strict=True)]
 
     def imbalance(layout: PageLayout) -> float:
-        ink = np.array([(1 - lights[each.moment]) * each.rectangle.area for each in layout.panels])
+        ink = np.array([(1 - lights[each.key_frame]) * each.rectangle.area for each in layout.panels])
         aside = np.array(
             [np.subtract(each.rectangle.center, PAPERS[0].inside.center) for each in layout.panels]
         )
         return float(np.hypot(*(ink @ aside))) / ink.sum()
 
-    assert imbalance(lay_out(moments, PAPERS[0])) < imbalance(lay_out(even_film(8), PAPERS[0]))
+    assert imbalance(lay_out(key_frames, PAPERS[0])) < imbalance(lay_out(even_film(8), PAPERS[0]))
 
 
 def test_a_panel_is_never_worse_than_the_whole_picture(cases: list[Case]) -> None:
     """The main face is whole, if the panel's shape has room, and larger than the whole picture shows it."""
     for case in cases:
         for panel in case.layout.panels:
-            moment = case.moments[panel.moment]
-            height, width = moment.shape
-            kept, room = must_show(moment), largest(moment, panel.picture.aspect)
-            if moment.faces and kept.width <= room[0] and kept.height <= room[1]:
-                face = max(moment.faces, key=lambda face: face.area)
+            key_frame = case.key_frames[panel.key_frame]
+            height, width = key_frame.shape
+            kept, room = required_box(key_frame), largest_window(key_frame, panel.picture.aspect)
+            if key_frame.faces and kept.width <= room[0] and kept.height <= room[1]:
+                face = max(key_frame.faces, key=lambda face: face.area)
                 assert panel.crop.intersection(face).area > 0.999 * face.area
             whole = min(panel.picture.width / width, panel.picture.height / height)
             assert panel.picture.width / panel.crop.width >= whole * (1 - 1e-2)
@@ -413,9 +424,9 @@ def test_a_panel_is_never_worse_than_the_whole_picture(cases: list[Case]) -> Non
 
 @pytest.mark.parametrize("apart", [300, 900, 1400])
 def test_the_shape_of_a_panel_gives_way_before_a_pair_is_parted(apart: int) -> None:
-    moments = even_film(7)
+    key_frames = even_film(7)
     pair = tuple(Box(left, 300.0, left + 250, 600.0) for left in (130.0, 130.0 + apart))
     for number in (1, 4):
-        alone = replace(moments[number], faces=pair, saliency=pair[0])
-        layout = lay_out([*moments[:number], alone, *moments[number + 1 :]], PAPERS[0])
+        alone = replace(key_frames[number], faces=pair, saliency=pair[0])
+        layout = lay_out([*key_frames[:number], alone, *key_frames[number + 1 :]], PAPERS[0])
         assert all(layout.panels[number].crop.contains(face) for face in pair)

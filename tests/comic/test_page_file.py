@@ -14,7 +14,7 @@ from stories import story, write_film
 from waiting import eventually
 
 from vidstyle.comic.make import ComicOptions, make_comic
-from vidstyle.comic.select.moments import KeyFrameOptions
+from vidstyle.comic.select.key_frames import KeyFrameOptions
 from vidstyle.errors import InputError, UsageError
 
 WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
@@ -99,7 +99,7 @@ def test_what_is_wrong_in_a_file_is_told(folder: Path, old: str, new: str, messa
 
 
 def test_options_that_a_file_has_decided_are_refused(folder: Path) -> None:
-    with pytest.raises(UsageError, match="has decided the option seed already; change the file instead"):
+    with pytest.raises(UsageError, match="is a page file that sets the option seed; change the file instead"):
         make_comic(folder / "comic.toml", folder / "other.png", ComicOptions(seed=3))
     with pytest.raises(UsageError, match="cannot be a page file; end its name in .toml"):
         make_comic(folder / "film.mp4", folder / "other.png", ComicOptions(save=folder / "page.txt"))

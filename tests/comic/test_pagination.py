@@ -8,10 +8,10 @@ from itertools import product
 import numpy as np
 import pytest
 
+from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.cost import LayoutWeights
 from vidstyle.comic.layout.pagination import Pagination, RowTypes
-from vidstyle.comic.layout.slicing import LARGEST, PANEL, Grid, Placement, Tree, rows
-from vidstyle.comic.moment import Rectangle
+from vidstyle.comic.layout.slicing import MAX_STACKED_PANELS, PANEL, Grid, Placement, Tree, list_rows
 
 WIDE, HIGH, COLUMNS = 4, 5, 4
 
@@ -32,7 +32,7 @@ def all_cuts(tree: Tree, wide: int, high: int) -> Iterator[Sizes]:
 
 def all_rows(count: int) -> Iterator[tuple[Tree, int, int, Sizes]]:
     """Tree, first cut, height and sizes of all rows of so many panels."""
-    for tree in rows(count):
+    for tree in list_rows(count):
         for high in range(1, HIGH + 1):
             for sizes in all_cuts(tree, WIDE, high):
                 yield tree, sizes[0][0] if tree.columns > 1 else 0, high, sizes
@@ -81,7 +81,7 @@ def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     panels = random.random((count, WIDE + 1, HIGH + 1)) * 3
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
-    perturbation = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
+    perturbation = {tree: random.random(count) for size in range(1, count + 1) for tree in list_rows(size)}
     weights, break_costs = (
         LayoutWeights(perturbation=perturbation, monotony=3.0, cross=2.0, ragged=2.0),
         [0.0, *random.random(count - 1), 0.0],
@@ -90,7 +90,7 @@ def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     pagination = Pagination(panels, grid, weights, break_costs, count, COLUMNS)
     found = pagination.pages(pages)
     places = [place for row in found for place in pagination.places(row)]
-    assert [place.moment for place in places] == list(range(count))
+    assert [place.panel for place in places] == list(range(count))
     assert pagination.cost(found, places) == pytest.approx(least_of_all(panels, weights, break_costs, pages))
 
 
@@ -98,8 +98,8 @@ def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have
     panels = np.zeros((4, WIDE + 1, HIGH + 1))
     panels[:, [1, 3]] = 0.2
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
-    pair = rows(2)[0]
-    perturbation = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in rows(size)}
+    pair = list_rows(2)[0]
+    perturbation = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in list_rows(size)}
     grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
     pagination = Pagination(
         panels, grid, LayoutWeights(perturbation=perturbation, monotony=3.0), [0.0] * 5, 4, COLUMNS
@@ -143,18 +143,18 @@ def stacks_beside(tree: Tree) -> list[bool]:
 
 @pytest.mark.parametrize("count", range(1, 8))
 def test_rows_are_all_different_and_no_two_stacks_stand_side_by_side(count: int) -> None:
-    trees = rows(count)
+    trees = list_rows(count)
     assert len(set(trees)) == len(trees)
     for tree in trees:
         assert tree.count == count
         stacks = stacks_beside(tree)
         assert not any(one and other for one, other in zip(stacks, stacks[1:], strict=False))
-        assert count <= LARGEST or not any(stacks)
+        assert count <= MAX_STACKED_PANELS or not any(stacks)
 
 
 def test_rows_of_up_to_four_panels() -> None:
-    assert [len(rows(count)) for count in range(1, 6)] == [1, 1, 3, 10, 1]
-    assert rows(1) == (PANEL,)
+    assert [len(list_rows(count)) for count in range(1, 6)] == [1, 1, 3, 10, 1]
+    assert list_rows(1) == (PANEL,)
 
 
 def test_the_places_of_a_grid_are_exact_and_end_at_its_edge() -> None:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from vidstyle.comic.layout.paper import MILLIMETRES, paper
+from vidstyle.comic.layout.paper import PAPER_SIZES_MM, paper
 from vidstyle.errors import UsageError
 
 
-@pytest.mark.parametrize("name", MILLIMETRES)
+@pytest.mark.parametrize("name", PAPER_SIZES_MM)
 @pytest.mark.parametrize("dpi", [72, 150, 300])
 def test_a_page_has_its_size_in_millimetres(name: str, dpi: int) -> None:
     page = paper(name, dpi)
-    for pixels, millimetres in zip((page.width, page.height), MILLIMETRES[name], strict=True):
+    for pixels, millimetres in zip((page.width, page.height), PAPER_SIZES_MM[name], strict=True):
         assert abs(pixels / dpi * 25.4 - millimetres) < 0.5 * 25.4 / dpi
 
 
@@ -51,7 +51,7 @@ def test_sizes_that_have_no_name(size: str, sides: tuple[int, int]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "subject", "reason"),
     [
-        ({"size": "a44"}, "a44", "is not a size of paper"),
+        ({"size": "a44"}, "a44", "is not a paper size"),
         ({"size": "10x10"}, "10x10", "is a page of 10x10 pixels"),
         ({"size": "40000x100"}, "40000x100", "is a page of 40000x100 pixels"),
         ({"dpi": 0}, "--dpi", "0 is outside 10 to 2400"),

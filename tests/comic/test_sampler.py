@@ -11,7 +11,7 @@ import pytest
 from stories import story, write_film
 
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.core.convert import to_rgb
 from vidstyle.media.read import reader
 from vidstyle.media.read.sampler import FilmSampler
@@ -69,8 +69,8 @@ def test_a_comic_opens_its_film_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
     )
     path = write_film(tmp_path / "film.mp4", story(4, 20))
     with open_film(path) as film:
-        moments = find_moments(film, KeyFrameOptions(panels=4, at=(1.0,)))
-        times = [each.time for each in moments]
+        key_frames = find_key_frames(film, KeyFrameOptions(panels=4, at=(1.0,)))
+        times = [each.time for each in key_frames]
         kept = list(film.frames_at(times, keep=True))
         assert all(one is other for one, other in zip(kept, film.frames_at(times), strict=True))
         for one, other in zip(kept, film.frames_at(times), strict=True):

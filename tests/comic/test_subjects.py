@@ -12,21 +12,21 @@ from face_network import FACE, red_finder
 from media import photograph
 from stories import PLACES, shot, view, write_film
 
-from vidstyle.comic.analyze.action import unlike, with_actions
+from vidstyle.comic.analyze.action import add_actions, subject_difference
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     Survey,
+    add_faces,
+    add_saliency,
     content_area,
     extract_features,
-    followed,
+    follow_faces,
     is_smeared,
-    with_faces,
-    with_saliency,
 )
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.moment import Box
+from vidstyle.comic.key_frame import Box
 from vidstyle.comic.select.choose import choose
-from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import InputError
 
 CASCADE = "lbpcascade_frontalface_opencv.xml"
@@ -94,10 +94,10 @@ def test_a_speaker_is_sought_while_something_is_said() -> None:
 def test_a_large_face_is_none_where_the_frames_beside_show_no_face() -> None:
     """Two of them, as one may have been missed."""
     picture, finder = photograph("astronaut"), FaceFinder()
-    seen = with_faces(extract_features(picture, 0, picture.shape[:2]), finder)
+    seen = add_faces(extract_features(picture, 0, picture.shape[:2]), finder)
     none = replace(seen, faces=())
-    for beside, faces in (([], 1), ([none], 1), ([none, none], 0), ([none, seen], 1)):
-        assert len(with_faces(seen, finder, beside=beside).faces) == faces
+    for others, faces in (([], 1), ([none], 1), ([none, none], 0), ([none, seen], 1)):
+        assert len(add_faces(seen, finder, others=others).faces) == faces
 
 
 def test_a_face_is_followed_where_one_frame_misses_it() -> None:
@@ -107,13 +107,13 @@ def test_a_face_is_followed_where_one_frame_misses_it() -> None:
     frames = [extract_features(each, 0, picture.shape[:2]) for each in (picture, picture, shifted)]
     box, mouth = Box(180.0, 60.0, 270.0, 170.0), (224.0, 142.0)
     one, other = (replace(each, faces=(box,), mouths={box: mouth}) for each in frames[:2])
-    ((face, at),) = followed(frames[2], [one, other]).items()
+    ((face, at),) = follow_faces(frames[2], [one, other]).items()
     assert (face, at) == (box.moved(20, -12), (244.0, 130.0))
-    assert not followed(frames[2], [one, replace(other, faces=())])
+    assert not follow_faces(frames[2], [one, replace(other, faces=())])
     coffee = cv2.resize(photograph("coffee"), (512, 512))
-    assert not followed(extract_features(coffee, 0, (512, 512)), [one, other])
+    assert not follow_faces(extract_features(coffee, 0, (512, 512)), [one, other])
     blind = type("Blind", (), {"find": lambda *_: {}})()
-    assert with_faces(frames[2], blind, beside=[one, other]).faces == (face,)
+    assert add_faces(frames[2], blind, others=[one, other]).faces == (face,)
 
 
 def test_what_moves_before_a_still_camera_is_its_subject() -> None:
@@ -127,21 +127,21 @@ def test_what_moves_before_a_still_camera_is_its_subject() -> None:
             picture[90:170, left : left + 60] = (220, 30, 30)
         pictures.append(picture)
     shot = [extract_features(each, number, (480, 640)) for number, each in enumerate(pictures)]
-    actions = [each.action for each in with_actions(shot, shot)]
+    actions = [each.action for each in add_actions(shot, shot)]
     assert [each is not None and each.is_gone for each in actions] == [each is None for each in places]
     whole, cut = actions[3], actions[5]
     assert whole and cut and cut.cut > 0.5 > whole.cut == 0
     assert whole.box.contains(Box(200, 180, 320, 340)) and whole.box.width < 200
-    assert unlike(whole, cut) == 1 > unlike(whole, whole) == 0
-    seen = with_saliency(with_actions(shot, shot)[3])
+    assert subject_difference(whole, cut) == 1 > subject_difference(whole, whole) == 0
+    seen = add_saliency(add_actions(shot, shot)[3])
     assert seen.saliency.width < 220
-    chosen = choose(Survey(with_actions(shot, shot), [0.0], 9.0), [], 4)
+    chosen = choose(Survey(add_actions(shot, shot), [0.0], 9.0), [], 4)
     assert sorted(each.time for each in chosen) == [2, 3, 4, 5]
     panned = [
         extract_features(np.roll(photograph("coffee"), 40 * each, axis=1), each, (400, 600))
         for each in range(6)
     ]
-    assert all(each.action is None for each in with_actions(panned, panned))
+    assert all(each.action is None for each in add_actions(panned, panned))
 
 
 def test_smeared_pictures_are_damaged() -> None:
@@ -180,7 +180,7 @@ def test_what_is_no_model_of_faces_is_said(
     """Text, and a network that has other outputs; nothing else is written."""
     other = red_finder().replace(b"bbox_16", b"text_16")
     (tmp_path / name).write_bytes(other if name == "other.onnx" else b"no model")
-    remedy = r"give a cascade of OpenCV's \(.xml\) or a YuNet model \(.onnx\)$"
+    remedy = r"give an OpenCV cascade \(.xml\) or a YuNet model \(.onnx\)$"
     with pytest.raises(InputError, match=f"{name} is not a model of faces; {remedy}"):
         FaceFinder(tmp_path / name)
     assert capfd.readouterr().err == ""
@@ -196,10 +196,10 @@ def test_a_face_scores_high(tmp_path: Path) -> None:
     crop = cv2.resize(photograph("astronaut")[:288], (256, 144), interpolation=cv2.INTER_AREA)
     frames = [view(PLACES[2])] * 25 + [crop] * 25
     path = write_film(tmp_path / "film.mp4", frames)
-    (moment,) = find_moments(open_film(path, FaceFinder(cascade(tmp_path))), KeyFrameOptions(panels=1))
-    assert moment.scene == 1
-    assert len(moment.faces) == 1
-    assert moment.saliency.intersection(moment.faces[0]).area > 0.9 * moment.faces[0].area
+    (key_frame,) = find_key_frames(open_film(path, FaceFinder(cascade(tmp_path))), KeyFrameOptions(panels=1))
+    assert key_frame.scene == 1
+    assert len(key_frame.faces) == 1
+    assert key_frame.saliency.intersection(key_frame.faces[0]).area > 0.9 * key_frame.faces[0].area
 
 
 def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
@@ -211,13 +211,13 @@ def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
             cv2.copyMakeBorder(each, down, down, across, across, cv2.BORDER_CONSTANT) for each in frames
         ]
         path = write_film(tmp_path / f"{name}.mp4", barred)
-        (moment,) = find_moments(open_film(path), KeyFrameOptions(panels=1))
-        assert moment.shape == pytest.approx((size[1], size[0]), abs=4)
-        (frame,) = open_film(path).frames_at([moment.time])
-        picture = moment.picture(frame)
-        assert picture.shape[:2] == moment.shape
+        (key_frame,) = find_key_frames(open_film(path), KeyFrameOptions(panels=1))
+        assert key_frame.shape == pytest.approx((size[1], size[0]), abs=4)
+        (frame,) = open_film(path).frames_at([key_frame.time])
+        picture = key_frame.picture(frame)
+        assert picture.shape[:2] == key_frame.shape
         assert min(picture.max(axis=2).mean(axis=0).min(), picture.max(axis=2).mean(axis=1).min()) > 30
-        assert Box(0, 0, *reversed(moment.shape)).contains(moment.saliency)
+        assert Box(0, 0, *reversed(key_frame.shape)).contains(key_frame.saliency)
     night = view(PLACES[0])
     night[:40] = 0
     assert content_area(night) == (slice(0, 144), slice(0, 256))

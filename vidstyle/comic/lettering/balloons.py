@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.analyze.saliency import mean_under
+from vidstyle.comic.key_frame import Box, Point, usual_mouth
 from vidstyle.comic.lettering.bubble import (
     BALLOONS,
     Bubble,
@@ -19,7 +20,6 @@ from vidstyle.comic.lettering.bubble import (
     with_face_room,
     with_tail,
 )
-from vidstyle.comic.moment import Box, Point, usual_mouth
 
 _GRID = 11
 """Candidate positions along each side."""

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.lettering.subtitle_lines import Line
-from vidstyle.comic.moment import Moment
 
 REACH = 8.0
-"""Maximum seconds between a line and the moment of its panel."""
+"""Maximum seconds between a line and the key frame of its panel."""
 MAX_LINES = 3
 """Maximum number of lines in a panel."""
 MAX_LETTERS = 150
@@ -23,7 +23,7 @@ _LEFT_OUT = 4.0
 _CROWDED, _WORST = 1.0, 1.5
 """Cost of twice `EASY_LETTERS`, growing with the square of the excess, and its limit."""
 _FAR, _LATE = 0.5, 0.3
-"""Cost of a line `REACH` away from the moment, and of one that ends before it."""
+"""Cost of a line `REACH` away from the key frame, and of one that ends before it."""
 _NOBODY = 0.5
 """Cost of what is said in a picture in which no face is seen."""
 _ONE_SENTENCE = MAX_LETTERS
@@ -51,38 +51,40 @@ def panels_for(lines: Sequence[Line]) -> int:
     return math.ceil(sum(len(line.text) for line in lines) / EASY_LETTERS)
 
 
-def match(lines: Sequence[Line], moments: Sequence[Moment]) -> tuple[list[list[Line]], int]:
+def match(lines: Sequence[Line], key_frames: Sequence[KeyFrame]) -> tuple[list[list[Line]], int]:
     """Assign each line to a panel or to none, in order, with the lowest total cost; dynamic programming.
 
-    The cost of a line grows with its distance in time from the panel's moment and is higher after its end,
+    The cost of a line grows with its distance in time from the panel's key frame and is higher after its end,
     and where what is said has no face; crowded panels and omitted lines cost more. No line is further than
-    `REACH` from its moment, and no panel has more than `MAX_LINES` lines with `MAX_LETTERS` letters. Parts of
+    `REACH` from its key frame, and no panel has more than `MAX_LINES` lines with `MAX_LETTERS` letters. Parts of
     a short sentence are joined.
 
     Args:
-        lines, moments: in the order of time.
+        lines, key frames: in the order of time.
 
     Returns:
         The lines of each panel, and the number of lines in all.
     """
     joined, states = _joined(lines), [_Assignment(0.0)]
     for line in joined:
-        states = _with_line(states, line, moments)
+        states = _with_line(states, line, key_frames)
     last: _Assignment | None = min(states, key=lambda each: each.cost)
-    panels: list[list[Line]] = [[] for _ in moments]
+    panels: list[list[Line]] = [[] for _ in key_frames]
     while last is not None:
         if last.line is not None:
             panels[last.panel].insert(0, last.line)
         last = last.before
-    if panels and panels[0] and not moments[0].faces:
+    if panels and panels[0] and not key_frames[0].faces:
         # A voice over a first picture without faces is a narrator's.
         panels[0][0] = replace(panels[0][0], narrated=True)
     return panels, len(joined)
 
 
-def _with_line(states: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:
+def _with_line(
+    states: Sequence[_Assignment], line: Line, key_frames: Sequence[KeyFrame]
+) -> list[_Assignment]:
     """The cheapest states with a further line in any panel, or in none."""
-    near = [number for number, each in enumerate(moments) if _distance(line, each.time) <= REACH]
+    near = [number for number, each in enumerate(key_frames) if _distance(line, each.time) <= REACH]
     if not near:
         return list(states)
     best: dict[tuple[int, int, int], _Assignment] = {}
@@ -90,7 +92,7 @@ def _with_line(states: Sequence[_Assignment], line: Line, moments: Sequence[Mome
         omission = _LEFT_OUT * (1 + 0.5 * min(1.0, len(line.text) / MAX_LETTERS))
         tried = [replace(each, cost=each.cost + omission)]
         tried += [
-            after for number in near if (after := _placed(each, line, number, moments[number])) is not None
+            after for number in near if (after := _placed(each, line, number, key_frames[number])) is not None
         ]
         for after in tried:
             # The content of completed panels no longer matters.
@@ -100,15 +102,15 @@ def _with_line(states: Sequence[_Assignment], line: Line, moments: Sequence[Mome
     return list(best.values())
 
 
-def _placed(before: _Assignment, line: Line, panel: int, moment: Moment) -> _Assignment | None:
+def _placed(before: _Assignment, line: Line, panel: int, key_frame: KeyFrame) -> _Assignment | None:
     """The state with the line in a panel; None if that is full, or before an assigned line."""
     same = panel == before.panel
     letters, count = (before.letters, before.count) if same else (0, 0)
     added = letters + len(line.text)
     if panel < before.panel or (count and (count == MAX_LINES or added > MAX_LETTERS)):
         return None
-    cost = _FAR * _distance(line, moment.time) / REACH + _LATE * (moment.time > line.end)
-    cost += _NOBODY * (not line.narrated and not moment.faces)
+    cost = _FAR * _distance(line, key_frame.time) / REACH + _LATE * (key_frame.time > line.end)
+    cost += _NOBODY * (not line.narrated and not key_frame.faces)
     return _Assignment(
         before.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, before, line
     )

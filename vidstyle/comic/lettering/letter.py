@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.comic.analyze.saliency import mean_under, within
-from vidstyle.comic.layout.crop import crop, elsewhere, on_page, point_on_page
+from vidstyle.comic.analyze.saliency import crop_attention, mean_under
+from vidstyle.comic.key_frame import Box, KeyFrame, Point, Rectangle
+from vidstyle.comic.layout.crop import crop, map_point_to_page, map_to_page, shift_window
 from vidstyle.comic.layout.layout import PageLayout, Panel
-from vidstyle.comic.layout.slant import between_leans
+from vidstyle.comic.layout.slant import upright_area
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, shapes, size_of
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitle_lines import Line, Manner
-from vidstyle.comic.moment import Box, Moment, Point, Rectangle
 
 GROWTH = 1.6
 """Factor on the wanted area of a panel whose text does not fit."""
@@ -74,7 +74,7 @@ class PanelText:
         attention: see `attention_map`.
     """
 
-    moment: Moment
+    key_frame: KeyFrame
     lines: Sequence[Line]
     attention: np.ndarray
 
@@ -90,7 +90,7 @@ def letter(
 
     Args:
         lay_out: makes a layout, given the factor on the area of each panel.
-        texts: the text of each moment.
+        texts: the text of each key frame.
 
     Returns:
         The layout with a bubble for each line in its panel.
@@ -98,14 +98,14 @@ def letter(
     area_scales = [1.0] * len(texts)
     for _ in range(ROUNDS - 1):
         layout = lay_out(area_scales)
-        written = [_written(panel, texts[panel.moment], style) for panel in layout.panels]
+        written = [_written(panel, texts[panel.key_frame], style) for panel in layout.panels]
         if None not in written:
             return replace(layout, panels=tuple(filter(None, written)))
         area_scales = [
             scale * (1.0 if found else GROWTH) for scale, found in zip(area_scales, written, strict=True)
         ]
     layout = lay_out(area_scales)
-    ends = (_written_at_last(panel, texts[panel.moment], style) for panel in layout.panels)
+    ends = (_written_at_last(panel, texts[panel.key_frame], style) for panel in layout.panels)
     return replace(layout, panels=tuple(ends))
 
 
@@ -115,7 +115,7 @@ def _written(
     """The panel with its text; None if it does not fit, or only over busy parts of the picture."""
     inwards = -style.border
     # The border changes the aspect a little.
-    panel = _with_picture(panel, panel.rectangle.padded(inwards, inwards, inwards), text.moment)
+    panel = _with_picture(panel, panel.rectangle.padded(inwards, inwards, inwards), text.key_frame)
     if not text.lines:
         return panel
     found = _calmest(panel, text, style)
@@ -124,8 +124,8 @@ def _written(
     return found[1] if found[0] <= busiest else None
 
 
-def _with_picture(panel: Panel, picture: Rectangle, moment: Moment) -> Panel:
-    return replace(panel, picture=picture, crop=crop(moment, picture.aspect))
+def _with_picture(panel: Panel, picture: Rectangle, key_frame: KeyFrame) -> Panel:
+    return replace(panel, picture=picture, crop=crop(key_frame, picture.aspect))
 
 
 def _calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[float, Panel] | None:
@@ -135,13 +135,13 @@ def _calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[float, Pa
         The highest attention under a bubble, and the panel; None if the text does not fit.
     """
     least: tuple[float, Panel] | None = None
-    windows = panel.crop, *elsewhere(panel.crop, text.moment)
+    windows = panel.crop, *shift_window(panel.crop, text.key_frame)
     for size in (style.size, round(style.size * _SMALLER)):
         for window in windows:
             bubbles = _balloons(panel, window, text, replace(style, size=size))
             if bubbles is None:
                 continue
-            seen = within(text.attention, text.moment, window)
+            seen = crop_attention(text.attention, text.key_frame, window)
             boxes = np.array([bubble.box for bubble in bubbles])
             covered = float(mean_under(seen, panel.picture, boxes).max())
             if least is None or covered < least[0]:
@@ -160,12 +160,16 @@ def _written_at_last(panel: Panel, text: PanelText, style: TextStyle) -> Panel:
 
 def _balloons(panel: Panel, window: Box, text: PanelText, style: TextStyle) -> list[Bubble] | None:
     picture = panel.picture
-    moment = text.moment
-    mouths = {on_page(face, window, picture): moment.mouth(face) for face in moment.faces}
-    mouths = {face: point_on_page(mouth, window, picture) for face, mouth in mouths.items() if face.area > 0}
+    key_frame = text.key_frame
+    mouths = {map_to_page(face, window, picture): key_frame.mouth(face) for face in key_frame.faces}
+    mouths = {
+        face: map_point_to_page(mouth, window, picture) for face, mouth in mouths.items() if face.area > 0
+    }
     air = round(_AIR * style.size)
-    area = between_leans(picture, panel.leans).padded(-air, -air, -air).intersection(style.safe)
-    room = FreeSpace(area, picture, (*mouths, *panel.insets), within(text.attention, moment, window))
+    area = upright_area(picture, panel.leans).padded(-air, -air, -air).intersection(style.safe)
+    room = FreeSpace(
+        area, picture, (*mouths, *panel.insets), crop_attention(text.attention, key_frame, window)
+    )
     wordings = list(_wordings(text.lines, mouths, area, style))
     return None if any(not each.blocks for each in wordings) else place(wordings, room, style.right_to_left)
 
@@ -199,7 +203,7 @@ def _wordings(
 def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> Panel | None:
     """The lines in bands above the picture, which is lower by them; None if they take too much of it."""
     inside = panel.picture
-    written = between_leans(inside, panel.leans)
+    written = upright_area(inside, panel.leans)
     found, top = list[Bubble](), inside.top
     for line in text.lines:
         blocks = style.shapes(line, written.width - round(1.2 * style.size))
@@ -212,4 +216,4 @@ def _with_band(panel: Panel, text: PanelText, style: TextStyle, most: float) -> 
     picture = inside._replace(top=round(found[-1].box.bottom) + style.border)
     if picture.top - inside.top > most * inside.height:
         return None
-    return replace(_with_picture(panel, picture, text.moment), bubbles=tuple(found))
+    return replace(_with_picture(panel, picture, text.key_frame), bubbles=tuple(found))

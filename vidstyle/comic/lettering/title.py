@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from vidstyle.comic.key_frame import KeyFrame, Rectangle
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.moment import Moment, Rectangle
 from vidstyle.comic.output.sheet import Label
 
 _TITLE = 2.6
@@ -42,13 +42,15 @@ def below_title(paper: Paper, by: int, pages: int) -> Paper:
     return replace(paper, height=paper.height - by) if pages == 1 and not paper.is_strip else paper
 
 
-def lowered(layout: PageLayout, moments: Sequence[Moment], paper: Paper, by: int) -> PageLayout:
+def lowered(layout: PageLayout, key_frames: Sequence[KeyFrame], paper: Paper, by: int) -> PageLayout:
     """The layout with the panels of the first page moved or squeezed below a title, gutters unchanged."""
     if paper.is_strip or layout.sizes[0][1] < paper.height:
         panels = [_moved(each, paper, by) for each in layout.panels]
         sizes = [(paper.width, layout.sizes[0][1] + by)]
     else:
-        panels = [_squeezed(each, moments, paper, by) if each.page == 0 else each for each in layout.panels]
+        panels = [
+            _squeezed(each, key_frames, paper, by) if each.page == 0 else each for each in layout.panels
+        ]
         sizes = list(layout.sizes)
     return replace(layout, panels=tuple(panels), sizes=tuple(sizes))
 
@@ -60,7 +62,7 @@ def _moved(panel: Panel, paper: Paper, by: int) -> Panel:
     return replace(panel, rectangle=place, picture=place)
 
 
-def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) -> Panel:
+def _squeezed(panel: Panel, key_frames: Sequence[KeyFrame], paper: Paper, by: int) -> Panel:
     inside, gutter = paper.inside, paper.row_gutter
     factor = (inside.height - by + gutter) / (inside.height + gutter)
 
@@ -71,7 +73,7 @@ def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) ->
     # Bleed at the sides and at the bottom only, not under the title.
     low = bottom if bottom > inside.bottom else line(bottom + gutter) - gutter
     place = Rectangle(left, line(max(top, inside.top)), right, low)
-    shown = crop(moments[panel.moment], place.aspect)
+    shown = crop(key_frames[panel.key_frame], place.aspect)
     return replace(panel, rectangle=place, picture=place, crop=shown)
 
 

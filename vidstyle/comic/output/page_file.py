@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any, get_args
 
 from vidstyle.comic.analyze.film import Film
+from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, size_of
 from vidstyle.comic.lettering.fonts import Letters, comic_font
-from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.comic.output.panel_renderer import PagePlan
 from vidstyle.comic.output.sheet import Label
 from vidstyle.errors import InputError
@@ -63,14 +63,14 @@ def _lines(plan: PagePlan, source: str, title: str, styles: Sequence[str]) -> It
         yield from ("", "[[page]]", *_entries(size=list(size)))
         for panel in plan.layout.panels:
             if panel.page == page:
-                yield from _panel(panel, plan.moments[panel.moment])
+                yield from _panel(panel, plan.key_frames[panel.key_frame])
         for label in plan.labels[page]:
             yield from ("", "[[page.label]]", *_entries(text=label.text, at=[label.middle, label.foot]))
             yield from _entries(size=label.size, bold=label.is_bold)
 
 
-def _panel(panel: Panel, moment: Moment) -> Iterator[str]:
-    yield from ("", "[[page.panel]]", *_entries(time=moment.time, window=list(panel.crop)))
+def _panel(panel: Panel, key_frame: KeyFrame) -> Iterator[str]:
+    yield from ("", "[[page.panel]]", *_entries(time=key_frame.time, window=list(panel.crop)))
     yield from _entries(place=list(panel.rectangle), picture=list(panel.picture), leans=list(panel.leans))
     for bubble in panel.bubbles:
         yield from ("", "[[page.panel.words]]", *_entries(text="\n".join(bubble.block.lines)))
@@ -108,21 +108,21 @@ class PageFile:
         """
         data = self._data
         letters, dpi = _letters(data), data.number("dpi", 10, 2400)
-        moments, panels, sizes, labels = list[Moment](), list[Panel](), list[tuple[int, int]](), []
+        key_frames, panels, sizes, labels = list[KeyFrame](), list[Panel](), list[tuple[int, int]](), []
         for page in data.tables("page"):
             width, height = page.whole("size", 2, 64, _MOST_SIDE)
             if width * height > _MOST_PIXELS:
                 raise page.error("size", f"is more than {_MOST_PIXELS} pixels")
             sheet = Rectangle(0, 0, width, height)
             for each in page.tables("panel"):
-                panels.append(_read_panel(each, len(moments), len(sizes), letters, sheet))
-                moments.append(replace(film.at(each.number("time", 0)), small=None))
+                panels.append(_read_panel(each, len(key_frames), len(sizes), letters, sheet))
+                key_frames.append(replace(film.at(each.number("time", 0)), small=None))
             sizes.append((width, height))
             labels.append([_read_label(each, letters) for each in page.tables("label")])
         if not 1 <= len(panels) <= _MOST_PANELS:
             raise data.error("panel", f"has {len(panels)} entries", f"give 1 to {_MOST_PANELS}")
         layout = PageLayout(tuple(panels), tuple(sizes), 0.0)
-        return PagePlan(moments, layout, labels, letters, dpi, data.value("reading", str) == "rtl")
+        return PagePlan(key_frames, layout, labels, letters, dpi, data.value("reading", str) == "rtl")
 
 
 def read_page_file(path: Path) -> PageFile:
@@ -159,7 +159,7 @@ def _letters(data: _Table) -> Letters:
     return Letters() if font == _BUILT_IN else Letters(Path(font))
 
 
-def _read_panel(table: _Table, moment: int, page: int, letters: Letters, sheet: Rectangle) -> Panel:
+def _read_panel(table: _Table, key_frame: int, page: int, letters: Letters, sheet: Rectangle) -> Panel:
     place, picture = (table.rectangle(name) for name in ("place", "picture"))
     if not (sheet.contains(place) and place.contains(picture)):
         raise table.error("place", "does not lie on its page, or not around its picture")
@@ -167,7 +167,7 @@ def _read_panel(table: _Table, moment: int, page: int, letters: Letters, sheet: 
     if 2 * (abs(left) + abs(right)) >= picture.width:
         raise table.error("leans", "are wider than the panel")
     words = tuple(_read_words(each, letters) for each in table.tables("words"))
-    return Panel(moment, page, place, picture, table.box("window"), words, (left, right))
+    return Panel(key_frame, page, place, picture, table.box("window"), words, (left, right))
 
 
 def _read_words(table: _Table, letters: Letters) -> Bubble:

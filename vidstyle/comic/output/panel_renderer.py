@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.film import Film
+from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
 from vidstyle.comic.layout.layout import PageLayout
-from vidstyle.comic.layout.paper import INCH
-from vidstyle.comic.layout.storyboard import timecode
+from vidstyle.comic.layout.paper import MM_PER_INCH
+from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.lettering.fonts import Letters, unstressed
-from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
@@ -45,7 +45,7 @@ def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
         height, width: of the picture to restyle, in pixels.
         dpi: pixels per inch.
     """
-    usual = HEIGHT * dpi / INCH
+    usual = HEIGHT * dpi / MM_PER_INCH
     printed = usual * min(1.0, max(FINEST, math.sqrt(min(height, width) / usual)))
     lines = style.height or LINES
     # A still needs no temporal smoothing.
@@ -110,7 +110,7 @@ class PagePlan:
         right_to_left: reading order.
     """
 
-    moments: Sequence[Moment]
+    key_frames: Sequence[KeyFrame]
     layout: PageLayout
     labels: Sequence[list[Label]]
     letters: Letters
@@ -135,19 +135,19 @@ def drawn(
         on_panel: called before each panel with its index and the number of panels.
     """
     panels = plan.layout.panels
-    colors = film.frames_at(plan.moments[each.moment].time for each in panels)
+    colors = film.frames_at(plan.key_frames[each.key_frame].time for each in panels)
     for page, (width, height) in enumerate(plan.layout.sizes):
         sheet = Sheet(width, height, plan.dpi, plan.letters, labels=plan.labels[page])
         sheet.right_to_left = plan.right_to_left
         for number, each in enumerate(panels):
             if each.page == page:
                 on_panel(number, len(panels))
-                color, moment = next(colors), plan.moments[each.moment]
+                color, key_frame = next(colors), plan.key_frames[each.key_frame]
                 if frames:
-                    frames.save(color, moment)
-                shown = renderer.panel(moment.picture(color), each.crop, each.picture)
+                    frames.save(color, key_frame)
+                shown = renderer.panel(key_frame.picture(color), each.crop, each.picture)
                 said = " / ".join(unstressed(" ".join(bubble.block.lines)) for bubble in each.bubbles)
-                note = ": ".join(filter(None, [timecode(moment.time), said]))
+                note = ": ".join(filter(None, [format_timecode(key_frame.time), said]))
                 sheet.panels.append(
                     RenderedPanel(each.rectangle, each.picture, shown, each.bubbles, note, each.leans)
                 )

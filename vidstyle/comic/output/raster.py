@@ -12,10 +12,10 @@ from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 
+from vidstyle.comic.key_frame import Point, Rectangle
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH, Bubble
 from vidstyle.comic.lettering.fonts import runs, thickness
-from vidstyle.comic.moment import Point, Rectangle
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
 if TYPE_CHECKING:

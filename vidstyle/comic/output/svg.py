@@ -14,11 +14,11 @@ from string import Template
 import cv2
 import numpy as np
 
-from vidstyle.comic.layout.paper import INCH
+from vidstyle.comic.key_frame import Rectangle
+from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH, Bubble
 from vidstyle.comic.lettering.fonts import runs, thickness
-from vidstyle.comic.moment import Rectangle
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 
@@ -71,7 +71,7 @@ def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = Tru
         with_font: whether to embed the font; one element of a document does.
     """
     fonts = escape(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
-    wide, high = (f"{length * INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
+    wide, high = (f"{length * MM_PER_INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
     rows = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}"'
         f' viewBox="0 0 {sheet.width} {sheet.height}" font-family="{fonts}">',

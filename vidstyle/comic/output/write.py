@@ -12,8 +12,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vidstyle.comic.layout.storyboard import timecode
-from vidstyle.comic.moment import Moment
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.output.raster import cbz, jpeg, pdf, png
 from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import html, svg
@@ -139,15 +139,15 @@ class Frames(Closing):
     def close(self) -> None:
         self._files.close()
 
-    def save(self, color: np.ndarray, moment: Moment) -> None:
+    def save(self, color: np.ndarray, key_frame: KeyFrame) -> None:
         """Save the next frame, H x W x 3 uint8; after the last one, the table."""
         number = len(self._rows)
         done, content = cv2.imencode(".png", color[..., ::-1])
         assert done
         self._writers[number - 1](content.tobytes())
-        time = f"{moment.time:.3f}", timecode(moment.time)
-        weight = f"{moment.importance:.3f}"
-        self._rows.append((str(number), self._names[number - 1], *time, str(moment.scene + 1), weight))
+        time = f"{key_frame.time:.3f}", format_timecode(key_frame.time)
+        weight = f"{key_frame.importance:.3f}"
+        self._rows.append((str(number), self._names[number - 1], *time, str(key_frame.scene + 1), weight))
         if number == len(self._names):
             table = StringIO()
             csv.writer(table, lineterminator="\n").writerows(self._rows)
