@@ -1,4 +1,4 @@
-"""Key frames that look alike are shown from afar and from near in turn."""
+"""Key frames that look alike are shown as wide views and close-ups in turn."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.select.framing import add_details, alternate_framing, remove_repeats
 
 
-def test_alike_ones_are_seen_from_afar_and_from_near_in_turn() -> None:
-    """The head is in the panel that is nearer, larger than in the others; another picture stays as it is."""
+def test_similar_key_frames_are_wide_views_and_close_ups_in_turn() -> None:
+    """The close-up contains the head, larger than in the wide views; a different picture stays unchanged."""
     astronaut, coffee = (photograph(name) for name in ("astronaut", "coffee"))
     person = replace(
         extract_features(astronaut, 0, astronaut.shape[:2]), faces=(Box(200.0, 90.0, 250.0, 150.0),)
@@ -26,7 +26,7 @@ def test_alike_ones_are_seen_from_afar_and_from_near_in_turn() -> None:
     assert alternate_framing(key_frames[3:]) == key_frames[3:]
 
 
-def test_a_large_face_and_things_all_over_are_near_enough() -> None:
+def test_a_large_face_and_scattered_objects_get_no_close_up() -> None:
     picture = photograph("coffee")
     seen = extract_features(picture, 0, picture.shape[:2])
     large = replace(seen, faces=(Box(100.0, 50.0, 300.0, 300.0),))
@@ -38,8 +38,8 @@ def test_a_large_face_and_things_all_over_are_near_enough() -> None:
     assert window.contains(one.blobs[0]) and window.area < 0.6 * np.prod(picture.shape[:2])
 
 
-def test_what_was_just_shown_is_not_shown_again() -> None:
-    """But from near, or where it was asked for."""
+def test_repeats_are_removed() -> None:
+    """Except for close-ups and requested frames."""
     astronaut, coffee = (photograph(name) for name in ("astronaut", "coffee"))
     seen, other = (extract_features(each, 0, each.shape[:2]) for each in (astronaut, coffee))
     near, forced = replace(seen, framing="near"), replace(seen, forced=True)
@@ -47,8 +47,8 @@ def test_what_was_just_shown_is_not_shown_again() -> None:
     assert remove_repeats([seen, near, seen, forced]) == [seen, near, seen, forced]
 
 
-def test_a_film_that_is_one_picture_is_told_by_its_details() -> None:
-    """Parts of it without overlap; not where there is a face, or something else to tell."""
+def test_a_film_of_one_picture_is_shown_in_details() -> None:
+    """The details do not overlap; there are none if the film has a face or other pictures."""
     picture = photograph("coffee")
     one = extract_features(picture, 0, picture.shape[:2])
     whole, *details = add_details([one, one])
@@ -61,7 +61,7 @@ def test_a_film_that_is_one_picture_is_told_by_its_details() -> None:
         assert add_details(kept) == kept
 
 
-def test_a_small_change_is_something_new() -> None:
+def test_a_small_local_change_is_no_repeat() -> None:
     picture = photograph("coffee")
     changed = picture.copy()
     changed[100:160, 100:180] = (255, 0, 0)

@@ -45,36 +45,36 @@ def key_frames_of(path: Path, **options: object) -> list[KeyFrame]:
 
 
 def seen_at(path: Path, key_frames: Sequence[KeyFrame]) -> list[Candidate]:
-    """What the key frames show, measured again on the full-size frames."""
+    """Measure the pictures of the key frames again on the full-size frames."""
     frames = open_film(path).frames_at([each.time for each in key_frames])
     return [
         extract_features(frame, each.time, each.shape) for each, frame in zip(key_frames, frames, strict=True)
     ]
 
 
-def doubles(candidates: Sequence[Candidate]) -> int:
+def count_doubles(candidates: Sequence[Candidate]) -> int:
     return int(np.triu(similarity([each.thumbnail for each in candidates]) > SAME_SIMILARITY, 1).sum())
 
 
-def test_key_frames_tell_each_shot_in_order(six_shots: Path, six_key_frames: list[KeyFrame]) -> None:
+def test_key_frames_show_each_shot_in_order(six_shots: Path, six_key_frames: list[KeyFrame]) -> None:
     key_frames = six_key_frames
     assert [each.scene for each in key_frames] == [0, 1, 2, 3, 4, 5]
     assert [int(each.time / 1.2) for each in key_frames] == [0, 1, 2, 3, 4, 5]
     assert all(each.shape == (144, 256) for each in key_frames)
     assert max(each.importance for each in key_frames) == 1
     assert min(each.importance for each in key_frames) > 0
-    assert doubles(seen_at(six_shots, key_frames)) == 0
+    assert count_doubles(seen_at(six_shots, key_frames)) == 0
 
 
 def test_the_same_film_gives_the_same_key_frames(
     six_shots: Path, six_key_frames: list[KeyFrame], tmp_path: Path
 ) -> None:
-    """As a copy, of which nothing is remembered."""
+    """Uses a copy of the film, which is not cached."""
     assert key_frames_of(Path(shutil.copy(six_shots, tmp_path)), panels=6) == six_key_frames
 
 
 @pytest.mark.parametrize("panels", [1, 8])
-def test_as_many_as_wanted_are_chosen(six_shots: Path, panels: int) -> None:
+def test_the_requested_number_of_panels_is_chosen(six_shots: Path, panels: int) -> None:
     key_frames = key_frames_of(six_shots, panels=panels)
     assert len(key_frames) == panels
     assert all(one.time < other.time for one, other in itertools.pairwise(key_frames))
@@ -83,13 +83,13 @@ def test_as_many_as_wanted_are_chosen(six_shots: Path, panels: int) -> None:
 def test_options_are_followed(six_shots: Path) -> None:
     key_frames = key_frames_of(six_shots, panels=4, at=(0.5, 3.02), skip=((1.0, 2.4), (4.8, 7.2)))
     times = [each.time for each in key_frames]
-    assert pytest.approx(0.48) in times  # the frame that is shown at 0.5
+    assert pytest.approx(0.48) in times  # the frame shown at 0.5
     assert pytest.approx(3.0) in times
     assert len(times) == 4
     assert not any(1.0 <= time < 2.4 or 4.8 <= time for time in times)
 
 
-def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(six_shots: Path) -> None:
+def test_all_requested_times_are_shown_even_if_they_exceed_the_panels(six_shots: Path) -> None:
     assert [each.time for each in key_frames_of(six_shots, panels=1, at=(6, 0.2, 0.4))] == pytest.approx(
         [0.2, 0.4, 6]
     )
@@ -106,14 +106,14 @@ def test_all_that_is_asked_for_is_shown_even_if_it_is_more_than_wanted(six_shots
         ({"panels": 0}, "--panels: 0 is outside 1 to 300"),
     ],
 )
-def test_contradicting_options_are_refused(six_shots: Path, options: dict[str, object], message: str) -> None:
+def test_contradictory_options_are_refused(six_shots: Path, options: dict[str, object], message: str) -> None:
     with pytest.raises(UsageError) as error:
         key_frames_of(six_shots, **options)
     assert str(error.value) == message
 
 
-def test_blurred_black_and_mixed_pictures_are_left_out(tmp_path: Path) -> None:
-    """Of each shot a third is blurred; between them lies black, and a dissolve."""
+def test_blurred_black_and_blended_pictures_are_not_chosen(tmp_path: Path) -> None:
+    """A third of each shot is blurred; between the shots there are black frames and a dissolve."""
 
     def partly_blurred(number: int) -> list[np.ndarray]:
         frames = shot(PLACES[number], 60)
@@ -128,7 +128,7 @@ def test_blurred_black_and_mixed_pictures_are_left_out(tmp_path: Path) -> None:
     assert [time < 40 or 100 <= time < 124 or 140 <= time < 164 for time in times] == [True] * 3, times
 
 
-def test_a_transition_is_taken_only_where_there_is_nothing_else(six_shots: Path) -> None:
+def test_a_transition_is_chosen_only_if_there_is_nothing_else(six_shots: Path) -> None:
     survey = open_film(six_shots).survey()
     some = [replace(each, in_transition=number % 3 > 0) for number, each in enumerate(survey.candidates)]
     assert not any(each.in_transition for each in choose(replace(survey, candidates=some), [], 4))
@@ -136,7 +136,7 @@ def test_a_transition_is_taken_only_where_there_is_nothing_else(six_shots: Path)
     assert len(choose(replace(survey, candidates=mixed), [], 4)) == 4
 
 
-def test_the_sharpest_frame_close_by_is_taken(tmp_path: Path) -> None:
+def test_the_sharpest_nearby_frame_is_chosen(tmp_path: Path) -> None:
     frames = shot(PLACES[0], 10, 0.2)
     film = [cv2.GaussianBlur(frame, (0, 0), 2.5) for frame in frames]
     film[6] = frames[6]
@@ -145,7 +145,7 @@ def test_the_sharpest_frame_close_by_is_taken(tmp_path: Path) -> None:
 
 
 def test_equal_pictures_are_shown_once(tmp_path: Path) -> None:
-    """Two places in turn, seen three times each."""
+    """Two alternating places, each seen three times."""
     frames = [frame for number in range(6) for frame in shot(PLACES[number % 2], 15, 0.1)]
     path = write_film(tmp_path / "film.mp4", frames)
     assert len(key_frames_of(path)) == 2
@@ -209,11 +209,11 @@ def test_folders_in_a_folder_are_its_chapters(tmp_path: Path) -> None:
     assert names == ["cover.png", "2/a.png", "2/b.png", "10/1.png"]
 
 
-def test_a_folder_without_pictures_is_said(tmp_path: Path) -> None:
+def test_a_folder_without_pictures_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no pictures$"):
         open_film(tmp_path)
     (tmp_path / "bad.png").write_bytes(b"no picture")
-    with pytest.raises(InputError, match="none of its pictures can be read$"):
+    with pytest.raises(InputError, match="holds no readable pictures$"):
         find_key_frames(open_film(tmp_path))
 
 
@@ -242,10 +242,8 @@ def test_numbered_pictures_and_animations_are_films(tmp_path: Path) -> None:
     assert [each.scene for each in key_frames_of(tmp_path / "film.gif")] == [0, 1, 2]
 
 
-def test_of_a_long_film_only_key_frames_are_looked_at(
-    six_shots: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A limit that this film is beyond; a key frame comes each second."""
+def test_only_key_frames_of_a_long_film_are_decoded(six_shots: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit is reduced below this film, which has a key frame each second."""
     monkeypatch.setattr(film_file, "MAX_WHOLE_PIXELS", 0)
     monkeypatch.setattr(film_file, "MAX_CANDIDATES", 8)
     monkeypatch.setattr(film_file, "MIN_KEYS_PER_PANEL", 0.1)
@@ -255,14 +253,14 @@ def test_of_a_long_film_only_key_frames_are_looked_at(
     key_frames = find_key_frames(film)
     assert len(key_frames) >= 4
     assert all(abs(each.time - round(each.time)) <= 0.8 for each in key_frames)
-    assert doubles(seen_at(six_shots, key_frames)) == 0
+    assert count_doubles(seen_at(six_shots, key_frames)) == 0
 
 
 @pytest.mark.parametrize("kind", ["mkv", "mp4"])
-def test_of_a_long_film_that_is_cut_off_key_frames_tell_so(
+def test_key_frames_show_that_a_long_film_is_truncated(
     kind: str, six_shots: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An MP4 has its index in front; of the frames between key frames nothing is known."""
+    """An MP4 has its index in front; the frames between key frames are not decoded."""
     monkeypatch.setattr(film_file, "MAX_WHOLE_PIXELS", 0)
     monkeypatch.setattr(film_file, "MIN_KEYS_PER_PANEL", 0.1)
     whole, cut = remux(six_shots, tmp_path / f"whole.{kind}", movflags="faststart"), tmp_path / f"cut.{kind}"
@@ -284,7 +282,7 @@ def test_exact_frames_are_fetched(six_shots: Path) -> None:
 
 
 def test_memory_does_not_grow_with_the_film(six_shots: Path) -> None:
-    """What is kept of a candidate is small, however large the picture."""
+    """A candidate keeps little memory, however large the picture."""
     candidate = open_film(six_shots).survey().candidates[0]
     kept = [getattr(candidate, name) for name in candidate.__dataclass_fields__]
     assert sum(array.nbytes for array in kept if isinstance(array, np.ndarray)) < 6144
@@ -293,10 +291,10 @@ def test_memory_does_not_grow_with_the_film(six_shots: Path) -> None:
     )
 
 
-def test_a_long_film_with_too_few_key_frames_is_looked_through_whole(
+def test_a_long_film_with_too_few_key_frames_is_decoded_whole(
     six_shots: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It has eight, and five panels tell it."""
+    """It has eight key frames and would get five panels."""
     monkeypatch.setattr(film_file, "MAX_WHOLE_PIXELS", 0)
     counts = []
     for spare in (1.5, 2.5):

@@ -31,8 +31,8 @@ PAPERS = [
     paper(size, 75, landscape=aside)
     for size, aside in (("a4", False), ("letter", True), ("square", False), ("611x1003", False))
 ]
-SHAPES = [(LANDSCAPE,), (WIDE,), (SQUARE,), (LANDSCAPE, PORTRAIT), (PORTRAIT,)]
-COUNTS = (1, 2, 3, 5, 8, 13, 7, 10, 6, 9)
+SHAPE_SETS = [(LANDSCAPE,), (WIDE,), (SQUARE,), (LANDSCAPE, PORTRAIT), (PORTRAIT,)]
+PANEL_COUNTS = (1, 2, 3, 5, 8, 13, 7, 10, 6, 9)
 
 
 @dataclass(frozen=True)
@@ -44,29 +44,34 @@ class Case:
     seed: int
 
 
-SOME = [number for number in range(100) if number % 7 == 2]
-"""Of all shapes, papers and directions."""
+SAMPLED_CASES = [number for number in range(100) if number % 7 == 2]
+"""Contains all shapes, papers and directions."""
 
 
-@pytest.fixture(scope="module", params=[SOME, pytest.param(range(100), marks=pytest.mark.thorough)], ids=len)
+@pytest.fixture(
+    scope="module", params=[SAMPLED_CASES, pytest.param(range(100), marks=pytest.mark.thorough)], ids=len
+)
 def cases(request: pytest.FixtureRequest) -> list[Case]:
-    """A hundred films of 1 to 40 panels, or some: mixed shapes, all papers, some seeds, both directions."""
+    """Lay out a hundred films of 1 to 40 panels, or a sample.
+
+    They have mixed shapes, all papers, some seeds and both directions.
+    """
     made = []
     for number in request.param:
-        count = 40 if number in (9, 59) else COUNTS[number % 10]
-        key_frames = random_film(number, count, SHAPES[number // 10 % 5])
+        count = 40 if number in (9, 59) else PANEL_COUNTS[number % 10]
+        key_frames = random_film(number, count, SHAPE_SETS[number // 10 % 5])
         page, seed, backwards = PAPERS[number % 4], number // 3 % 7, number % 3 == 0
         layout = lay_out(key_frames, page, seed=seed, right_to_left=backwards)
         made.append(Case(key_frames, page, backwards, layout, seed))
     return made
 
 
-def by_page(layout: PageLayout) -> list[list[Panel]]:
+def panels_by_page(layout: PageLayout) -> list[list[Panel]]:
     return [[panel for panel in layout.panels if panel.page == page] for page in range(len(layout.sizes))]
 
 
 def rows_of(panels: Sequence[Panel]) -> list[list[Rectangle]]:
-    """The panels of a page at the head of each of its rows, from the left."""
+    """Return the panels of a page at the top of each of its rows, from the left."""
     rows: list[list[Rectangle]] = []
     bottom = -1
     for rectangle in sorted((panel.rectangle for panel in panels), key=lambda each: (each.top, each.left)):
@@ -80,7 +85,7 @@ def rows_of(panels: Sequence[Panel]) -> list[list[Rectangle]]:
 
 
 def is_read_first(one: Rectangle, other: Rectangle, backwards: bool) -> bool:
-    """Whether a reader comes to one before the other: above it, else, beside it, on the side that begins."""
+    """Whether one panel is read before the other: above it, or next to it on the side that is read first."""
     if one.top < other.bottom and other.top < one.bottom:
         return one.left >= other.right if backwards else one.right <= other.left
     return one.bottom <= other.top
@@ -91,20 +96,20 @@ def rank_correlation(one: Sequence[float], other: Sequence[float]) -> float:
     return float(np.corrcoef(*ranks)[0, 1])
 
 
-def test_panels_stand_in_the_order_of_time(cases: list[Case]) -> None:
+def test_panels_are_in_chronological_order(cases: list[Case]) -> None:
     for case in cases:
         assert [panel.key_frame for panel in case.layout.panels] == list(range(len(case.key_frames)))
         assert [panel.page for panel in case.layout.panels] == sorted(p.page for p in case.layout.panels)
-        for panels in by_page(case.layout):
+        for panels in panels_by_page(case.layout):
             for one, other in combinations(panels, 2):
                 assert is_read_first(one.rectangle, other.rectangle, case.backwards)
 
 
 def test_pages_are_filled_and_gutters_exact(cases: list[Case]) -> None:
-    """With a gutter at its right and one below, the panels tile the page without gap or overlap."""
+    """With a gutter at its right and below it, the panels tile the page without gaps or overlaps."""
     for case in cases:
         page, inside = case.paper, case.paper.inside
-        for panels in by_page(case.layout):
+        for panels in panels_by_page(case.layout):
             times = np.zeros((inside.height + page.row_gutter, inside.width + page.gutter), int)
             for left, top, right, bottom in (panel.rectangle for panel in panels):
                 assert inside.left <= left and inside.top <= top
@@ -125,14 +130,14 @@ def test_crops_fill_their_panels(cases: list[Case]) -> None:
 
 def test_no_panel_is_a_sliver(cases: list[Case]) -> None:
     for case in cases:
-        # A portrait picture alone on a page that lies aside, or the like, cannot be helped.
+        # With few panels, such as one portrait picture on a landscape page, slivers are unavoidable.
         if len(case.key_frames) > 3:
             assert all(
                 MIN_PANEL_ASPECT <= panel.rectangle.aspect <= MAX_PANEL_ASPECT for panel in case.layout.panels
             )
 
 
-def test_salience_is_cut_only_where_panels_are_of_quite_another_shape(cases: list[Case]) -> None:
+def test_saliency_is_rarely_cut(cases: list[Case]) -> None:
     shown = [
         panel.crop.intersection(key_frame.saliency).area / key_frame.saliency.area
         for case in cases
@@ -155,10 +160,10 @@ def test_more_important_panels_are_larger(cases: list[Case]) -> None:
     assert np.quantile(ranks, 0.1) > 0.1
 
 
-def test_no_two_rows_that_follow_one_another_are_alike(cases: list[Case]) -> None:
+def test_successive_rows_differ(cases: list[Case]) -> None:
     alike = pairs = 0
     for case in cases:
-        for panels in by_page(case.layout):
+        for panels in panels_by_page(case.layout):
             for one, other in pairwise(rows_of(panels)):
                 pairs += 1
                 same = [(a.left, a.right) for a in one] == [(b.left, b.right) for b in other]
@@ -173,7 +178,7 @@ def test_the_same_seed_gives_the_same_pages(cases: list[Case]) -> None:
         assert again == case.layout
 
 
-def test_other_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -> None:
+def test_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -> None:
     others = Counter()
     for case in cases[-60:]:
         best = lay_out(case.key_frames, case.paper)
@@ -193,7 +198,7 @@ def test_seeds_differ_from_one_another() -> None:
     assert len(pages) >= 5
 
 
-def test_reading_from_the_right_mirrors_the_page() -> None:
+def test_right_to_left_order_mirrors_the_page() -> None:
     film, page = random_film(3, 9), PAPERS[0]
     there, back = lay_out(film, page), lay_out(film, page, right_to_left=True)
     for one, other in zip(there.panels, back.panels, strict=True):
@@ -204,7 +209,7 @@ def test_reading_from_the_right_mirrors_the_page() -> None:
         assert one.crop == other.crop
 
 
-def test_one_that_stands_out_is_a_splash() -> None:
+def test_an_outstanding_key_frame_is_a_splash() -> None:
     film = even_film(9)
     for index in (0, 4, 8):
         marked = [replace(m, importance=1.0 if n == index else 0.3) for n, m in enumerate(film)]
@@ -214,19 +219,19 @@ def test_one_that_stands_out_is_a_splash() -> None:
         assert areas[index] > 1.8 * max(areas[:index] + areas[index + 1 :])
 
 
-def test_a_splash_has_its_part_of_a_crowded_page() -> None:
+def test_a_splash_keeps_its_share_of_a_crowded_page() -> None:
     film = [replace(m, importance=1.0 if n == 6 else 0.3) for n, m in enumerate(even_film(14))]
     areas = [p.rectangle.width * p.rectangle.height for p in lay_out(film, PAPERS[0], pages=1).panels]
     assert areas[6] > 0.25 * sum(areas)
 
 
-def test_key_frames_that_are_all_alike_make_no_chequered_page() -> None:
+def test_equal_key_frames_do_not_make_a_regular_grid() -> None:
     for count in (6, 8, 9, 12):
         panels = lay_out(even_film(count), PAPERS[0], pages=1).panels
         assert len({panel.rectangle.width for panel in panels}) > 2
 
 
-def test_a_page_rather_ends_with_a_scene() -> None:
+def test_pages_prefer_to_end_with_a_scene() -> None:
     for first in (6, 7):
         film = [
             replace(key_frame, scene=int(number >= first)) for number, key_frame in enumerate(even_film(13))
@@ -235,7 +240,7 @@ def test_a_page_rather_ends_with_a_scene() -> None:
         assert pages[0] == first
 
 
-def test_as_many_pages_as_wanted() -> None:
+def test_the_number_of_pages_can_be_requested() -> None:
     film = random_film(1, 13)
     for pages in (1, 2, 5, 13):
         layout = lay_out(film, PAPERS[0], pages=pages)
@@ -248,14 +253,14 @@ def test_as_many_pages_as_wanted() -> None:
         lay_out([], PAPERS[0])
 
 
-def test_pages_hold_about_as_many_panels_each() -> None:
+def test_pages_have_similar_numbers_of_panels() -> None:
     for count in (13, 40):
         pages = Counter(panel.page for panel in lay_out(random_film(2, count), PAPERS[0]).panels)
         assert len(pages) == default_pages(count)
         assert max(pages.values()) <= 2 * min(pages.values())
 
 
-def test_only_panels_over_the_whole_width_bleed() -> None:
+def test_only_full_width_panels_bleed() -> None:
     page = paper("a4", 75)
     film = random_film(4, 13)
     plain, bled = lay_out(film, page), lay_out(film, page, bleeding=True)
@@ -271,7 +276,7 @@ def test_only_panels_over_the_whole_width_bleed() -> None:
     assert beyond
 
 
-def test_a_panel_can_be_made_to_grow() -> None:
+def test_an_area_scale_enlarges_its_panel() -> None:
     grown = []
     for seed in range(10):
         film = random_film(seed, 9)
@@ -283,7 +288,7 @@ def test_a_panel_can_be_made_to_grow() -> None:
 
 
 @pytest.mark.parametrize("size", ["3000x750", "500x2000"])
-def test_very_wide_and_very_high_pages(size: str) -> None:
+def test_very_wide_and_very_tall_pages_have_no_slivers(size: str) -> None:
     for count in (2, 7, 20):
         layout = lay_out(random_film(count, count), paper(size))
         aspects = [panel.rectangle.aspect for panel in layout.panels]
@@ -291,7 +296,7 @@ def test_very_wide_and_very_high_pages(size: str) -> None:
         assert max(aspects) <= MAX_PANEL_ASPECT
 
 
-def test_a_picture_without_salience_and_a_wholly_salient_one() -> None:
+def test_empty_and_full_saliency_can_be_laid_out() -> None:
     film = even_film(5)
     film[1], film[3] = (replace(film[1], saliency=box) for box in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)))
     assert len(lay_out(film, PAPERS[0]).panels) == 5
@@ -317,7 +322,7 @@ def test_a_strip_is_one_column_of_varied_heights_and_pauses(count: int) -> None:
     assert same <= 0.1 * count
 
 
-def test_seeds_draw_panels_of_a_strip_in_from_either_side() -> None:
+def test_seeds_inset_panels_of_a_strip_from_both_sides() -> None:
     page, film = paper("strip"), random_film(5, 8)
     strips = [[panel.rectangle for panel in lay_out(film, page, seed=seed).panels] for seed in range(12)]
     shapes = {tuple((each.left, each.width) for each in strip) for strip in strips}
@@ -330,7 +335,7 @@ def test_seeds_draw_panels_of_a_strip_in_from_either_side() -> None:
     assert drawn_in[0] == 0 and max(drawn_in) <= 5
 
 
-def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> None:
+def test_a_strip_pauses_when_time_passes_and_most_at_scene_ends() -> None:
     film = [
         replace(key_frame, time=time, scene=scene)
         for key_frame, time, scene in zip(even_film(4), (0, 1, 3, 6), (0, 0, 0, 1), strict=True)
@@ -376,7 +381,7 @@ def test_a_grid_has_equal_panels_in_reading_order(count: int) -> None:
 
 
 def test_a_close_up_is_an_inset_over_a_calm_corner() -> None:
-    """Inside the panel before it, clear of its faces; without a calm corner it is a panel like others."""
+    """It is in the panel before it, clear of faces; without a calm corner it becomes an ordinary panel."""
     key_frames = even_film(8)
     face = Box(800.0, 300.0, 1100.0, 700.0)
     key_frames[4] = replace(key_frames[4], faces=(face,), saliency=face)
@@ -393,7 +398,7 @@ def test_a_close_up_is_an_inset_over_a_calm_corner() -> None:
     assert lay_out(full, PAPERS[0], insets=insets) == lay_out(full, PAPERS[0])
 
 
-def test_dark_panels_are_not_all_on_one_side() -> None:
+def test_dark_panels_are_balanced() -> None:
     """The balance of light and dark is part of a layout's cost."""
     lights = [0.1, 0.9] * 4
     key_frames = [replace(each, light=light) for each, light in zip(even_film(8), lights, strict=True)]
@@ -409,7 +414,7 @@ def test_dark_panels_are_not_all_on_one_side() -> None:
 
 
 def test_a_panel_is_never_worse_than_the_whole_picture(cases: list[Case]) -> None:
-    """The main face is whole, if the panel's shape has room, and larger than the whole picture shows it."""
+    """The main face is whole if it fits, and larger than in a panel with the whole picture."""
     for case in cases:
         for panel in case.layout.panels:
             key_frame = case.key_frames[panel.key_frame]
@@ -423,7 +428,7 @@ def test_a_panel_is_never_worse_than_the_whole_picture(cases: list[Case]) -> Non
 
 
 @pytest.mark.parametrize("apart", [300, 900, 1400])
-def test_the_shape_of_a_panel_gives_way_before_a_pair_is_parted(apart: int) -> None:
+def test_the_shape_of_a_panel_changes_before_a_pair_is_separated(apart: int) -> None:
     key_frames = even_film(7)
     pair = tuple(Box(left, 300.0, left + 250, 600.0) for left in (130.0, 130.0 + apart))
     for number in (1, 4):

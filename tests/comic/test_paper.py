@@ -27,7 +27,7 @@ def test_small_paper_has_small_margins() -> None:
     assert paper("400x600").margin < 0.1 * 400
 
 
-def test_paper_lies_on_its_side() -> None:
+def test_landscape_swaps_the_sides() -> None:
     upright, aside = paper("letter"), paper("letter", landscape=True)
     assert (aside.width, aside.height) == (upright.height, upright.width)
 
@@ -42,7 +42,7 @@ def test_paper_lies_on_its_side() -> None:
         ("strip", (1080, 0)),
     ],
 )
-def test_sizes_that_have_no_name(size: str, sides: tuple[int, int]) -> None:
+def test_sizes_in_pixels_and_millimetres(size: str, sides: tuple[int, int]) -> None:
     page = paper(size, 100)
     assert (page.width, page.height) == sides
     assert page.is_strip == (size == "strip")
@@ -57,7 +57,7 @@ def test_sizes_that_have_no_name(size: str, sides: tuple[int, int]) -> None:
         ({"dpi": 0}, "--dpi", "0 is outside 10 to 2400"),
     ],
 )
-def test_paper_that_cannot_be(arguments: dict, subject: str, reason: str) -> None:
+def test_impossible_paper_is_refused(arguments: dict, subject: str, reason: str) -> None:
     with pytest.raises(UsageError) as caught:
         paper(**arguments)
     assert caught.value.subject == subject
@@ -65,6 +65,6 @@ def test_paper_that_cannot_be(arguments: dict, subject: str, reason: str) -> Non
     assert "\n" not in str(caught.value)
 
 
-def test_no_border_is_possible_and_a_thin_one_is_seen() -> None:
+def test_a_border_can_be_absent_but_never_invisible() -> None:
     assert paper("a4", 30, border=0).border == 0
     assert paper("a4", 30, border=0.5).border == 1

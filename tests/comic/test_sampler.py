@@ -36,7 +36,7 @@ def small(sampler: FilmSampler, start: float = 0, end: float | None = None) -> l
     return [(each.time, to_rgb(each.picture(64)).tobytes()) for each in frames]
 
 
-def test_frames_are_the_same_however_often_they_are_read(film: Path) -> None:
+def test_frames_are_the_same_when_read_repeatedly(film: Path) -> None:
     with FilmSampler(film) as sampler:
         first = small(sampler)
         assert len(first) == 60
@@ -46,13 +46,13 @@ def test_frames_are_the_same_however_often_they_are_read(film: Path) -> None:
         assert small(sampler) == first
 
 
-def test_a_part_is_that_of_a_film_opened_anew(film: Path) -> None:
+def test_a_part_is_the_same_in_a_newly_opened_film(film: Path) -> None:
     with FilmSampler(film) as sampler, FilmSampler(film) as fresh:
         small(sampler)
         assert small(sampler, 1.0, 1.5) == small(fresh, 1.0, 1.5)
 
 
-def test_full_frames_may_be_read_backwards(film: Path) -> None:
+def test_full_frames_can_be_read_backwards(film: Path) -> None:
     times = [2.0, 0.4, 1.2, 0.0]
     with FilmSampler(film) as sampler:
         small(sampler)

@@ -1,4 +1,4 @@
-"""What is looked for in a frame: faces, speakers, what moves, damage, and black bars around it."""
+"""Subjects of frames: faces, speakers, moving objects, damage and letterbox bars."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ from vidstyle.errors import InputError
 CASCADE = "lbpcascade_frontalface_opencv.xml"
 
 
-def cascade(folder: Path) -> Path:
-    """The model of faces that scikit-image ships, with a slip in two of its tags put right."""
+def save_cascade(folder: Path) -> Path:
+    """Save the cascade that scikit-image ships, with a typo in two of its tags corrected."""
     import skimage
 
     text = (Path(skimage.__file__).parent / "data" / CASCADE).read_text(encoding="utf-8")
@@ -43,21 +43,21 @@ def cascade(folder: Path) -> Path:
 
 
 def test_faces_are_found_with_a_model(tmp_path: Path) -> None:
-    finder = FaceFinder(cascade(tmp_path))
+    finder = FaceFinder(save_cascade(tmp_path))
     (face,) = finder.find(photograph("astronaut"))
     assert Box(150, 40, 300, 230).contains(face)
     assert not finder.find(photograph("coffee"))
-    assert not FaceFinder(cascade(tmp_path)).find(np.zeros((90, 160, 3), np.uint8))
+    assert not FaceFinder(save_cascade(tmp_path)).find(np.zeros((90, 160, 3), np.uint8))
 
 
-def turned(picture: np.ndarray, angle: float) -> np.ndarray:
+def rotate(picture: np.ndarray, angle: float) -> np.ndarray:
     height, width = picture.shape[:2]
     turn = cv2.getRotationMatrix2D((width / 2, height / 2), angle, 1)
     return cv2.warpAffine(picture, turn, (width, height), borderMode=cv2.BORDER_REFLECT)
 
 
 def test_faces_are_found_without_a_model() -> None:
-    """Small, mirrored, turned, gray and dark ones, with their mouths; none in pictures of other things."""
+    """Small, mirrored, rotated, gray and dark faces are found with mouths; other objects give no faces."""
     finder, astronaut = FaceFinder(), photograph("astronaut")
     face, mouth = Box(165, 50, 285, 190), Box(205, 120, 245, 150)
     gray = np.repeat(astronaut.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8)
@@ -65,7 +65,7 @@ def test_faces_are_found_without_a_model() -> None:
     for picture, place, at in (
         (astronaut, face, mouth),
         (np.ascontiguousarray(astronaut[:, ::-1]), face.mirrored(512), mouth.mirrored(512)),
-        (turned(astronaut, 20), face.padded(40, 40, 40), Box(181, 152, 191, 166)),
+        (rotate(astronaut, 20), face.padded(40, 40, 40), Box(181, 152, 191, 166)),
         (gray, face, mouth),
         ((astronaut * 0.16 + 6).astype(np.uint8), face, mouth),
         (cv2.resize(small, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA), None, None),
@@ -80,8 +80,8 @@ def test_faces_are_found_without_a_model() -> None:
         assert not finder.find(photograph(name))
 
 
-def test_a_speaker_is_sought_while_something_is_said() -> None:
-    """Of two frames of a shot that show the same face, that one is taken at whose time somebody speaks."""
+def test_a_face_is_preferred_during_speech() -> None:
+    """Among frames of a shot with the same face, the frame during speech is chosen."""
     astronaut, box = photograph("astronaut"), Box(180.0, 60.0, 270.0, 170.0)
     faces = [replace(extract_features(astronaut, time, (512, 512)), faces=(box,)) for time in (1, 2, 3)]
     survey = Survey(faces, [0.0], 4.0)
@@ -91,8 +91,8 @@ def test_a_speaker_is_sought_while_something_is_said() -> None:
     assert choose(mute, [], 1, spoken=[(2.8, 3.2)])[0].time == choose(mute, [], 1)[0].time
 
 
-def test_a_large_face_is_none_where_the_frames_beside_show_no_face() -> None:
-    """Two of them, as one may have been missed."""
+def test_a_large_face_needs_confirmation_by_nearby_frames() -> None:
+    """Two nearby frames without the face refute it; one may have missed it."""
     picture, finder = photograph("astronaut"), FaceFinder()
     seen = add_faces(extract_features(picture, 0, picture.shape[:2]), finder)
     none = replace(seen, faces=())
@@ -100,8 +100,8 @@ def test_a_large_face_is_none_where_the_frames_beside_show_no_face() -> None:
         assert len(add_faces(seen, finder, others=others).faces) == faces
 
 
-def test_a_face_is_followed_where_one_frame_misses_it() -> None:
-    """To where it has moved. One frame beside that has it is not enough, and other pictures have none."""
+def test_a_face_that_one_frame_misses_is_followed() -> None:
+    """To its new position. One other frame with the face is not enough, and other pictures have no match."""
     picture = photograph("astronaut")
     shifted = np.roll(picture, (-12, 20), axis=(0, 1))
     frames = [extract_features(each, 0, picture.shape[:2]) for each in (picture, picture, shifted)]
@@ -116,8 +116,8 @@ def test_a_face_is_followed_where_one_frame_misses_it() -> None:
     assert add_faces(frames[2], blind, others=[one, other]).faces == (face,)
 
 
-def test_what_moves_before_a_still_camera_is_its_subject() -> None:
-    """Not where the camera moves; light that changes is no subject. A frame without it is told apart."""
+def test_the_moving_object_in_front_of_a_still_camera_is_its_subject() -> None:
+    """Not if the camera moves; a change of light is no subject. A frame without the subject is recognized."""
     wall = cv2.resize(photograph("rocket"), (320, 240)) // 3 + 60
     places = [None, None, 40, 100, 160, 270, None, None, None]
     pictures = []
@@ -145,7 +145,7 @@ def test_what_moves_before_a_still_camera_is_its_subject() -> None:
 
 
 def test_smeared_pictures_are_damaged() -> None:
-    """Below its middle a picture repeats one of its rows, as decoders do; a plain wall is none."""
+    """Below its middle a picture repeats one of its rows, as decoders do; a plain wall is not smeared."""
     for name in ("coffee", "astronaut", "rocket"):
         luma = photograph(name).mean(axis=2).astype(np.uint8)
         assert not is_smeared(luma)
@@ -159,7 +159,7 @@ def test_smeared_pictures_are_damaged() -> None:
 
 
 def test_faces_are_found_with_a_network(tmp_path: Path) -> None:
-    """By a model in the format of YuNet's, at the place and in the colours of the picture."""
+    """A model in the format of YuNet finds faces at the position and with the colours of the picture."""
     (tmp_path / "faces.onnx").write_bytes(red_finder())
     finder = FaceFinder(tmp_path / "faces.onnx")
     for middle, size in (((240, 208), (640, 360)), ((80, 336), (200, 400))):
@@ -174,10 +174,10 @@ def test_faces_are_found_with_a_network(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["no.xml", "no.onnx", "other.onnx"])
-def test_what_is_no_model_of_faces_is_said(
+def test_files_that_are_no_face_models_are_refused(
     name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Text, and a network that has other outputs; nothing else is written."""
+    """Text, and a network with other outputs; nothing else is printed."""
     other = red_finder().replace(b"bbox_16", b"text_16")
     (tmp_path / name).write_bytes(other if name == "other.onnx" else b"no model")
     remedy = r"give an OpenCV cascade \(.xml\) or a YuNet model \(.onnx\)$"
@@ -186,24 +186,26 @@ def test_what_is_no_model_of_faces_is_said(
     assert capfd.readouterr().err == ""
 
 
-def test_a_model_that_is_not_there_is_said(tmp_path: Path) -> None:
+def test_a_missing_model_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read: No such file"):
         FaceFinder(tmp_path / "none.xml")
 
 
 def test_a_face_scores_high(tmp_path: Path) -> None:
-    """Of two shots that are equally long, the one with a face is chosen where one panel is wanted."""
+    """Of two shots of equal length, the one with a face is chosen for a single panel."""
     crop = cv2.resize(photograph("astronaut")[:288], (256, 144), interpolation=cv2.INTER_AREA)
     frames = [view(PLACES[2])] * 25 + [crop] * 25
     path = write_film(tmp_path / "film.mp4", frames)
-    (key_frame,) = find_key_frames(open_film(path, FaceFinder(cascade(tmp_path))), KeyFrameOptions(panels=1))
+    (key_frame,) = find_key_frames(
+        open_film(path, FaceFinder(save_cascade(tmp_path))), KeyFrameOptions(panels=1)
+    )
     assert key_frame.scene == 1
     assert len(key_frame.faces) == 1
     assert key_frame.saliency.intersection(key_frame.faces[0]).area > 0.9 * key_frame.faces[0].area
 
 
-def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
-    """Above and below, and beside; a night sky and a dark floor are none."""
+def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
+    """Horizontal and vertical bars; a night sky and a dark floor are not bars."""
     for name, size in (("wide", (256, 104)), ("upright", (120, 144))):
         frames = [cv2.resize(frame, size) for frame in shot(PLACES[2], 30)]
         down, across = (144 - size[1]) // 2, (256 - size[0]) // 2

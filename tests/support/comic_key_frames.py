@@ -14,7 +14,7 @@ LANDSCAPE, PORTRAIT, SQUARE, WIDE = (1080, 1920), (1920, 1080), (900, 900), (332
 
 
 def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LANDSCAPE,)) -> list[KeyFrame]:
-    """So many key frames; half of them have one to three faces, which may overlap."""
+    """Return `count` key frames; half of them have one to three faces, which may overlap."""
     random = np.random.default_rng(seed)
     key_frames, scene = [], 0
     for number in range(count):
@@ -34,14 +34,14 @@ def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LAND
 
 
 def random_box(random: np.random.Generator, width: int, height: int, least: np.ndarray, times: float) -> Box:
-    """A box within a picture, of `least` x 1 to `times`."""
+    """Return a box within a picture, of `least` x 1 to `times`."""
     wide, high = least * random.uniform(1, times)
     left, top = random.uniform(0, width - wide), random.uniform(0, height - high)
     return Box(left, top, left + wide, top + high)
 
 
 def even_film(count: int, shape: tuple[int, int] = LANDSCAPE) -> list[KeyFrame]:
-    """Key frames of which none stands out: each a scene, with the saliency in the middle."""
+    """Return key frames of equal importance: each is a scene, with the saliency in the middle."""
     height, width = shape
     middle = Box(width * 0.35, height * 0.3, width * 0.65, height * 0.7)
     return [KeyFrame(Fraction(number), shape, 0.5, middle, (), number) for number in range(count)]

@@ -16,13 +16,13 @@ from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, default_pages, lay_out
 from vidstyle.comic.layout.paper import BORDER_POINTS, DEFAULT_DPI, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
-from vidstyle.comic.lettering.dialogue import match, panels_for
-from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
-from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
-from vidstyle.comic.lettering.subtitle_lines import Line, lines_of_file, lines_of_film
-from vidstyle.comic.lettering.title import below_title, lowered, numbers, title_of
+from vidstyle.comic.lettering.dialogue import assign_lines, count_panels
+from vidstyle.comic.lettering.fonts import Letters, check_pillow, choose_letters, letter_size
+from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
+from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file, read_lines_of_film
+from vidstyle.comic.lettering.title import make_title, move_below_title, page_numbers, shrink_paper
 from vidstyle.comic.output.page_file import PageFile, page_file, read_page_file
-from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, drawn
+from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_pages
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
@@ -98,7 +98,7 @@ class _Job:
         self._title_height = 0
         self._lines: list[Line] | None = None
         if options.subtitles is not None:
-            self._lines = [] if options.subtitles == "none" else lines_of_file(Path(options.subtitles))
+            self._lines = [] if options.subtitles == "none" else read_lines_of_file(Path(options.subtitles))
 
     def run(self) -> Comic:
         """Analyse, select, lay out, letter and draw; or draw a saved comic."""
@@ -111,7 +111,7 @@ class _Job:
                 log.info(_NO_FACES_NOTICE)
             self._choose_font(lines)
             spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
-            options = replace(self._options.key_frames, min_panels=panels_for(lines), spoken=spoken)
+            options = replace(self._options.key_frames, min_panels=count_panels(lines), spoken=spoken)
             key_frames = find_key_frames(film, options, self._step)
             self._step("laying out", 0, 0)
             return self._draw(self._plan(film, key_frames, lines), film)
@@ -127,7 +127,7 @@ class _Job:
             Frames(folder, len(key_frames), self._options.overwrite) if folder else nullcontext() as frames,
             PanelRenderer(self._styles, plan.dpi, self._options.device) as renderer,
         ):
-            sheets = drawn(plan, film, renderer, frames, partial(self._step, "drawing"))
+            sheets = draw_pages(plan, film, renderer, frames, partial(self._step, "drawing"))
             files = self._output.write(sheets, pages, self._options.title, edited)
         return Comic(files, key_frames, pages, film.damage)
 
@@ -150,9 +150,9 @@ class _Job:
     def _choose_font(self, lines: Sequence[Line]) -> None:
         title = self._options.title
         if not self._options.storyboard:
-            self._letters = letters_for([title, *(line.text for line in lines)], self._letters)
+            self._letters = choose_letters([title, *(line.text for line in lines)], self._letters)
         if title:
-            self._title, self._title_height = title_of(title, self._paper, self._size, self._letters)
+            self._title, self._title_height = make_title(title, self._paper, self._size, self._letters)
 
     def _plan(self, film: Film, key_frames: Sequence[KeyFrame], lines: Sequence[Line]) -> PagePlan:
         if self._options.storyboard:
@@ -160,7 +160,7 @@ class _Job:
             labels = time_labels(layout, key_frames, self._size)
         else:
             layout = self._comic_pages(film, key_frames, lines)
-            labels = numbers(layout, self._paper, self._size)
+            labels = page_numbers(layout, self._paper, self._size)
         if self._title:
             labels[0].append(self._title)
         if self._letters.lacking:
@@ -173,10 +173,10 @@ class _Job:
             return []
         if self._lines is not None:
             return self._lines
-        return lines_of_film(self._source) if Path(self._source).is_file() else []
+        return read_lines_of_film(self._source) if Path(self._source).is_file() else []
 
     def _comic_pages(self, film: Film, key_frames: Sequence[KeyFrame], lines: Sequence[Line]) -> PageLayout:
-        spoken, count = match(lines, key_frames)
+        spoken, count = assign_lines(lines, key_frames)
         border, safe = self._paper.border, self._paper.safe
         style = TextStyle(self._letters, self._size, border, self._right_to_left, safe)
         shown = list(zip(key_frames, spoken, strict=True))
@@ -189,7 +189,7 @@ class _Job:
         )
         texts = list(map(PanelText, key_frames, spoken, attention))
         insets = find_insets(key_frames, list(map(bool, spoken)))
-        layout = letter(partial(self._layout, key_frames, insets), texts, style)
+        layout = letter_panels(partial(self._layout, key_frames, insets), texts, style)
         if lost := count - sum(len(panel.bubbles) for panel in layout.panels):
             log.info("%d of %d subtitles do not fit; increase --panels to show more of them", lost, count)
         return layout
@@ -200,7 +200,7 @@ class _Job:
         options = self._options
         pages = options.pages or default_pages(len(key_frames))
         layout = lay_out(
-            *(key_frames, below_title(self._paper, self._title_height, pages)),
+            *(key_frames, shrink_paper(self._paper, self._title_height, pages)),
             pages=options.pages,
             seed=options.seed,
             right_to_left=self._right_to_left,
@@ -209,7 +209,11 @@ class _Job:
             area_scales=area_scales,
             insets=insets,
         )
-        return lowered(layout, key_frames, self._paper, self._title_height) if self._title_height else layout
+        return (
+            move_below_title(layout, key_frames, self._paper, self._title_height)
+            if self._title_height
+            else layout
+        )
 
 
 @dataclass(frozen=True)

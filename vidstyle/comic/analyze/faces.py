@@ -50,7 +50,7 @@ _HAS_CASCADES = hasattr(cv2, "CascadeClassifier")
 Mouths = dict[Box, Point]
 """Faces, and the position of each face's mouth."""
 _Detector = Callable[[np.ndarray, float], Mouths]
-"""Finds faces at least as high as a fraction of the picture; those of OpenCV use their own limit instead."""
+"""Finds faces at least as high as a fraction of the picture; OpenCV detectors use their own limit instead."""
 
 
 class FaceFinder:

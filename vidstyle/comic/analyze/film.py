@@ -174,16 +174,14 @@ class FilmFile(Film):
         return self._survey_whole(gap, on_time)
 
     def around(self, candidate: Candidate) -> list[Candidate]:
-        context = _KEY_CONTEXT_SECONDS if self._search_seconds == _KEY_SEARCH_SECONDS else _CUT_MARGIN_SECONDS
+        reach = self._search_seconds
+        context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CUT_MARGIN_SECONDS
         shots, measured, motions = ShotFinder(), list[Future[Candidate]](), list[float]()
-        start, end = (
-            candidate.time - self._search_seconds - context,
-            candidate.time + (self._search_seconds + context),
-        )
+        start, end = candidate.time - reach - context, candidate.time + (reach + context)
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
             time = float(sample.time)
             motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE_PX)))
-            if abs(time - candidate.time) <= self._search_seconds:
+            if abs(time - candidate.time) <= reach:
                 measured.append(self._measure(sample))
                 motions.append(motion)
         begins = shots.shots()
@@ -346,7 +344,7 @@ class PictureFolder(Film):
                 self.damage.lost += 1
                 log.warning("skipped: %s", error)
         if not candidates:
-            raise InputError(self.name, "none of its pictures can be read")
+            raise InputError(self.name, "holds no readable pictures")
         begins = [float(number) for number in range(len(self._paths))]
         return Survey(candidates, begins, float(len(self._paths)), is_folder=True)
 

@@ -45,7 +45,7 @@ _MIN_CUT_MOTION_RATIO = 1.0
 _MAX_CUT_DISTANCE_SECONDS = 0.5
 """Maximum time between a cut and the middle of a dissolve that are treated as one."""
 _SAME_SCENE_COLOR_SHARE = 0.55
-"""Key frames of one scene share more than this part of their colour histogram, whatever has moved."""
+"""Key frames of one scene share more than this part of their colour histogram, even if objects move."""
 
 
 @dataclass

@@ -72,8 +72,8 @@ class LayoutWeights:
         +  cross . (gutters meet in a cross)  +  ragged . (they miss it by one unit),
 
     where the similarity of rows with equal numbers of columns is 1 if their first cuts are in one place and
-    falls to 1/2 over a third of the page's width, and that of rows of one panel is 1 for equal heights and
-    falls to 1/2; over page breaks, of `scene` if the scene continues; and over pages,
+    falls to 1/2 over a third of the page's width, and the similarity of rows of one panel is 1 for equal
+    heights and falls to 1/2; over page breaks, of `scene` if the scene continues; and over pages,
 
         balance . (distance of the centre of the dark areas from the page's centre, in sides of the page).
 
@@ -107,7 +107,7 @@ class LayoutWeights:
 
 def _stack_first(tree: Tree) -> bool:
     """Whether a stack comes before a neighbour, which may be read before the end of the stack."""
-    if not tree.beside or tree.first is None or tree.rest is None:
+    if not tree.side_by_side or tree.first is None or tree.rest is None:
         return False
     return tree.first.count > 1 or _stack_first(tree.rest)
 

@@ -115,7 +115,7 @@ def content_box(key_frame: KeyFrame) -> Box:
 def required_box(key_frame: KeyFrame) -> Box:
     """Return the box that a panel must not cut: the large faces, or else the saliency.
 
-    Faces at least half as high as the main one belong together, like those of a couple.
+    Faces at least half as high as the main one belong together, like a couple.
     """
     main = main_face(key_frame)
     if main is None:

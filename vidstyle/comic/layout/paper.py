@@ -67,7 +67,7 @@ class Paper:
 
     @property
     def safe(self) -> Box:
-        """The part of the page that may contain text, so that none is trimmed off if pictures bleed."""
+        """The part of the page that may contain text, which is not trimmed off if pictures bleed."""
         room = self.margin / 2
         bottom = math.inf if self.is_strip else self.height - room
         return Box(room, room, self.width - room, bottom)

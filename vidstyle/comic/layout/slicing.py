@@ -18,18 +18,18 @@ class Tree:
     Attributes:
         count: number of panels, in reading order.
         first, rest: its parts; None for a panel.
-        beside: whether they are side by side.
+        side_by_side: whether they are next to each other, not stacked.
     """
 
     count: int = 1
     first: Tree | None = None
     rest: Tree | None = None
-    beside: bool = False
+    side_by_side: bool = False
 
     @property
     def columns(self) -> int:
         """The number of parts side by side over the whole height."""
-        return 1 + self.rest.columns if self.rest and self.beside else 1
+        return 1 + self.rest.columns if self.rest and self.side_by_side else 1
 
 
 PANEL = Tree()
@@ -56,7 +56,9 @@ def list_rows(count: int) -> tuple[Tree, ...]:
     """
     if count == 1:
         return (PANEL,)
-    return tuple(each for each in _columns(count, count if count > MAX_STACKED_PANELS else 0) if each.beside)
+    return tuple(
+        each for each in _columns(count, count if count > MAX_STACKED_PANELS else 0) if each.side_by_side
+    )
 
 
 def _columns(count: int, unstacked: int) -> Iterator[Tree]:
@@ -151,7 +153,7 @@ class Tables:
         if tree not in self._tables:
             assert tree.first and tree.rest
             first, rest = self.of(tree.first), self.of(tree.rest)[tree.first.count :]
-            swap = (0, 1, 2) if tree.beside else (0, 2, 1)
+            swap = (0, 1, 2) if tree.side_by_side else (0, 2, 1)
             joined = _join_costs(first.transpose(swap)[: len(rest)], rest.transpose(swap))
             self._tables[tree] = joined.transpose(swap)
         return self._tables[tree]
@@ -162,7 +164,7 @@ class Tables:
         Returns:
             First panel x split x units high.
         """
-        assert tree.first and tree.rest and tree.beside
+        assert tree.first and tree.rest and tree.side_by_side
         rest = self.of(tree.rest)[tree.first.count :]
         return self.of(tree.first)[: len(rest), 1:-1] + rest[:, -2:0:-1]
 
@@ -173,7 +175,7 @@ class Tables:
             return
         after, wide, high = place.panel + tree.first.count, place.wide, place.high
         first, rest = self.of(tree.first)[place.panel], self.of(tree.rest)[after]
-        if tree.beside:
+        if tree.side_by_side:
             split = split or 1 + int((first[1:wide, high] + rest[wide - 1 : 0 : -1, high]).argmin())
             before = replace(place, wide=split)
             then = replace(place, panel=after, column=place.column + split, wide=wide - split)

@@ -17,7 +17,10 @@ class RenderedPanel:
     """A panel: a border that fills its rectangle, a picture inside it, and text above the picture.
 
     Attributes:
+        rectangle: on the page.
+        picture: rectangle of the picture.
         color: the picture, H x W x 3 uint8, of the size of `picture`.
+        bubbles: its text.
         note: description of the picture for screen readers.
         leans: see `slant`.
     """

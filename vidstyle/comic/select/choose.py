@@ -48,6 +48,10 @@ _MOVED_SUBJECT_WEIGHT = 0.5
 """How much less alike two frames are whose subject has moved elsewhere."""
 
 # Scores of frames.
+_FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
+"""Weights of the rank of a frame's sharpness in the film and in its scene."""
+_CLARITY_WEIGHT, _FACE_WEIGHT, _SCENE_WEIGHT = 0.6, 0.25, 0.3
+"""Weights of clarity, of the largest face and of the value of the scene."""
 _MIN_GROUP_INTERSECTION = 0.65
 """Scenes with a higher histogram intersection form a group, such as the shots of a speaker in a dialogue."""
 _TRANSITION_COST = 1.0
@@ -287,10 +291,11 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
     wanted = np.minimum(_MIN_SHARPNESS_RATIO * median, np.maximum(sharpest, _MIN_SOFT_SCENE_RATIO * median))
     film_rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
     return (
-        (0.15 * film_rank + 0.25 * scene_rank) * np.minimum(1, clarity / _MIN_CLARITY)
-        + 0.6 * clarity
-        + 0.25 * np.array([face_share(each) for each in pool])
-        + 0.3 * np.sqrt(scenes[[each.scene for each in pool]])
+        (_FILM_RANK_WEIGHT * film_rank + _SCENE_RANK_WEIGHT * scene_rank)
+        * np.minimum(1, clarity / _MIN_CLARITY)
+        + _CLARITY_WEIGHT * clarity
+        + _FACE_WEIGHT * np.array([face_share(each) for each in pool])
+        + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
         + np.array([_action_value(each) for each in pool])
         - _TRANSITION_COST * np.array([each.in_transition for each in pool])

@@ -21,6 +21,8 @@ MAX_PANELS = 300
 """Maximum number of panels that can be requested."""
 _MAX_FACE_CANDIDATES = 3
 """Number of frames near a chosen one in which faces are detected: the best by all other features."""
+_CLARITY_WEIGHT, _MOTION_WEIGHT, _ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT = 0.8, 0.5, 0.5, 0.5, 0.3
+"""Weights of the features by which frames of one shot are compared, relative to sharpness."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class KeyFrameOptions:
     spoken: tuple[tuple[float, float], ...] = ()
 
     def check(self) -> None:
-        """Raise UsageError if they contradict each other, whatever the film."""
+        """Raise UsageError if they contradict each other; needs no film."""
         if self.panels is not None and not 1 <= self.panels <= MAX_PANELS:
             raise UsageError("--panels", f"{self.panels} is outside 1 to {MAX_PANELS}")
         for first, last in self.skip:
@@ -114,10 +116,7 @@ def _refine(
         on_step("choosing key frames", number, len(chosen))
         if each.forced:
             continue
-        others = (
-            refined[max(0, number - LOOKBACK_PANELS) : number]
-            + refined[number + 1 : number + 1 + LOOKBACK_PANELS]
-        )
+        others = refined[max(0, number - LOOKBACK_PANELS) : number] + refined[number + 1 :][:LOOKBACK_PANELS]
         after = refined[number - 1].time if number else -math.inf
         before = refined[number + 1].time if number + 1 < len(refined) else math.inf
         nearby = [
@@ -143,11 +142,8 @@ def _keep_distinct(
         return list(nearby)
     like = similarity([candidate.thumbnail for candidate in (each, *nearby, *others)])
     most = like[: -len(others), -len(others) :].max(axis=1)
-    return [
-        other
-        for other, like in zip(nearby, most[1:], strict=True)
-        if like <= max(DIFFERENT_SIMILARITY, most[0])
-    ]
+    limit = max(DIFFERENT_SIMILARITY, most[0])
+    return [other for other, like in zip(nearby, most[1:], strict=True) if like <= limit]
 
 
 def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], float]:
@@ -159,8 +155,8 @@ def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], flo
     faces = max(len(each.faces) for each in nearby)
     return lambda each: (
         each.sharpness / sharpest
-        + 0.8 * each.clarity / clearest
-        - 0.5 * min(1.0, each.motion)
-        + (0.5 * (each.action.share - each.action.cut) if each.action and not each.faces else 0)
-        + (0.5 * each.eyes / most_open + 0.3 * len(each.faces) / faces if faces else 0)
+        + _CLARITY_WEIGHT * each.clarity / clearest
+        - _MOTION_WEIGHT * min(1.0, each.motion)
+        + (_ACTION_WEIGHT * (each.action.share - each.action.cut) if each.action and not each.faces else 0)
+        + (_EYES_WEIGHT * each.eyes / most_open + _FACES_WEIGHT * len(each.faces) / faces if faces else 0)
     )
