@@ -31,8 +31,8 @@ WORDS = (
 
 def is_in_order(earlier: Box, later: Box, right_to_left: bool) -> bool:
     """Whether one of two balloons is read before the other: above it, or next to it and no lower."""
-    beside = later.right <= earlier.left if right_to_left else later.left >= earlier.right
-    return later.top >= earlier.bottom or (beside and later.top >= earlier.top)
+    is_next = later.right <= earlier.left if right_to_left else later.left >= earlier.right
+    return later.top >= earlier.bottom or (is_next and later.top >= earlier.top)
 
 
 def box_in(random: np.random.Generator, width: float, height: float, least: float, most: float) -> Box:

@@ -67,7 +67,7 @@ def key_frame_with(*faces: Box, saliency: Box = MIDDLE) -> KeyFrame:
 
 
 @pytest.mark.parametrize("aspect", ASPECTS)
-def test_a_window_lies_in_its_picture_and_has_its_aspect(aspect: float) -> None:
+def test_a_window_is_in_its_picture_and_has_its_aspect(aspect: float) -> None:
     for key_frame in KEY_FRAMES:
         window = crop(key_frame, aspect)
         height, width = key_frame.shape

@@ -124,7 +124,7 @@ def test_markup_is_removed_and_marks_narrators(text: str, plain: str, narrated: 
         ("[door slams]", "door slams", "", "sound"),
     ],
 )
-def test_speakers_and_manners_are_told(
+def test_speakers_and_manners_are_recognized(
     text: str, plain: str, speaker: str, manner: str, tmp_path: Path
 ) -> None:
     (line,) = read(tmp_path, SRT.partition("\n\n2")[0].replace("One.", text))

@@ -112,8 +112,8 @@ def pages_in(files: Sequence[Path]) -> list[tuple[int, int]]:
                 *names, info = sorted(archive.namelist(), key=lambda name: (name.endswith("xml"), name))
                 found += [Image.open(BytesIO(archive.read(name))).size for name in names]
                 root = ElementTree.fromstring(archive.read(info))
-                told = [root.findtext(name) for name in ("Title", "PageCount", "Manga")]
-                assert told == ['A & "B"', str(len(found)), "No"]
+                info_texts = [root.findtext(name) for name in ("Title", "PageCount", "Manga")]
+                assert info_texts == ['A & "B"', str(len(found)), "No"]
         else:
             found += [tuple(map(int, each.attrib["viewBox"].split()[2:])) for each in drawings(content)]  # type: ignore[misc]
     return found

@@ -11,7 +11,7 @@ import pytest
 from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.cost import LayoutWeights
 from vidstyle.comic.layout.pagination import Pagination, RowTypes
-from vidstyle.comic.layout.slicing import MAX_STACKED_PANELS, PANEL, Grid, Placement, Tree, list_rows
+from vidstyle.comic.layout.slicing import MAX_STACKED_PANELS, SINGLE_PANEL, Grid, Placement, Tree, list_rows
 
 GRID_COLUMNS, GRID_ROWS, MAX_COLUMNS = 4, 5, 4
 
@@ -94,7 +94,7 @@ def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     assert pagination.cost(found, places) == pytest.approx(least_of_all(panels, weights, break_costs, pages))
 
 
-def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have_it_elsewhere() -> None:
+def test_the_row_before_decides_a_split_against_the_costs_of_panels() -> None:
     panels = np.zeros((4, GRID_COLUMNS + 1, GRID_ROWS + 1))
     panels[:, [1, 3]] = 0.2
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
@@ -134,11 +134,11 @@ def test_each_kind_of_row_has_its_number() -> None:
     ]
 
 
-def stacks_beside(tree: Tree) -> list[bool]:
+def find_stacks(tree: Tree) -> list[bool]:
     """Return whether each column of a row is a stack."""
     if not tree.side_by_side or tree.first is None or tree.rest is None:
         return [tree.count > 1]
-    return [tree.first.count > 1, *stacks_beside(tree.rest)]
+    return [tree.first.count > 1, *find_stacks(tree.rest)]
 
 
 @pytest.mark.parametrize("count", range(1, 8))
@@ -147,14 +147,14 @@ def test_rows_are_all_different_and_no_two_stacks_are_neighbours(count: int) -> 
     assert len(set(trees)) == len(trees)
     for tree in trees:
         assert tree.count == count
-        stacks = stacks_beside(tree)
+        stacks = find_stacks(tree)
         assert not any(one and other for one, other in zip(stacks, stacks[1:], strict=False))
         assert count <= MAX_STACKED_PANELS or not any(stacks)
 
 
 def test_rows_of_up_to_four_panels() -> None:
     assert [len(list_rows(count)) for count in range(1, 6)] == [1, 1, 3, 10, 1]
-    assert list_rows(1) == (PANEL,)
+    assert list_rows(1) == (SINGLE_PANEL,)
 
 
 def test_the_places_of_a_grid_are_exact_and_end_at_its_edge() -> None:

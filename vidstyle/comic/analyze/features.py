@@ -340,10 +340,10 @@ def content_area(color: np.ndarray) -> tuple[slice, slice]:
     """
     red, green, blue = cv2.split(color)
     luma = cv2.max(cv2.max(red, green), blue)
-    return _between(luma, 1), _between(luma, 0)
+    return _find_content_span(luma, 1), _find_content_span(luma, 0)
 
 
-def _between(luma: np.ndarray, axis: int) -> slice:
+def _find_content_span(luma: np.ndarray, axis: int) -> slice:
     brightest, darkest = (
         cv2.reduce(luma, axis, kind).ravel().astype(int) for kind in (cv2.REDUCE_MAX, cv2.REDUCE_MIN)
     )

@@ -101,15 +101,15 @@ class LayoutWeights:
 
     def template(self, tree: Tree, count: int) -> np.ndarray:
         """Return the cost of a template of rows for each of the `count` panels that it may begin with."""
-        cost = 0.12 * max(0, tree.columns - 2) + (0.15 if _stack_first(tree) else 0.0)
+        cost = 0.12 * max(0, tree.columns - 2) + (0.15 if _has_early_stack(tree) else 0.0)
         return cost + (self.perturbation[tree][:count] if tree in self.perturbation else np.zeros(count))
 
 
-def _stack_first(tree: Tree) -> bool:
+def _has_early_stack(tree: Tree) -> bool:
     """Whether a stack comes before a neighbour, which may be read before the end of the stack."""
     if not tree.side_by_side or tree.first is None or tree.rest is None:
         return False
-    return tree.first.count > 1 or _stack_first(tree.rest)
+    return tree.first.count > 1 or _has_early_stack(tree.rest)
 
 
 def perturb_weights(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> LayoutWeights:

@@ -223,7 +223,7 @@ def _visible_share(low: float, high: float, start: np.ndarray, side: float) -> n
 
 
 def _is_cut(lost: np.ndarray) -> np.ndarray:
-    """Where a part of something is lost, but not all of it."""
+    """Return where a part of something is lost, but not all of it."""
     return (lost > _ROUNDING_TOLERANCE) & (lost < 1 - _ROUNDING_TOLERANCE)
 
 

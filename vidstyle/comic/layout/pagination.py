@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from vidstyle.comic.layout.cost import LayoutWeights
-from vidstyle.comic.layout.slicing import PANEL, Grid, Placement, Tables, Tree, list_rows
+from vidstyle.comic.layout.slicing import SINGLE_PANEL, Grid, Placement, Tables, Tree, list_rows
 
 _HEIGHT_CLASS_COUNT = 10
 """Number of height classes of rows of one panel; the last class is half a page or more."""
@@ -82,7 +82,7 @@ class Pagination:
                 continue
             for high in range(1, self._high + 1):
                 row_type = self._row_types.of(1, 0, high)
-                best[:, row_type, high] = self.tables.of(PANEL)[:, -1, high] + price
+                best[:, row_type, high] = self.tables.of(SINGLE_PANEL)[:, -1, high] + price
         return best
 
     def _fill(self) -> list[np.ndarray]:
@@ -170,7 +170,7 @@ class Pagination:
         """Return the best tree of a row of a type, and its split."""
         columns, split = self._row_types.split_of(row_type)
         if columns == 1:
-            return PANEL, 0
+            return SINGLE_PANEL, 0
         trees = [tree for tree in list_rows(count) if tree.columns == columns]
         costs = [
             self.tables.by_split(tree)[first_panel, split - 1, high]
@@ -186,7 +186,7 @@ class Pagination:
 
     def cost(self, found: list[Row], places: list[Placement]) -> float:
         """Return the cost of pages by these weights."""
-        panels = self.tables.of(PANEL)
+        panels = self.tables.of(SINGLE_PANEL)
         cost = sum(float(panels[place.panel, place.wide, place.high]) for place in places)
         cost += sum(float(self._weights.template(row.tree, row.first_panel + 1)[-1]) for row in found)
         row_types = [self._row_types.of(row.tree.columns, row.split, row.high) for row in found]

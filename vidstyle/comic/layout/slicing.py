@@ -32,7 +32,7 @@ class Tree:
         return 1 + self.rest.columns if self.rest and self.side_by_side else 1
 
 
-PANEL = Tree()
+SINGLE_PANEL = Tree()
 MAX_STACKED_PANELS = 4
 """Maximum number of panels in a row that contains a stack."""
 
@@ -55,7 +55,7 @@ def list_rows(count: int) -> tuple[Tree, ...]:
     side, and rows of more than `MAX_STACKED_PANELS` panels have no stacks.
     """
     if count == 1:
-        return (PANEL,)
+        return (SINGLE_PANEL,)
     return tuple(
         each for each in _columns(count, count if count > MAX_STACKED_PANELS else 0) if each.side_by_side
     )
@@ -64,9 +64,9 @@ def list_rows(count: int) -> tuple[Tree, ...]:
 def _columns(count: int, unstacked: int) -> Iterator[Tree]:
     """Yield columns side by side, each a panel or a stack; the first `unstacked` panels are in no stack."""
     if count == 1:
-        yield PANEL
+        yield SINGLE_PANEL
     else:
-        yield from (join_beside(PANEL, rest) for rest in _columns(count - 1, max(0, unstacked - 1)))
+        yield from (join_beside(SINGLE_PANEL, rest) for rest in _columns(count - 1, max(0, unstacked - 1)))
     for high in range(2, count + 1) if not unstacked else ():
         for stack in _stacks(high):
             if high == count:
@@ -77,12 +77,12 @@ def _columns(count: int, unstacked: int) -> Iterator[Tree]:
 
 def _stacks(count: int) -> Iterator[Tree]:
     """Yield stacks of two or more layers, each a panel or a pair."""
-    for top in (PANEL, join_beside(PANEL, PANEL)):
+    for top in (SINGLE_PANEL, join_beside(SINGLE_PANEL, SINGLE_PANEL)):
         left = count - top.count
         if left == 1:
-            yield join_over(top, PANEL)
+            yield join_over(top, SINGLE_PANEL)
         elif left == 2:
-            yield join_over(top, join_beside(PANEL, PANEL))
+            yield join_over(top, join_beside(SINGLE_PANEL, SINGLE_PANEL))
         if left >= 2:
             yield from (join_over(top, rest) for rest in _stacks(left))
 
@@ -146,7 +146,7 @@ class Tables:
     """
 
     def __init__(self, panels: np.ndarray) -> None:
-        self._tables = {PANEL: panels}
+        self._tables = {SINGLE_PANEL: panels}
 
     def of(self, tree: Tree) -> np.ndarray:
         """Return the table of a tree: first panel x units wide x units high; infinite if too small."""

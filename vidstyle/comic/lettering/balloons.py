@@ -237,7 +237,7 @@ def _find_combination(
 
 
 def _is_read_after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
-    """Which boxes are read after all boxes in `taken`: below them, or next to them and no higher."""
+    """Return which boxes are read after all boxes in `taken`: below them, or next to them and no higher."""
     free = np.ones(len(boxes), bool)
     for earlier in taken:
         below = boxes[:, 1] >= earlier[3] + _MIN_DISTANCE_PX

@@ -75,7 +75,7 @@ def find_key_frames(
     options = options or KeyFrameOptions()
     options.check()
     survey = film.survey(on_step)
-    forced = _forced(film, survey, options)
+    forced = _find_requested(film, survey, options)
     left = [each for each in survey.candidates if not options.skips(each.time)]
     seen = replace(survey, candidates=left)
     chosen = choose(seen, forced, options.panels, options.min_panels, options.spoken)
@@ -94,7 +94,7 @@ def find_key_frames(
     return list(add_details(distinct) if len(survey.candidates) > 1 else distinct)
 
 
-def _forced(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
+def _find_requested(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
     last = max(survey.seconds, survey.candidates[-1].time)
     for time in options.at:
         if time > last + 1:
