@@ -19,7 +19,7 @@ from vidstyle.media.read.decode_report import DecodeReport
 
 @pytest.fixture(scope="package", autouse=True)
 def measure_pictures_once() -> Iterator[None]:
-    """Cache the results of analysing a picture or a film, as many tests use the same films."""
+    """Cache the results of analysing a picture or a film; most tests use the same films."""
     surveys: dict[tuple[object, ...], tuple[Survey, DecodeReport]] = {}
     around: dict[tuple[object, ...], list[Candidate]] = {}
     found: dict[tuple[bytes, tuple[int, ...], float], np.ndarray] = {}

@@ -181,7 +181,7 @@ def test_files_that_are_no_face_models_are_refused(
     other = red_finder().replace(b"bbox_16", b"text_16")
     (tmp_path / name).write_bytes(other if name == "other.onnx" else b"no model")
     remedy = r"give an OpenCV cascade \(.xml\) or a YuNet model \(.onnx\)$"
-    with pytest.raises(InputError, match=f"{name} is not a model of faces; {remedy}"):
+    with pytest.raises(InputError, match=f"{name} is not a face detection model; {remedy}"):
         FaceFinder(tmp_path / name)
     assert capfd.readouterr().err == ""
 

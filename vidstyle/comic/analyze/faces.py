@@ -31,7 +31,7 @@ _MIN_SKIN_SHARE = 0.1
 _CERTAIN_SCORE = 0.95
 """Score from which the networks are certain, 0..1."""
 
-# Detection by a model of the user's.
+# Detection by a custom model.
 _MIN_CASCADE_SIDE_RATIO = 1 / 12
 """Minimum side of a face for a cascade, relative to the picture's shorter side."""
 _MIN_CASCADE_NEIGHBOURS = 6
@@ -132,7 +132,7 @@ def _create_cascade(path: Path) -> _Detector:
     except cv2.error:
         cascade = None
     if cascade is None or cascade.empty():
-        raise InputError(path, "is not a model of faces", _MODEL_REMEDY)
+        raise InputError(path, "is not a face detection model", _MODEL_REMEDY)
 
     def find(color: np.ndarray, _: float) -> Mouths:
         luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
@@ -164,7 +164,7 @@ def _create_yunet(path: Path) -> _Detector:
             )
             network.detect(np.zeros((_TRIAL_SIDE_PX, _TRIAL_SIDE_PX, 3), np.uint8))
     except cv2.error:
-        raise InputError(path, "is not a model of faces", _MODEL_REMEDY) from None
+        raise InputError(path, "is not a face detection model", _MODEL_REMEDY) from None
 
     def find(color: np.ndarray, _: float) -> Mouths:
         height, width = color.shape[:2]

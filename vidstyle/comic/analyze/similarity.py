@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 THUMBNAIL_SIZE = 48, 32
-"""Width and height in pixels of the thumbnails that are compared, whatever the pictures' aspect."""
+"""Width and height in pixels of the thumbnails that are compared, for pictures of any aspect."""
 DIFFERENT_SIMILARITY, SAME_SIMILARITY = 0.3, 0.5
 """Pictures below the first value look different; pictures above the second look nearly the same.
 

@@ -115,7 +115,7 @@ def lay_out(
         raise UsageError("comic", "has no key frame to show", "give a film with at least one picture")
     if pages is not None and not 1 <= pages <= len(key_frames):
         reason = f"{pages} are too many for {len(key_frames)} panels"
-        raise UsageError("--pages", reason, "each page holds at least one")
+        raise UsageError("--pages", reason, "each page needs at least one")
     area_scales = [1.0] * len(key_frames) if area_scales is None else area_scales
     if insets and not paper.is_strip and kind != "grid":
         usual = [number for number in range(len(key_frames)) if number not in insets]
