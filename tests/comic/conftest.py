@@ -18,49 +18,49 @@ from vidstyle.media.read.decode_report import DecodeReport
 
 
 @pytest.fixture(scope="package", autouse=True)
-def pictures_are_measured_once() -> Iterator[None]:
-    """Many tests look at the same films: what is found in a picture, or a file, is remembered."""
+def measure_pictures_once() -> Iterator[None]:
+    """Cache the results of analysing a picture or a film; most tests use the same films."""
     surveys: dict[tuple[object, ...], tuple[Survey, DecodeReport]] = {}
     around: dict[tuple[object, ...], list[Candidate]] = {}
     found: dict[tuple[bytes, tuple[int, ...], float], np.ndarray] = {}
     measured: dict[tuple[bytes, object, float, object], Candidate] = {}
 
-    def remembered_faces(color: np.ndarray, networks: Any, least: float) -> np.ndarray:
+    def find_faces_once(color: np.ndarray, networks: Any, least: float) -> np.ndarray:
         key = color.tobytes(), color.shape, least
         if key not in found:
             found[key] = find_faces(color, networks, least)
         return found[key].copy()
 
-    def remembered_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> Candidate:
+    def extract_features_once(color: np.ndarray, time: float, shape: tuple[int, int]) -> Candidate:
         key = color.tobytes(), color.shape, time, shape
         if key not in measured:
             measured[key] = extract_features(color, time, shape)
         return measured[key]
 
     def file_key(film: FilmFile) -> tuple[object, ...]:
-        """Numbered pictures are no one file: theirs are measured each time."""
+        """Return a cache key; numbered pictures are not one file, so they are measured each time."""
         path = Path(film.name)
         return (path, path.stat().st_mtime_ns, path.stat().st_size) if path.is_file() else (film,)
 
     survey_whole, look_around = FilmFile._survey_whole, FilmFile.around
 
-    def remembered_survey(self: FilmFile, gap: float, on_time: Callable[[float], None]) -> Survey:
+    def survey_once(self: FilmFile, gap: float, on_time: Callable[[float], None]) -> Survey:
         key = *file_key(self), gap
         if key not in surveys:
             surveys[key] = survey_whole(self, gap, on_time), self.damage
         survey, self.damage = surveys[key]
         return survey
 
-    def remembered_frames(self: FilmFile, candidate: Candidate) -> list[Candidate]:
-        key = *file_key(self), candidate.time, candidate.scene, self._reach
+    def look_around_once(self: FilmFile, candidate: Candidate) -> list[Candidate]:
+        key = *file_key(self), candidate.time, candidate.scene, self._search_seconds
         if key not in around:
             around[key] = look_around(self, candidate)
         return list(around[key])
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(FilmFile, "_survey_whole", remembered_survey)
-        patch.setattr(FilmFile, "around", remembered_frames)
-        patch.setattr(faces, "find_faces", remembered_faces)
+        patch.setattr(FilmFile, "_survey_whole", survey_once)
+        patch.setattr(FilmFile, "around", look_around_once)
+        patch.setattr(faces, "find_faces", find_faces_once)
         patch.setattr(faces, "load_networks", cache(load_networks))
-        patch.setattr(film, "extract_features", remembered_features)
+        patch.setattr(film, "extract_features", extract_features_once)
         yield

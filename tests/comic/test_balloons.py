@@ -1,4 +1,4 @@
-"""Properties of balloons on many random panels and pages: off faces, in order, within their panels."""
+"""Properties of balloons on many random panels and pages: clear of faces, in order, inside their panels."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from covering import of_the_day
 
-from vidstyle.comic.analyze.saliency import attention_map, attention_of_box, mean_under, within
-from vidstyle.comic.layout.crop import on_page
+from vidstyle.comic.analyze.saliency import attention_map, box_attention, crop_attention, mean_under
+from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.layout.crop import map_to_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
-from vidstyle.comic.layout.slant import between_leans
-from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place
-from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of, with_face_room, with_tail
+from vidstyle.comic.layout.slant import upright_area
+from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place_bubbles
+from vidstyle.comic.lettering.bubble import Bubble, add_face_margin, add_tail, break_text, bubble_size
 from vidstyle.comic.lettering.fonts import Letters, letter_size
-from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
+from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
 from vidstyle.comic.lettering.subtitle_lines import Line
-from vidstyle.comic.lettering.title import lowered
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.lettering.title import move_below_title
 
 LETTERS = Letters()
 WORDS = (
@@ -30,9 +30,9 @@ WORDS = (
 
 
 def is_in_order(earlier: Box, later: Box, right_to_left: bool) -> bool:
-    """Whether one of two balloons is read before the other: below, or beside it and no higher."""
-    beside = later.right <= earlier.left if right_to_left else later.left >= earlier.right
-    return later.top >= earlier.bottom or (beside and later.top >= earlier.top)
+    """Whether one of two balloons is read before the other: above it, or next to it and no lower."""
+    is_next = later.right <= earlier.left if right_to_left else later.left >= earlier.right
+    return later.top >= earlier.bottom or (is_next and later.top >= earlier.top)
 
 
 def box_in(random: np.random.Generator, width: float, height: float, least: float, most: float) -> Box:
@@ -50,7 +50,7 @@ def touches(box: Box, other: Box) -> bool:
 
 
 def crosses(bubble: Bubble, face: Box) -> bool:
-    """Whether the outline with its tail runs through a face."""
+    """Whether the outline with its tail crosses a face."""
     corners = np.array([*bubble.outline, bubble.outline[0]])
     steps = np.linspace(0, 1, 50)[:, None, None]
     points = (corners[:-1] * (1 - steps) + corners[1:] * steps).reshape(-1, 2)
@@ -58,7 +58,7 @@ def crosses(bubble: Bubble, face: Box) -> bool:
     return bool(inside.all(axis=1).any())
 
 
-def check(bubbles: list[Bubble], area: Box, faces: list[Box], right_to_left: bool) -> None:
+def check_bubbles(bubbles: list[Bubble], area: Box, faces: list[Box], right_to_left: bool) -> None:
     for number, bubble in enumerate(bubbles):
         assert area.contains(bubble.box)
         for face in faces:
@@ -72,7 +72,7 @@ def check(bubbles: list[Bubble], area: Box, faces: list[Box], right_to_left: boo
 
 def room_of(width: float, height: float, faces: tuple[Box, ...], seen: Box) -> FreeSpace:
     whole, shape = Box(0, 0, width, height), (round(height), round(width))
-    return FreeSpace(whole, whole, faces, attention_of_box(Moment(0, shape, 1, seen, faces, 0)))
+    return FreeSpace(whole, whole, faces, box_attention(KeyFrame(0, shape, 1, seen, faces, 0)))
 
 
 def random_room(random: np.random.Generator) -> FreeSpace:
@@ -82,80 +82,84 @@ def random_room(random: np.random.Generator) -> FreeSpace:
 
 
 @pytest.mark.parametrize("seed", of_the_day(range(150), 30))
-def test_balloons_are_off_faces_and_in_order(seed: int) -> None:
+def test_balloons_cover_no_face_and_are_in_order(seed: int) -> None:
     random = np.random.default_rng(seed)
     room, right_to_left = random_room(random), bool(seed % 2)
     wordings = [
         Wording(
             "caption" if random.random() < 0.3 else "balloon",
-            shapes(LETTERS, sentence(random, 12), 16, room.area.width - 30),
+            break_text(LETTERS, sentence(random, 12), 16, room.area.width - 30),
             room.faces[int(random.integers(len(room.faces)))] if room.faces else None,
         )
         for _ in range(random.integers(1, 4))
     ]
     if not all(wording.blocks for wording in wordings):
         return
-    bubbles = place(wordings, room, right_to_left)
+    bubbles = place_bubbles(wordings, room, right_to_left)
     if bubbles is not None:
         assert [bubble.kind for bubble in bubbles] == [wording.kind for wording in wordings]
-        check(bubbles, room.area, list(room.faces), right_to_left)
+        check_bubbles(bubbles, room.area, list(room.faces), right_to_left)
 
 
-def test_most_random_panels_have_room() -> None:
-    """Else the test above would say little."""
+def test_most_random_panels_have_room_for_a_balloon() -> None:
+    """Otherwise the test above would check little."""
     placed = 0
     for seed in range(60):
         random = np.random.default_rng(seed)
         room = random_room(random)
-        blocks = shapes(LETTERS, sentence(random, 8), 16, room.area.width - 30)
-        placed += bool(blocks) and place([Wording("balloon", blocks)], room) is not None
+        blocks = break_text(LETTERS, sentence(random, 8), 16, room.area.width - 30)
+        placed += bool(blocks) and place_bubbles([Wording("balloon", blocks)], room) is not None
     assert placed > 40
 
 
 def test_a_tail_points_to_the_speaker() -> None:
     face = Box(300, 150, 380, 250)
     room = room_of(500, 300, (face,), face)
-    (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300), face)], room) or []
+    (bubble,) = (
+        place_bubbles([Wording("balloon", break_text(LETTERS, "Hello there.", 16, 300), face)], room) or []
+    )
     assert bubble.tip is not None
     mouth = 340, 225
     assert math.dist(bubble.tip, mouth) < math.dist(bubble.box.center, mouth)
     assert len(bubble.outline) != len(Bubble("balloon", bubble.box, bubble.block).outline)
 
 
-def test_a_tail_that_is_in_the_way_of_another_balloon_is_left_out() -> None:
+def test_a_tail_that_would_cross_another_balloon_is_omitted() -> None:
     face = Box(300, 100, 380, 200)
     near = Box(200, 130, 280, 170)
-    block = shapes(LETTERS, "Yes.", 16, 300)[0]
+    block = break_text(LETTERS, "Yes.", 16, 300)[0]
     bubble = Bubble("balloon", Box(60, 130, 120, 170), block)
     mouth = face.center
-    assert with_tail(bubble, face, mouth, [with_face_room(face)]).tip is not None
-    assert with_tail(bubble, face, mouth, [with_face_room(face), near]).tip is None
+    assert add_tail(bubble, face, mouth, [add_face_margin(face)]).tip is not None
+    assert add_tail(bubble, face, mouth, [add_face_margin(face), near]).tip is None
 
 
-def test_a_balloon_stands_within_reach_of_its_speaker() -> None:
-    """Even where the picture is calm far away only."""
+def test_a_balloon_is_close_to_its_speaker() -> None:
+    """Even if only distant parts of the picture are calm."""
     face = Box(60, 150, 140, 250)
     room = replace(room_of(900, 300, (face,), face), attention=np.repeat([[1.3, 1.3, 0.5, 0.5]], 3, axis=0))
-    (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300), face)], room) or []
+    (bubble,) = (
+        place_bubbles([Wording("balloon", break_text(LETTERS, "Hello there.", 16, 300), face)], room) or []
+    )
     assert bubble.tip is not None
     assert math.dist(bubble.tip, (100, 225)) < 1.25 * face.height
 
 
 @pytest.mark.parametrize("calm_side", ["left", "right"])
-def test_half_of_a_thing_is_not_covered_while_its_surroundings_are_free(calm_side: str) -> None:
-    """What is covered counts by its mean square: stripes of the same mean cost more."""
+def test_a_balloon_covers_even_areas_rather_than_half_of_an_object(calm_side: str) -> None:
+    """Covered attention counts by its mean square: stripes of the same mean cost more."""
     stripes, even = np.tile([0.0, 0.9], (12, 12)), np.full((12, 24), 0.5)
     sides = [even, stripes] if calm_side == "left" else [stripes, even]
     room = replace(room_of(600, 300, (), Box(0, 0, 600, 300)), attention=np.hstack(sides))
-    (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 200))], room) or []
+    (bubble,) = place_bubbles([Wording("balloon", break_text(LETTERS, "Hello there.", 16, 200))], room) or []
     assert (bubble.box.center[0] < 300) == (calm_side == "left")
 
 
 def test_circles_lead_from_a_thought_to_its_head() -> None:
     face = Box(300, 150, 380, 250)
-    block = shapes(LETTERS, "Is it he?", 16, 300)[0]
+    block = break_text(LETTERS, "Is it he?", 16, 300)[0]
     bubble = Bubble("cloud", Box(60, 30, 160, 80), block)
-    thought = with_tail(bubble, face, (340, 230), [with_face_room(face)])
+    thought = add_tail(bubble, face, (340, 230), [add_face_margin(face)])
     *circles, cloud = thought.outlines
     assert len(circles) == 3
     assert np.array_equal(cloud, bubble.outline)
@@ -166,16 +170,16 @@ def test_circles_lead_from_a_thought_to_its_head() -> None:
     assert not any(face.contains(Box(*point, *point)) for circle in circles for point in circle)
 
 
-def test_where_faces_fill_the_panel_there_is_no_room() -> None:
+def test_a_panel_full_of_faces_has_no_room() -> None:
     room = room_of(200, 200, (Box(5, 5, 195, 195),), Box(0, 0, 200, 200))
-    assert place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 180))], room) is None
+    assert place_bubbles([Wording("balloon", break_text(LETTERS, "Hello there.", 16, 180))], room) is None
 
 
-def test_lines_lie_within_their_outline() -> None:
+def test_lines_are_inside_their_outline() -> None:
     random = np.random.default_rng(1)
     for _ in range(60):
-        for block in shapes(LETTERS, sentence(random, 25), 20, 400):
-            width, height = size_of("balloon", block)
+        for block in break_text(LETTERS, sentence(random, 25), 20, 400):
+            width, height = bubble_size("balloon", block)
             bubble = Bubble("balloon", Box(0, 0, width, height), block)
             for _, left, foot, across in bubble.lines:
                 for x in (left, left + across):
@@ -184,29 +188,29 @@ def test_lines_lie_within_their_outline() -> None:
                         assert off + (abs(y - height / 2) / (height / 2)) ** 3.2 < 1
 
 
-def test_text_is_whole_however_it_is_broken() -> None:
+def test_line_breaks_keep_the_whole_text() -> None:
     random = np.random.default_rng(2)
     for _ in range(60):
         text = sentence(random, 25)
-        for block in shapes(LETTERS, text, 20, 130):
+        for block in break_text(LETTERS, text, 20, 130):
             assert "".join(block.lines).replace(" ", "") == text.replace(" ", "")
             assert block.width <= 130
 
 
 @pytest.mark.parametrize("count", [400, 100_000])
-def test_a_word_of_any_length_is_measured_a_few_times(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_words_are_measured_only_a_few_times(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
     width = Letters.width
     monkeypatch.setattr(Letters, "width", lambda *args: measured.append(len(args[1])) or width(*args))
-    blocks = shapes(LETTERS, "mop" * (count // 3), 16, 300)
+    blocks = break_text(LETTERS, "mop" * (count // 3), 16, 300)
     assert all(block.width <= 300 for block in blocks) and bool(blocks) == (count == 400)
     assert sum(measured) < 30_000
 
 
-def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
+def random_key_frames(random: np.random.Generator, count: int) -> list[KeyFrame]:
     shape = (360, 640)
     return [
-        Moment(
+        KeyFrame(
             *(float(number), shape, float(random.random()), box_in(random, 640, 360, 0.3, 0.9)),
             tuple(box_in(random, 640, 360, 0.1, 0.45) for _ in range(random.integers(0, 3))),
             number // 2,
@@ -215,76 +219,76 @@ def random_moments(random: np.random.Generator, count: int) -> list[Moment]:
     ]
 
 
-def speeches(moments: list[Moment], words: list[list[Line]]) -> list[PanelText]:
+def panel_texts(key_frames: list[KeyFrame], words: list[list[Line]]) -> list[PanelText]:
     return [
-        PanelText(each, lines, attention_of_box(each)) for each, lines in zip(moments, words, strict=True)
+        PanelText(each, lines, box_attention(each)) for each, lines in zip(key_frames, words, strict=True)
     ]
 
 
 @pytest.mark.parametrize("seed", of_the_day(range(24), 6))
-def test_pages_have_their_words_off_faces(seed: int) -> None:
+def test_balloons_of_whole_pages_cover_no_face(seed: int) -> None:
     random = np.random.default_rng(seed)
     size = ("a5", "strip", "700x900", "square")[seed % 4]
     sheet, right_to_left = paper(size, 90), bool(seed % 3 == 0)
-    moments = random_moments(random, int(random.integers(1, 9)))
+    key_frames = random_key_frames(random, int(random.integers(1, 9)))
     words = [
         [Line(0, 1, sentence(random, 10), random.random() < 0.2) for _ in range(random.integers(0, 4))]
-        for _ in moments
+        for _ in key_frames
     ]
 
     def pages(area_scales: list[float]) -> PageLayout:
         laid = lay_out(
-            *(moments, sheet),
+            *(key_frames, sheet),
             seed=seed,
             right_to_left=right_to_left,
             bleeding=seed % 2 == 1,
             kind="classic" if seed % 5 == 0 else "dynamic",
             area_scales=area_scales,
         )
-        return lowered(laid, moments, sheet, 30)
+        return move_below_title(laid, key_frames, sheet, 30)
 
     hand = TextStyle(LETTERS, letter_size(sheet), sheet.border, right_to_left, sheet.safe)
-    layout = letter(pages, speeches(moments, words), hand)
+    layout = letter_panels(pages, panel_texts(key_frames, words), hand)
     assert sum(len(each.bubbles) for each in layout.panels) >= sum(map(len, words)) * 2 / 3
     for each in layout.panels:
-        moment, picture = moments[each.moment], each.picture
+        key_frame, picture = key_frames[each.key_frame], each.picture
         assert each.crop.width / each.crop.height == pytest.approx(picture.aspect, rel=1e-6)
         assert Box(0, 0, 640, 360.001).contains(each.crop)
-        faces = [on_page(face, each.crop, picture) for face in moment.faces]
+        faces = [map_to_page(face, each.crop, picture) for face in key_frame.faces]
         seen = [face for face in faces if face.area > 0]
         over = [bubble for bubble in each.bubbles if bubble.kind != "band"]
-        check(over, picture, seen, right_to_left)
+        check_bubbles(over, picture, seen, right_to_left)
         for bubble in over:
             assert sheet.safe.contains(bubble.box)
-            assert between_leans(picture, each.leans).contains(bubble.box)
+            assert upright_area(picture, each.leans).contains(bubble.box)
         for band in each.bubbles if len(over) < len(each.bubbles) else ():
             assert band.box.bottom <= picture.top and band.box.top >= each.rectangle.top
 
 
-def growing_pages() -> tuple[list[Moment], list[list[float]], Callable[[list[float]], PageLayout]]:
-    """Six moments, the growth of panels that was asked for, and what lays them out."""
-    moments = random_moments(np.random.default_rng(3), 6)
+def growing_pages() -> tuple[list[KeyFrame], list[list[float]], Callable[[list[float]], PageLayout]]:
+    """Return six key frames, a list of the requested area scales, and a function that lays them out."""
+    key_frames = random_key_frames(np.random.default_rng(3), 6)
     asked: list[list[float]] = []
 
     def pages(area_scales: list[float]) -> PageLayout:
         asked.append(list(area_scales))
-        return lay_out(moments, paper("500x700", 90), area_scales=area_scales)
+        return lay_out(key_frames, paper("500x700", 90), area_scales=area_scales)
 
-    return moments, asked, pages
+    return key_frames, asked, pages
 
 
-def test_a_panel_grows_for_its_words() -> None:
-    moments, asked, pages = growing_pages()
+def test_a_panel_grows_for_its_text() -> None:
+    key_frames, asked, pages = growing_pages()
     words = [[] if number != 2 else [Line(0, 1, " ".join(WORDS * 2))] for number in range(6)]
-    letter(pages, speeches(moments, words), TextStyle(LETTERS, 16, 2))
+    letter_panels(pages, panel_texts(key_frames, words), TextStyle(LETTERS, 16, 2))
     assert asked[0] == [1.0] * 6
     assert len(asked) > 1 and asked[1][2] > 1 and asked[1].count(1.0) == 5
 
 
-def test_titles_leave_gutters_as_they_are() -> None:
-    moments, sheet = random_moments(np.random.default_rng(4), 7), paper("a5", 90)
-    plain = lay_out(moments, sheet, pages=1)
-    titled = lowered(plain, moments, sheet, 60)
+def test_titles_keep_the_width_of_gutters() -> None:
+    key_frames, sheet = random_key_frames(np.random.default_rng(4), 7), paper("a5", 90)
+    plain = lay_out(key_frames, sheet, pages=1)
+    titled = move_below_title(plain, key_frames, sheet, 60)
     tops = {each.rectangle.top for each in titled.panels}
     assert min(tops) == sheet.inside.top + 60
     assert max(each.rectangle.bottom for each in titled.panels) == sheet.inside.bottom
@@ -293,43 +297,45 @@ def test_titles_leave_gutters_as_they_are() -> None:
         assert top - sheet.row_gutter in bottoms
 
 
-def test_letters_that_a_font_lacks_are_named_and_replaced() -> None:
+def test_missing_letters_are_reported_and_substituted() -> None:
     letters = Letters()
-    assert letters.writable("Été — ♪ „so“") == 'Ete - "so“'
+    assert letters.make_writable("Été — ♪ „so“") == 'Ete - "so“'
     assert list(letters.lacking) == ["É", "é"]
 
 
-def test_a_balloon_lies_where_nothing_is_to_be_seen() -> None:
-    """Not over what catches the eye, although no face is known; however the panel is cropped."""
+def test_a_balloon_is_placed_over_empty_areas() -> None:
+    """It avoids conspicuous areas even without a detected face, in every crop of the panel."""
     color = np.full((240, 400, 3), (90, 140, 200), np.uint8)
     color[20:220, 20:200] = np.random.default_rng(5).integers(0, 255, (200, 180, 3))
     seen = attention_map(color)
-    moment = Moment(0, (240, 400), 1, Box(0, 0, 400, 240), (), 0)
+    key_frame = KeyFrame(0, (240, 400), 1, Box(0, 0, 400, 240), (), 0)
     for left in (0, 100):
         window = Box(left, 0, 400, 240)
         whole = Box(0, 0, 400 - left, 240)
-        room = FreeSpace(whole, whole, (), within(seen, moment, window))
-        (bubble,) = place([Wording("balloon", shapes(LETTERS, "Hello there.", 16, 300))], room) or []
+        room = FreeSpace(whole, whole, (), crop_attention(seen, key_frame, window))
+        (bubble,) = (
+            place_bubbles([Wording("balloon", break_text(LETTERS, "Hello there.", 16, 300))], room) or []
+        )
         assert bubble.box.left + left > 195
 
 
-def test_means_under_boxes_are_those_of_the_cells() -> None:
+def test_means_under_boxes_are_means_of_their_cells() -> None:
     cells = np.arange(12, dtype=np.float32).reshape(3, 4)
     boxes = np.array([[0, 0, 40, 30], [10, 10, 20, 20], [30, 20, 40, 30], [5, 5, 15, 15]])
     found = mean_under(cells, Box(0, 0, 40, 30), boxes)
     assert found.tolist() == [5.5, 5.0, 11.0, 2.5]
 
 
-def test_a_panel_grows_where_words_would_cover_what_is_to_be_seen() -> None:
-    """Nothing else is tried where a picture is calm; where it is full, words stand in it in the end."""
-    moments, asked, pages = growing_pages()
+def test_a_panel_grows_if_text_would_cover_its_subject() -> None:
+    """On a calm picture the first layout is kept; on a busy one the last layout contains the text."""
+    key_frames, asked, pages = growing_pages()
     words = [[Line(0, 1, "Where is everybody?")] if number == 2 else [] for number in range(6)]
     busy = np.full((54, 96), 2.0, np.float32)
-    calm = [replace(each, attention=np.full_like(busy, 0.5)) for each in speeches(moments, words)]
+    calm = [replace(each, attention=np.full_like(busy, 0.5)) for each in panel_texts(key_frames, words)]
     for attention, rounds in ((busy, 3), (calm[2].attention, 1)):
         asked.clear()
         calm[2] = replace(calm[2], attention=attention)
-        layout = letter(pages, calm, TextStyle(LETTERS, 16, 2))
+        layout = letter_panels(pages, calm, TextStyle(LETTERS, 16, 2))
         assert len(asked) == rounds
         assert len(layout.panels[2].bubbles) == 1
         assert (asked[-1][2] > 1) == (rounds > 1)

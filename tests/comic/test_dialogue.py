@@ -8,20 +8,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vidstyle.comic.lettering.dialogue import EASY_LETTERS, MAX_LETTERS, MAX_LINES, REACH, match, panels_for
-from vidstyle.comic.lettering.subtitle_lines import Line, lines_of_file
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.lettering.dialogue import (
+    EASY_PANEL_LETTERS,
+    MAX_DISTANCE_SECONDS,
+    MAX_PANEL_LETTERS,
+    MAX_PANEL_LINES,
+    assign_lines,
+    count_panels,
+)
+from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file
 from vidstyle.errors import InputError
 
 
-def moment(time: float, scene: int = 0, faces: tuple[Box, ...] = (Box(10, 10, 30, 30),)) -> Moment:
-    return Moment(time, (90, 160), 0.5, Box(0, 0, 160, 90), faces, scene)
+def key_frame(time: float, scene: int = 0, faces: tuple[Box, ...] = (Box(10, 10, 30, 30),)) -> KeyFrame:
+    return KeyFrame(time, (90, 160), 0.5, Box(0, 0, 160, 90), faces, scene)
 
 
 def read(tmp_path: Path, text: str | bytes, name: str = "words.srt") -> list[Line]:
     path = tmp_path / name
     path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return lines_of_file(path)
+    return read_lines_of_file(path)
 
 
 def texts(lines: Iterable[Line]) -> list[str]:
@@ -48,20 +55,20 @@ SRT = "1\n00:00:01,000 --> 00:00:02,000\nOne.\n\n2\n00:00:03,000 --> 00:00:04,00
         SRT.replace("4,000", "4,000  X1:100 X2:600 Y1:50 Y2:60").encode(),
     ],
 )
-def test_subrip_is_read_however_it_is_written(text: bytes, tmp_path: Path) -> None:
+def test_variants_of_subrip_are_read(text: bytes, tmp_path: Path) -> None:
     lines = read(tmp_path, text)
     assert [(line.start, line.text) for line in lines] == [(1.0, "One."), (3.0, "Two rows.")]
     assert [line.end for line in lines] == [2.0, 4.0]
 
 
-def test_what_is_not_utf_8_is_western(tmp_path: Path) -> None:
+def test_text_that_is_not_utf_8_is_read_as_windows_1252(tmp_path: Path) -> None:
     assert texts(read(tmp_path, SRT.replace("One", "Ça va, café").encode("cp1252"))) == [
         "Ça va, café.",
         "Two rows.",
     ]
 
 
-def test_web_subtitles_have_blocks_that_are_not_said(tmp_path: Path) -> None:
+def test_webvtt_blocks_without_speech_are_skipped(tmp_path: Path) -> None:
     lines = read(
         tmp_path,
         "WEBVTT - with a title\nKind: captions\n\nSTYLE\n::cue { color: red }\n\nNOTE\nnot said\n\n"
@@ -97,7 +104,7 @@ def test_web_subtitles_have_blocks_that_are_not_said(tmp_path: Path) -> None:
         ("a\u200b\x07b\tc", "a b c", False),
     ],
 )
-def test_marks_go_and_tell_narrators(text: str, plain: str, narrated: bool, tmp_path: Path) -> None:
+def test_markup_is_removed_and_marks_narrators(text: str, plain: str, narrated: bool, tmp_path: Path) -> None:
     (line,) = read(tmp_path, SRT.partition("\n\n2")[0].replace("One.", text))
     assert (line.text, line.narrated) == (plain, narrated)
 
@@ -117,21 +124,21 @@ def test_marks_go_and_tell_narrators(text: str, plain: str, narrated: bool, tmp_
         ("[door slams]", "door slams", "", "sound"),
     ],
 )
-def test_speakers_and_manners_are_told(
+def test_speakers_and_manners_are_recognized(
     text: str, plain: str, speaker: str, manner: str, tmp_path: Path
 ) -> None:
     (line,) = read(tmp_path, SRT.partition("\n\n2")[0].replace("One.", text))
     assert (line.text, line.speaker, line.manner) == (plain, speaker, manner)
 
 
-def test_a_sentence_goes_on_in_cues_without_a_speaker() -> None:
-    """A narrator's stays in one caption, however the cues part it; another's name ends it."""
+def test_a_sentence_continues_in_cues_without_a_speaker() -> None:
+    """A narrator's sentence is one caption, however the cues split it; another speaker ends it."""
     first = Line(1, 2, "It was the year when the machines", narrated=True)
     rest = Line(2.1, 4, "came back to the city of canals, and nobody at all was ready for them.")
-    ((line,),), _ = match([first, rest], [moment(1)])
+    ((line,),), _ = assign_lines([first, rest], [key_frame(1)])
     assert line.narrated and line.text == f"{first.text} {rest.text}"
     for other in (Line(2.1, 4, "came back.", speaker="ANNA"), Line(2.1, 4, "Came back?")):
-        assert len(match([first, other], [moment(1)])[0][0]) == 2
+        assert len(assign_lines([first, other], [key_frame(1)])[0][0]) == 2
 
 
 def test_two_voices_are_two_lines(tmp_path: Path) -> None:
@@ -140,11 +147,11 @@ def test_two_voices_are_two_lines(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("said", ["", "<i></i>", "♪", r"{\p1}m 0 0 l 100 0{\p0}", "   "])
-def test_what_says_nothing_is_no_line(said: str, tmp_path: Path) -> None:
+def test_cues_without_text_give_no_line(said: str, tmp_path: Path) -> None:
     assert texts(read(tmp_path, SRT.replace("One.", said))) == ["Two rows."]
 
 
-def test_events_come_in_the_order_of_time_and_once(tmp_path: Path) -> None:
+def test_events_are_sorted_and_unique(tmp_path: Path) -> None:
     shuffled = "\n".join(
         f"00:00:{second:02},000 --> 00:00:{end:02},000\n{text}\n"
         for second, end, text in [(5, 6, "b"), (1, 2, "a"), (5, 6, "b"), (9, 3, "backwards")]
@@ -164,12 +171,12 @@ def test_a_file_without_subtitles_is_refused(content: bytes, tmp_path: Path) -> 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
-        lines_of_file(tmp_path / "none.srt")
+        read_lines_of_file(tmp_path / "none.srt")
 
 
-def test_a_panel_gets_what_is_said_from_its_moment_on() -> None:
+def test_lines_are_assigned_to_the_nearest_panels() -> None:
     lines = [Line(start, start + 1, f"At {start}.") for start in (0, 2, 3.5, 5, 6, 7)]
-    panels, count = match(lines, [moment(2.5), moment(5.5), moment(7.1)])
+    panels, count = assign_lines(lines, [key_frame(2.5), key_frame(5.5), key_frame(7.1)])
     assert [texts(panel) for panel in panels] == [
         ["At 0.", "At 2.", "At 3.5."],
         ["At 5.", "At 6."],
@@ -178,42 +185,42 @@ def test_a_panel_gets_what_is_said_from_its_moment_on() -> None:
     assert count == sum(map(len, panels))
 
 
-def test_what_is_far_or_too_much_is_left_out_and_counted() -> None:
-    lines = [Line(100 + number, 100.5 + number, f"Line {number}.") for number in range(2 * MAX_LINES)]
-    far = Line(100 - 2 * REACH, 100 - 1.1 * REACH, "Too soon.")
-    panels, count = match([far, *lines], [moment(100)])
-    assert texts(panels[0]) == [f"Line {number}." for number in range(MAX_LINES)]
-    assert count == 2 * MAX_LINES + 1
-    assert match([far], [moment(100)])[0] == [[]]
+def test_distant_and_excess_lines_are_omitted_and_counted() -> None:
+    lines = [Line(100 + number, 100.5 + number, f"Line {number}.") for number in range(2 * MAX_PANEL_LINES)]
+    far = Line(100 - 2 * MAX_DISTANCE_SECONDS, 100 - 1.1 * MAX_DISTANCE_SECONDS, "Too soon.")
+    panels, count = assign_lines([far, *lines], [key_frame(100)])
+    assert texts(panels[0]) == [f"Line {number}." for number in range(MAX_PANEL_LINES)]
+    assert count == 2 * MAX_PANEL_LINES + 1
+    assert assign_lines([far], [key_frame(100)])[0] == [[]]
 
 
-def test_letters_of_a_panel_are_few_but_one_line_is_whole() -> None:
-    long = "x" * (MAX_LETTERS + 50)
-    panels, count = match([Line(1, 2, long), Line(3, 4, "y")], [moment(1)])
+def test_one_long_line_is_shown_whole() -> None:
+    long = "x" * (MAX_PANEL_LETTERS + 50)
+    panels, count = assign_lines([Line(1, 2, long), Line(3, 4, "y")], [key_frame(1)])
     assert texts(panels[0]) == [long]
 
 
 def test_halves_of_a_sentence_are_joined() -> None:
     lines = [Line(1, 2, "We have to follow,"), Line(2.1, 3, "all of us."), Line(3.1, 4, "Now.")]
-    assert texts(match(lines, [moment(1)])[0][0]) == ["We have to follow, all of us.", "Now."]
+    assert texts(assign_lines(lines, [key_frame(1)])[0][0]) == ["We have to follow, all of us.", "Now."]
     of_two = [lines[0], Line(2.1, 3, "all of us.", speaker="2")]
-    assert len(match(of_two, [moment(1)])[0][0]) == 2
+    assert len(assign_lines(of_two, [key_frame(1)])[0][0]) == 2
 
 
-def test_a_voice_over_an_empty_first_picture_is_a_narrators() -> None:
+def test_a_voice_over_a_first_picture_without_faces_belongs_to_a_narrator() -> None:
     lines = [Line(1, 2, "Here."), Line(10, 11, "There.")]
-    panels, count = match(lines, [moment(1, faces=()), moment(10, scene=1, faces=())])
+    panels, count = assign_lines(lines, [key_frame(1, faces=()), key_frame(10, scene=1, faces=())])
     assert [panel[0].narrated for panel in panels] == [True, False]
 
 
-def test_where_there_is_much_to_read_lines_go_on_to_the_next_panel() -> None:
-    """Six lines are said in a few seconds."""
+def test_excess_lines_move_to_the_next_panel() -> None:
+    """Six lines are spoken within a few seconds."""
     said = "These are words of some forty letters, no. %d."
     lines = [Line(number, number + 0.9, said % number) for number in range(6)]
-    panels, count = match(lines, [moment(0.5), moment(6.5), moment(13)])
+    panels, count = assign_lines(lines, [key_frame(0.5), key_frame(6.5), key_frame(13)])
     assert texts(line for panel in panels for line in panel) == texts(lines)
     assert [len(panel) for panel in panels] == [3, 2, 1]
-    few, _ = match(lines[:2], [moment(0.5), moment(6.5)])
+    few, _ = assign_lines(lines[:2], [key_frame(0.5), key_frame(6.5)])
     assert [len(panel) for panel in few] == [2, 0]
 
 
@@ -226,23 +233,26 @@ def test_lines_are_never_out_of_order_nor_crowded(seeds: range) -> None:
             Line(start, start + 1.5, f"{number} {'word ' * int(random.integers(1, 16))}!")
             for number, start in enumerate(starts)
         ]
-        moments = [moment(time) for time in np.sort(random.uniform(0, 60, int(random.integers(1, 12))))]
-        panels, count = match(lines, moments)
+        key_frames = [key_frame(time) for time in np.sort(random.uniform(0, 60, int(random.integers(1, 12))))]
+        panels, count = assign_lines(lines, key_frames)
         shown = [line for panel in panels for line in panel]
         assert [line.start for line in shown] == sorted(line.start for line in shown)
         assert len(shown) <= count == 40
-        for panel, each in zip(panels, moments, strict=True):
-            assert len(panel) <= MAX_LINES
-            assert len(panel) < 2 or sum(len(line.text) for line in panel) <= MAX_LETTERS
-            assert all(line.start - REACH <= each.time <= line.end + REACH for line in panel)
+        for panel, each in zip(panels, key_frames, strict=True):
+            assert len(panel) <= MAX_PANEL_LINES
+            assert len(panel) < 2 or sum(len(line.text) for line in panel) <= MAX_PANEL_LETTERS
+            assert all(
+                line.start - MAX_DISTANCE_SECONDS <= each.time <= line.end + MAX_DISTANCE_SECONDS
+                for line in panel
+            )
 
 
-def test_much_to_read_wants_many_panels() -> None:
-    assert panels_for([]) == 0
-    assert panels_for([Line(0, 1, "x" * EASY_LETTERS)] * 5) == 5
+def test_long_dialogue_needs_many_panels() -> None:
+    assert count_panels([]) == 0
+    assert count_panels([Line(0, 1, "x" * EASY_PANEL_LETTERS)] * 5) == 5
 
 
-HABITS = {
+SUBTITLE_HABITS = {
     "short cues": ("srt", "{text}"),
     "two rows": ("srt", "{rows}"),
     "names": ("srt", "ANNA: {text}"),
@@ -254,17 +264,22 @@ HABITS = {
     "dashes": ("srt", "- {text}\n- Yes."),
     "sounds": ("vtt", "[door slams]\n{rows}"),
 }
-"""Ways to write subtitles: the kind of file and a cue. The last two part sentences by what is put between."""
-_ROW = 7
-"""Words in a cue."""
+"""Common ways to write subtitles: the format and a cue. The last two insert text into sentences."""
+MAX_CUE_WORDS = 7
+"""Number of words in a cue."""
 
 
-@pytest.mark.parametrize("habit", HABITS)
+@pytest.mark.parametrize("habit", SUBTITLE_HABITS)
 def test_no_word_is_lost_and_no_sentence_cut(habit: str, tmp_path: Path) -> None:
-    """Sentences of three to twenty words, cut into cues after any of them, as people write them."""
-    (kind, pattern), random = HABITS[habit], np.random.default_rng(list(HABITS).index(habit))
+    """Sentences of three to twenty words, split into cues after a few words, as in real subtitles."""
+    (kind, pattern), random = (
+        SUBTITLE_HABITS[habit],
+        np.random.default_rng(list(SUBTITLE_HABITS).index(habit)),
+    )
     sentences = [[f"w{number}x{word}" for word in range(int(random.integers(3, 21)))] for number in range(25)]
-    parts = [words[at : at + _ROW] for words in sentences for at in range(0, len(words), _ROW)]
+    parts = [
+        words[at : at + MAX_CUE_WORDS] for words in sentences for at in range(0, len(words), MAX_CUE_WORDS)
+    ]
     file = "WEBVTT\n\n" if kind == "vtt" else ""
     for number, part in enumerate(parts):
         ends = part[-1] in {words[-1] for words in sentences}
@@ -276,11 +291,11 @@ def test_no_word_is_lost_and_no_sentence_cut(habit: str, tmp_path: Path) -> None
         said = pattern.format(text=text, rows=rows)
         file += f"{start} --> {end}\n{said.replace('...', '') + '.' if ends else said}\n\n"
     lines = read(tmp_path, file, f"words.{kind}")
-    moments = [moment(time) for time in np.arange(0, 2 * len(parts), 3.0)]
-    panels, count = match(lines, moments)
+    key_frames = [key_frame(time) for time in np.arange(0, 2 * len(parts), 3.0)]
+    panels, count = assign_lines(lines, key_frames)
     assert sum(map(len, panels)) == count
     shown = [" ".join(texts(panel)).replace("...", "") for panel in panels]
     for words in sentences:
         assert all(any(word in panel.replace(".", "").split() for panel in shown) for word in words)
-        if len(" ".join(words)) < MAX_LETTERS and habit not in list(HABITS)[-2:]:
+        if len(" ".join(words)) < MAX_PANEL_LETTERS and habit not in list(SUBTITLE_HABITS)[-2:]:
             assert any(" ".join(words) in panel for panel in shown), words

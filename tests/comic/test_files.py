@@ -21,11 +21,11 @@ from PIL import Image
 from stories import PLACES, shot, story, view, write_film
 
 from vidstyle.cli import main
+from vidstyle.comic.key_frame import Box, Rectangle
 from vidstyle.comic.lettering import fonts
-from vidstyle.comic.lettering.bubble import Bubble, shapes, size_of
+from vidstyle.comic.lettering.bubble import Bubble, break_text, bubble_size
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.moment import Box, Rectangle
-from vidstyle.comic.output.panel_renderer import on_paper
+from vidstyle.comic.output.panel_renderer import scale_to_paper
 from vidstyle.comic.output.raster import page_image
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.svg import svg
@@ -38,24 +38,24 @@ from vidstyle.style.resolve import resolve
 WORDS = (
     "1\n00:00:00,000 --> 00:00:00,900\nHello <b>you</b> & me.\n\n2\n00:00:01,100 --> 00:00:01,900\n[knocks]\n"
 )
-ENDINGS = "png jpg jpeg svg pdf cbz html".split()
+SUFFIXES = "png jpg jpeg svg pdf cbz html".split()
 
 
 @pytest.fixture(autouse=True)
 def no_fonts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pages are the same on every machine, whatever fonts are installed."""
-    monkeypatch.setattr(fonts, "FOLDERS", ())
+    """Ignore installed fonts, so that pages are the same on every machine."""
+    monkeypatch.setattr(fonts, "FONT_FOLDERS", ())
 
 
 def sheet(number: int) -> Sheet:
-    """A page with a panel, a balloon with a tail, a caption and a label."""
+    """Return a page with a panel, a balloon with a tail, a caption and a label."""
     letters = Letters()
-    block = shapes(letters, f"Is this page {number}?", 14, 90)[-1]
-    width, height = size_of("balloon", block)
+    block = break_text(letters, f"Is this page {number}?", 14, 90)[-1]
+    width, height = bubble_size("balloon", block)
     panel = Rectangle(10, 10, 190, 130)
     bubbles = (
         Bubble("balloon", Box(20, 20, 20 + width, 20 + height), block, (150.0, 110.0)),
-        Bubble("caption", Box(20, 100, 110, 122), shapes(letters, "Yes & <no>", 12, 90)[0]),
+        Bubble("caption", Box(20, 100, 110, 122), break_text(letters, "Yes & <no>", 12, 90)[0]),
     )
     picture = Rectangle(12, 12, 188, 128)
     color = cv2.resize(photograph("coffee"), (picture.width, picture.height))
@@ -66,16 +66,16 @@ def sheet(number: int) -> Sheet:
     )
 
 
-def written(target: Path, count: int, title: str = 'A & "B"', overwrite: bool = False) -> list[Path]:
+def write_sheets(target: Path, count: int, title: str = 'A & "B"', overwrite: bool = False) -> list[Path]:
     return Output(target, "film.mp4", overwrite).write(
         (sheet(number) for number in range(count)), count, title
     )
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", SUFFIXES)
 @pytest.mark.parametrize("count", [1, 3])
-def test_every_kind_of_file_opens_again(ending: str, count: int, tmp_path: Path) -> None:
-    files = written(tmp_path / f"page.{ending}", count)
+def test_every_format_can_be_opened(ending: str, count: int, tmp_path: Path) -> None:
+    files = write_sheets(tmp_path / f"page.{ending}", count)
     assert sorted(files) == sorted(tmp_path.iterdir())
     if ending in ("png", "jpg", "jpeg", "svg") and count == 3:
         assert [file.name for file in files] == [f"page-{number}.{ending}" for number in (1, 2, 3)]
@@ -84,15 +84,15 @@ def test_every_kind_of_file_opens_again(ending: str, count: int, tmp_path: Path)
     assert pages_in(files) == [(200, 160)] * count
 
 
-def test_a_page_of_several_has_one_font_and_a_name_for_each_panel(tmp_path: Path) -> None:
-    (file,) = written(tmp_path / "strip.html", 3)
+def test_a_strip_embeds_one_font_and_numbers_its_panels(tmp_path: Path) -> None:
+    (file,) = write_sheets(tmp_path / "strip.html", 3)
     text = file.read_text(encoding="utf-8")
     assert re.findall(r'id="(panel-\d+)"', text) == ["panel-1", "panel-2", "panel-3"]
     assert text.count("@font-face") == 1
 
 
 def pages_in(files: Sequence[Path]) -> list[tuple[int, int]]:
-    """Width and height of all pages, in pixels."""
+    """Return width and height of all pages, in pixels."""
     found: list[tuple[int, int]] = []
     for file in files:
         content = file.read_bytes()
@@ -112,8 +112,8 @@ def pages_in(files: Sequence[Path]) -> list[tuple[int, int]]:
                 *names, info = sorted(archive.namelist(), key=lambda name: (name.endswith("xml"), name))
                 found += [Image.open(BytesIO(archive.read(name))).size for name in names]
                 root = ElementTree.fromstring(archive.read(info))
-                told = [root.findtext(name) for name in ("Title", "PageCount", "Manga")]
-                assert told == ['A & "B"', str(len(found)), "No"]
+                info_texts = [root.findtext(name) for name in ("Title", "PageCount", "Manga")]
+                assert info_texts == ['A & "B"', str(len(found)), "No"]
         else:
             found += [tuple(map(int, each.attrib["viewBox"].split()[2:])) for each in drawings(content)]  # type: ignore[misc]
     return found
@@ -128,14 +128,14 @@ def drawings(content: bytes) -> list[ElementTree.Element]:
     ]
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ending", SUFFIXES)
 def test_the_same_pages_are_the_same_bytes(ending: str, tmp_path: Path) -> None:
-    one, other = (written(tmp_path / f"{name}.{ending}", 1)[0].read_bytes() for name in "ab")
+    one, other = (write_sheets(tmp_path / f"{name}.{ending}", 1)[0].read_bytes() for name in "ab")
     assert one == other
 
 
-def test_balloons_of_a_drawing_are_shapes_and_text(tmp_path: Path) -> None:
-    (root,) = drawings(written(tmp_path / "page.svg", 1)[0].read_bytes())
+def test_balloons_in_svg_are_shapes_and_text(tmp_path: Path) -> None:
+    (root,) = drawings(write_sheets(tmp_path / "page.svg", 1)[0].read_bytes())
     name = "{http://www.w3.org/2000/svg}"
     assert len(root.findall(f".//{name}image")) == 1
     assert len(root.findall(f".//{name}polygon")) == 2
@@ -156,8 +156,8 @@ def test_a_balloon_is_white_with_ink_and_the_picture_is_around_it() -> None:
 
 
 @pytest.mark.parametrize("ending", ["jpg", "cbz", "pdf", "png", "svg", "html"])
-def test_pages_full_of_dots_are_written(ending: str, tmp_path: Path) -> None:
-    """They need more bytes than pictures do."""
+def test_pages_full_of_noise_are_written(ending: str, tmp_path: Path) -> None:
+    """Noise needs more bytes than photographs."""
     color = np.random.default_rng(1).choice(np.array([0, 255], np.uint8), (700, 700, 3))
     whole = Rectangle(0, 0, 700, 700)
     dots = Sheet(700, 700, 150, Letters(), [RenderedPanel(whole, whole, color)])
@@ -166,7 +166,7 @@ def test_pages_full_of_dots_are_written(ending: str, tmp_path: Path) -> None:
 
 
 def test_names_with_a_pattern_are_numbered(tmp_path: Path) -> None:
-    files = written(tmp_path / "page%03d.png", 2)
+    files = write_sheets(tmp_path / "page%03d.png", 2)
     assert [file.name for file in files] == ["page001.png", "page002.png"]
 
 
@@ -174,13 +174,13 @@ def test_existing_files_are_kept(tmp_path: Path) -> None:
     kept = tmp_path / "page-2.png"
     kept.write_bytes(b"mine")
     with pytest.raises(UsageError, match="exists already"):
-        written(tmp_path / "page.png", 3)
+        write_sheets(tmp_path / "page.png", 3)
     assert list(tmp_path.iterdir()) == [kept] and kept.read_bytes() == b"mine"
-    written(tmp_path / "page.png", 3, overwrite=True)
+    write_sheets(tmp_path / "page.png", 3, overwrite=True)
     assert kept.read_bytes() != b"mine"
 
 
-def test_a_missing_folder_is_said_at_once(tmp_path: Path) -> None:
+def test_a_missing_folder_is_reported_at_once(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="its folder does not exist"):
         Output(tmp_path / "none" / "page.pdf", "film.mp4", False)
 
@@ -188,12 +188,14 @@ def test_a_missing_folder_is_said_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("height", "width", "millimetres"), [(20, 30, 0.5), (70, 90, 0.55), (120, 180, 0.625)]
 )
-def test_dots_are_as_large_on_paper_at_every_resolution(height: int, width: int, millimetres: float) -> None:
-    """And a little smaller in small panels."""
+def test_dots_have_the_same_size_on_paper_at_every_resolution(
+    height: int, width: int, millimetres: float
+) -> None:
+    """They are slightly smaller in small panels."""
     cells = []
     for dpi in (300, 600):
         size = round(height * dpi / 25.4), round(width * dpi / 25.4)
-        steps = resolve(on_paper(load_style("comic"), *size, dpi), *size)["background"]
+        steps = resolve(scale_to_paper(load_style("comic"), *size, dpi), *size)["background"]
         cells.append(
             next(step.values["cell"] for step in steps if step.block and step.block.name == "halftone")
         )
@@ -210,10 +212,10 @@ def run(*arguments: object) -> int:
     return main(["comic", *map(str, arguments)])
 
 
-def test_the_comic_of_a_damaged_film_is_made_and_says_so(
+def test_damage_of_a_film_is_reported_with_its_comic(
     film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 4, as of render; of a page file the film is not looked through."""
+    """Exit code 4, as in `render`; for a page file the film is not analysed."""
     page, saved = tmp_path / "page.png", tmp_path / "comic.toml"
     damaged = tmp_path / "damaged.mkv"
     damaged.write_bytes(remux(film, tmp_path / "whole.mkv").read_bytes()[:-20000])
@@ -289,7 +291,7 @@ def test_a_storyboard_shows_whole_pictures_with_times(film: Path, tmp_path: Path
         assert width / height == pytest.approx(256 / 144, rel=0.03)
 
 
-def test_one_frame_and_folders_make_pages(tmp_path: Path) -> None:
+def test_single_frames_and_folders_become_pages(tmp_path: Path) -> None:
     one = write_film(tmp_path / "one.mp4", shot(PLACES[0], 1))
     assert 0 == run(one, tmp_path / "one.pdf", "--size", "300x300", "--style", "plain")
     folder = tmp_path / "pictures"
@@ -302,7 +304,7 @@ def test_one_frame_and_folders_make_pages(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["film.mkv", "film.mp4"])
-def test_the_films_own_subtitles_are_taken_unless_not_wanted(name: str, tmp_path: Path) -> None:
+def test_subtitles_in_the_film_are_used_by_default(name: str, tmp_path: Path) -> None:
     film = make_clip(tmp_path / name, frames=30, subtitles=["eng"], size=(160, 90))
     events = read_subtitles(film)
     assert [(event.start, event.end, event.text) for event in events] == [
@@ -330,7 +332,7 @@ def test_the_films_own_subtitles_are_taken_unless_not_wanted(name: str, tmp_path
         (["none.mp4", "a.png", "--subtitles", "empty.srt"], 3, "empty.srt holds no subtitles"),
         (["none.mp4", "a.png", "--font", "words.srt"], 3, "words.srt is not a font; give a .ttf "
          "or .otf file"),
-        (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a size of paper; give a3, a4, a5, letter, "
+        (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a paper size; give a3, a4, a5, letter, "
          "square, strip, webtoon, 1200x1800 or 210x297mm"),
         (["none.mp4", "a.png", "--style", "nope"], 3, "nope"),
         (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is neither a number of panels nor auto"),
@@ -338,7 +340,7 @@ def test_the_films_own_subtitles_are_taken_unless_not_wanted(name: str, tmp_path
         (["none.mp4", "a.png", "--at", "1,x"], 2, "'x' is not a time such as 12.5 or 1:02:03.5"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_one_line(
+def test_errors_are_one_line(
     arguments: list[str],
     code: int,
     line: str,
@@ -357,7 +359,7 @@ def test_what_cannot_be_is_one_line(
     assert sorted(tmp_path.rglob("*")) == before and (tmp_path / "kept.png").read_text() == "mine"
 
 
-def test_without_pillow_it_says_what_to_install(tmp_path: Path) -> None:
+def test_without_pillow_the_error_names_the_package(tmp_path: Path) -> None:
     program = (
         "import sys\nsys.modules['PIL'] = None\nfrom vidstyle.cli import main\n"
         f"sys.exit(main(['comic', 'film.mp4', {str(tmp_path / 'a.png')!r}]))"

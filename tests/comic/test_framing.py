@@ -1,4 +1,4 @@
-"""Moments that look alike are shown from afar and from near in turn."""
+"""Key frames that look alike are shown as wide views and close-ups in turn."""
 
 from __future__ import annotations
 
@@ -8,62 +8,62 @@ import numpy as np
 from media import photograph
 
 from vidstyle.comic.analyze.features import extract_features
+from vidstyle.comic.key_frame import Box
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.moment import Box
-from vidstyle.comic.select.framing import framed, with_details, without_repeats
+from vidstyle.comic.select.framing import add_details, alternate_framing, remove_repeats
 
 
-def test_alike_ones_are_seen_from_afar_and_from_near_in_turn() -> None:
-    """The head is in the panel that is nearer, larger than in the others; another picture stays as it is."""
+def test_similar_key_frames_are_wide_views_and_close_ups_in_turn() -> None:
+    """The close-up contains the head, larger than in the wide views; a different picture stays unchanged."""
     astronaut, coffee = (photograph(name) for name in ("astronaut", "coffee"))
     person = replace(
         extract_features(astronaut, 0, astronaut.shape[:2]), faces=(Box(200.0, 90.0, 250.0, 150.0),)
     )
-    moments = framed([person, person, person, extract_features(coffee, 3, coffee.shape[:2])])
-    assert [each.framing for each in moments] == ["wide", "near", "wide", "usual"]
-    wide, near = (crop(each, 1.5) for each in moments[:2])
+    key_frames = alternate_framing([person, person, person, extract_features(coffee, 3, coffee.shape[:2])])
+    assert [each.framing for each in key_frames] == ["wide", "near", "wide", "usual"]
+    wide, near = (crop(each, 1.5) for each in key_frames[:2])
     assert near.contains(person.faces[0]) and near.width < 0.8 * wide.width
-    assert framed(moments[3:]) == moments[3:]
+    assert alternate_framing(key_frames[3:]) == key_frames[3:]
 
 
-def test_a_large_face_and_things_all_over_are_near_enough() -> None:
+def test_a_large_face_and_scattered_objects_get_no_close_up() -> None:
     picture = photograph("coffee")
     seen = extract_features(picture, 0, picture.shape[:2])
     large = replace(seen, faces=(Box(100.0, 50.0, 300.0, 300.0),))
     across = replace(seen, blobs=(Box(10.0, 150.0, 590.0, 250.0),))
     one = replace(seen, saliency=Box(250.0, 150.0, 350.0, 250.0), blobs=(Box(280.0, 180.0, 320.0, 220.0),))
     for each, framing in ((large, "usual"), (across, "usual"), (one, "near")):
-        assert framed([each, each])[1].framing == framing
-    window = crop(framed([one, one])[1], 1.5)
+        assert alternate_framing([each, each])[1].framing == framing
+    window = crop(alternate_framing([one, one])[1], 1.5)
     assert window.contains(one.blobs[0]) and window.area < 0.6 * np.prod(picture.shape[:2])
 
 
-def test_what_was_just_shown_is_not_shown_again() -> None:
-    """But from near, or where it was asked for."""
+def test_repeats_are_removed() -> None:
+    """Except for close-ups and requested frames."""
     astronaut, coffee = (photograph(name) for name in ("astronaut", "coffee"))
     seen, other = (extract_features(each, 0, each.shape[:2]) for each in (astronaut, coffee))
     near, forced = replace(seen, framing="near"), replace(seen, forced=True)
-    assert without_repeats([seen, seen, other, other, seen]) == [seen, other, seen]
-    assert without_repeats([seen, near, seen, forced]) == [seen, near, seen, forced]
+    assert remove_repeats([seen, seen, other, other, seen]) == [seen, other, seen]
+    assert remove_repeats([seen, near, seen, forced]) == [seen, near, seen, forced]
 
 
-def test_a_film_that_is_one_picture_is_told_by_its_details() -> None:
-    """Parts of it without overlap; not where there is a face, or something else to tell."""
+def test_a_film_of_one_picture_is_shown_in_details() -> None:
+    """The details do not overlap; there are none if the film has a face or other pictures."""
     picture = photograph("coffee")
     one = extract_features(picture, 0, picture.shape[:2])
-    whole, *details = with_details([one, one])
+    whole, *details = add_details([one, one])
     assert [each.framing for each in (whole, *details)] == ["wide", "near", "near"]
     left, right = (each.saliency for each in details)
     assert left.intersection(right).area == 0 < left.area < 0.25 * np.prod(picture.shape[:2])
     faced = replace(one, faces=(Box(0.0, 0.0, 99.0, 99.0),))
     other = extract_features(photograph("astronaut"), 1, (512, 512))
     for kept in ([faced], [one, other], [one, one, one]):
-        assert with_details(kept) == kept
+        assert add_details(kept) == kept
 
 
-def test_a_small_change_is_something_new() -> None:
+def test_a_small_local_change_is_no_repeat() -> None:
     picture = photograph("coffee")
     changed = picture.copy()
     changed[100:160, 100:180] = (255, 0, 0)
     seen, other = (extract_features(each, 0, each.shape[:2]) for each in (picture, changed))
-    assert without_repeats([seen, other, other]) == [seen, other]
+    assert remove_repeats([seen, other, other]) == [seen, other]

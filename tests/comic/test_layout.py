@@ -9,57 +9,69 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
-from comic_moments import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
+from comic_key_frames import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
-from vidstyle.comic.layout.cost import NARROWEST, WIDEST
-from vidstyle.comic.layout.crop import largest, must_show
-from vidstyle.comic.layout.inset import suit_insets
-from vidstyle.comic.layout.layout import GOOD, GOOD_AT_ALL, PageLayout, Panel, lay_out, pages_for
+from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.layout.cost import MAX_PANEL_ASPECT, MIN_PANEL_ASPECT
+from vidstyle.comic.layout.crop import largest_window, required_box
+from vidstyle.comic.layout.inset import find_insets
+from vidstyle.comic.layout.layout import (
+    MAX_EXTRA_COST,
+    MAX_EXTRA_COST_PER_PANEL,
+    PageLayout,
+    Panel,
+    default_pages,
+    lay_out,
+)
 from vidstyle.comic.layout.paper import Paper, paper
-from vidstyle.comic.layout.slant import between_leans, corners
-from vidstyle.comic.moment import Box, Moment, Rectangle
+from vidstyle.comic.layout.slant import corners, upright_area
 from vidstyle.errors import UsageError
 
 PAPERS = [
     paper(size, 75, landscape=aside)
     for size, aside in (("a4", False), ("letter", True), ("square", False), ("611x1003", False))
 ]
-SHAPES = [(LANDSCAPE,), (WIDE,), (SQUARE,), (LANDSCAPE, PORTRAIT), (PORTRAIT,)]
-COUNTS = (1, 2, 3, 5, 8, 13, 7, 10, 6, 9)
+SHAPE_SETS = [(LANDSCAPE,), (WIDE,), (SQUARE,), (LANDSCAPE, PORTRAIT), (PORTRAIT,)]
+PANEL_COUNTS = (1, 2, 3, 5, 8, 13, 7, 10, 6, 9)
 
 
 @dataclass(frozen=True)
 class Case:
-    moments: list[Moment]
+    key_frames: list[KeyFrame]
     paper: Paper
     backwards: bool
     layout: PageLayout
     seed: int
 
 
-SOME = [number for number in range(100) if number % 7 == 2]
-"""Of all shapes, papers and directions."""
+SAMPLED_CASES = [number for number in range(100) if number % 7 == 2]
+"""Contains all shapes, papers and directions."""
 
 
-@pytest.fixture(scope="module", params=[SOME, pytest.param(range(100), marks=pytest.mark.thorough)], ids=len)
+@pytest.fixture(
+    scope="module", params=[SAMPLED_CASES, pytest.param(range(100), marks=pytest.mark.thorough)], ids=len
+)
 def cases(request: pytest.FixtureRequest) -> list[Case]:
-    """A hundred films of 1 to 40 panels, or some: mixed shapes, all papers, some seeds, both directions."""
+    """Lay out a hundred films of 1 to 40 panels, or a sample.
+
+    They have mixed shapes, all papers, some seeds and both directions.
+    """
     made = []
     for number in request.param:
-        count = 40 if number in (9, 59) else COUNTS[number % 10]
-        moments = random_film(number, count, SHAPES[number // 10 % 5])
+        count = 40 if number in (9, 59) else PANEL_COUNTS[number % 10]
+        key_frames = random_film(number, count, SHAPE_SETS[number // 10 % 5])
         page, seed, backwards = PAPERS[number % 4], number // 3 % 7, number % 3 == 0
-        layout = lay_out(moments, page, seed=seed, right_to_left=backwards)
-        made.append(Case(moments, page, backwards, layout, seed))
+        layout = lay_out(key_frames, page, seed=seed, right_to_left=backwards)
+        made.append(Case(key_frames, page, backwards, layout, seed))
     return made
 
 
-def by_page(layout: PageLayout) -> list[list[Panel]]:
+def panels_by_page(layout: PageLayout) -> list[list[Panel]]:
     return [[panel for panel in layout.panels if panel.page == page] for page in range(len(layout.sizes))]
 
 
 def rows_of(panels: Sequence[Panel]) -> list[list[Rectangle]]:
-    """The panels of a page at the head of each of its rows, from the left."""
+    """Return the panels of a page at the top of each of its rows, from the left."""
     rows: list[list[Rectangle]] = []
     bottom = -1
     for rectangle in sorted((panel.rectangle for panel in panels), key=lambda each: (each.top, each.left)):
@@ -73,7 +85,7 @@ def rows_of(panels: Sequence[Panel]) -> list[list[Rectangle]]:
 
 
 def is_read_first(one: Rectangle, other: Rectangle, backwards: bool) -> bool:
-    """Whether a reader comes to one before the other: above it, else, beside it, on the side that begins."""
+    """Whether one panel is read before the other: above it, or next to it on the side that is read first."""
     if one.top < other.bottom and other.top < one.bottom:
         return one.left >= other.right if backwards else one.right <= other.left
     return one.bottom <= other.top
@@ -84,20 +96,20 @@ def rank_correlation(one: Sequence[float], other: Sequence[float]) -> float:
     return float(np.corrcoef(*ranks)[0, 1])
 
 
-def test_panels_stand_in_the_order_of_time(cases: list[Case]) -> None:
+def test_panels_are_in_chronological_order(cases: list[Case]) -> None:
     for case in cases:
-        assert [panel.moment for panel in case.layout.panels] == list(range(len(case.moments)))
+        assert [panel.key_frame for panel in case.layout.panels] == list(range(len(case.key_frames)))
         assert [panel.page for panel in case.layout.panels] == sorted(p.page for p in case.layout.panels)
-        for panels in by_page(case.layout):
+        for panels in panels_by_page(case.layout):
             for one, other in combinations(panels, 2):
                 assert is_read_first(one.rectangle, other.rectangle, case.backwards)
 
 
 def test_pages_are_filled_and_gutters_exact(cases: list[Case]) -> None:
-    """With a gutter at its right and one below, the panels tile the page without gap or overlap."""
+    """With a gutter at its right and below it, the panels tile the page without gaps or overlaps."""
     for case in cases:
         page, inside = case.paper, case.paper.inside
-        for panels in by_page(case.layout):
+        for panels in panels_by_page(case.layout):
             times = np.zeros((inside.height + page.row_gutter, inside.width + page.gutter), int)
             for left, top, right, bottom in (panel.rectangle for panel in panels):
                 assert inside.left <= left and inside.top <= top
@@ -110,7 +122,7 @@ def test_pages_are_filled_and_gutters_exact(cases: list[Case]) -> None:
 def test_crops_fill_their_panels(cases: list[Case]) -> None:
     for case in cases:
         for panel in case.layout.panels:
-            height, width = case.moments[panel.moment].shape
+            height, width = case.key_frames[panel.key_frame].shape
             crop, rectangle = panel.crop, panel.rectangle
             assert 0 <= crop.left and crop.right <= width and 0 <= crop.top and crop.bottom <= height
             assert crop.width * rectangle.height / rectangle.width == pytest.approx(crop.height, abs=0.01)
@@ -118,16 +130,18 @@ def test_crops_fill_their_panels(cases: list[Case]) -> None:
 
 def test_no_panel_is_a_sliver(cases: list[Case]) -> None:
     for case in cases:
-        # A portrait picture alone on a page that lies aside, or the like, cannot be helped.
-        if len(case.moments) > 3:
-            assert all(NARROWEST <= panel.rectangle.aspect <= WIDEST for panel in case.layout.panels)
+        # With few panels, such as one portrait picture on a landscape page, slivers are unavoidable.
+        if len(case.key_frames) > 3:
+            assert all(
+                MIN_PANEL_ASPECT <= panel.rectangle.aspect <= MAX_PANEL_ASPECT for panel in case.layout.panels
+            )
 
 
-def test_salience_is_cut_only_where_panels_are_of_quite_another_shape(cases: list[Case]) -> None:
+def test_saliency_is_rarely_cut(cases: list[Case]) -> None:
     shown = [
-        panel.crop.intersection(moment.saliency).area / moment.saliency.area
+        panel.crop.intersection(key_frame.saliency).area / key_frame.saliency.area
         for case in cases
-        for panel, moment in zip(case.layout.panels, case.moments, strict=True)
+        for panel, key_frame in zip(case.layout.panels, case.key_frames, strict=True)
     ]
     assert np.mean(np.array(shown) > 0.999) > 0.9
     assert np.mean(shown) > 0.95
@@ -136,20 +150,20 @@ def test_salience_is_cut_only_where_panels_are_of_quite_another_shape(cases: lis
 def test_more_important_panels_are_larger(cases: list[Case]) -> None:
     ranks = [
         rank_correlation(
-            [moment.importance for moment in case.moments],
+            [key_frame.importance for key_frame in case.key_frames],
             [panel.rectangle.width * panel.rectangle.height for panel in case.layout.panels],
         )
         for case in cases
-        if len(case.moments) >= 5
+        if len(case.key_frames) >= 5
     ]
     assert np.mean(ranks) > 0.55
     assert np.quantile(ranks, 0.1) > 0.1
 
 
-def test_no_two_rows_that_follow_one_another_are_alike(cases: list[Case]) -> None:
+def test_successive_rows_differ(cases: list[Case]) -> None:
     alike = pairs = 0
     for case in cases:
-        for panels in by_page(case.layout):
+        for panels in panels_by_page(case.layout):
             for one, other in pairwise(rows_of(panels)):
                 pairs += 1
                 same = [(a.left, a.right) for a in one] == [(b.left, b.right) for b in other]
@@ -160,18 +174,18 @@ def test_no_two_rows_that_follow_one_another_are_alike(cases: list[Case]) -> Non
 
 def test_the_same_seed_gives_the_same_pages(cases: list[Case]) -> None:
     for case in cases[:4]:
-        again = lay_out(case.moments, case.paper, seed=case.seed, right_to_left=case.backwards)
+        again = lay_out(case.key_frames, case.paper, seed=case.seed, right_to_left=case.backwards)
         assert again == case.layout
 
 
-def test_other_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -> None:
+def test_seeds_give_other_pages_that_cost_little_more(cases: list[Case]) -> None:
     others = Counter()
     for case in cases[-60:]:
-        best = lay_out(case.moments, case.paper)
-        most = GOOD_AT_ALL + GOOD * len(case.moments)
+        best = lay_out(case.key_frames, case.paper)
+        most = MAX_EXTRA_COST + MAX_EXTRA_COST_PER_PANEL * len(case.key_frames)
         assert -1e-9 <= case.layout.cost - best.cost <= most + 1e-9
-        if len(case.moments) >= 5 and case.seed:
-            mirrored = lay_out(case.moments, case.paper, right_to_left=case.backwards)
+        if len(case.key_frames) >= 5 and case.seed:
+            mirrored = lay_out(case.key_frames, case.paper, right_to_left=case.backwards)
             others[case.layout.panels != mirrored.panels] += 1
     assert others[True] >= 0.8 * others.total() > 0.2 * len(cases)
 
@@ -184,7 +198,7 @@ def test_seeds_differ_from_one_another() -> None:
     assert len(pages) >= 5
 
 
-def test_reading_from_the_right_mirrors_the_page() -> None:
+def test_right_to_left_order_mirrors_the_page() -> None:
     film, page = random_film(3, 9), PAPERS[0]
     there, back = lay_out(film, page), lay_out(film, page, right_to_left=True)
     for one, other in zip(there.panels, back.panels, strict=True):
@@ -195,7 +209,7 @@ def test_reading_from_the_right_mirrors_the_page() -> None:
         assert one.crop == other.crop
 
 
-def test_one_that_stands_out_is_a_splash() -> None:
+def test_an_outstanding_key_frame_is_a_splash() -> None:
     film = even_film(9)
     for index in (0, 4, 8):
         marked = [replace(m, importance=1.0 if n == index else 0.3) for n, m in enumerate(film)]
@@ -205,26 +219,28 @@ def test_one_that_stands_out_is_a_splash() -> None:
         assert areas[index] > 1.8 * max(areas[:index] + areas[index + 1 :])
 
 
-def test_a_splash_has_its_part_of_a_crowded_page() -> None:
+def test_a_splash_keeps_its_share_of_a_crowded_page() -> None:
     film = [replace(m, importance=1.0 if n == 6 else 0.3) for n, m in enumerate(even_film(14))]
     areas = [p.rectangle.width * p.rectangle.height for p in lay_out(film, PAPERS[0], pages=1).panels]
     assert areas[6] > 0.25 * sum(areas)
 
 
-def test_moments_that_are_all_alike_make_no_chequered_page() -> None:
+def test_equal_key_frames_do_not_make_a_regular_grid() -> None:
     for count in (6, 8, 9, 12):
         panels = lay_out(even_film(count), PAPERS[0], pages=1).panels
         assert len({panel.rectangle.width for panel in panels}) > 2
 
 
-def test_a_page_rather_ends_with_a_scene() -> None:
+def test_pages_prefer_to_end_with_a_scene() -> None:
     for first in (6, 7):
-        film = [replace(moment, scene=int(number >= first)) for number, moment in enumerate(even_film(13))]
+        film = [
+            replace(key_frame, scene=int(number >= first)) for number, key_frame in enumerate(even_film(13))
+        ]
         pages = Counter(panel.page for panel in lay_out(film, PAPERS[0]).panels)
         assert pages[0] == first
 
 
-def test_as_many_pages_as_wanted() -> None:
+def test_the_number_of_pages_can_be_requested() -> None:
     film = random_film(1, 13)
     for pages in (1, 2, 5, 13):
         layout = lay_out(film, PAPERS[0], pages=pages)
@@ -233,18 +249,18 @@ def test_as_many_pages_as_wanted() -> None:
     for pages in (0, 14):
         with pytest.raises(UsageError, match=f"--pages: {pages} are too many for 13 panels"):
             lay_out(film, PAPERS[0], pages=pages)
-    with pytest.raises(UsageError, match="no moment"):
+    with pytest.raises(UsageError, match="no key frame"):
         lay_out([], PAPERS[0])
 
 
-def test_pages_hold_about_as_many_panels_each() -> None:
+def test_pages_have_similar_numbers_of_panels() -> None:
     for count in (13, 40):
         pages = Counter(panel.page for panel in lay_out(random_film(2, count), PAPERS[0]).panels)
-        assert len(pages) == pages_for(count)
+        assert len(pages) == default_pages(count)
         assert max(pages.values()) <= 2 * min(pages.values())
 
 
-def test_only_panels_over_the_whole_width_bleed() -> None:
+def test_only_full_width_panels_bleed() -> None:
     page = paper("a4", 75)
     film = random_film(4, 13)
     plain, bled = lay_out(film, page), lay_out(film, page, bleeding=True)
@@ -260,7 +276,7 @@ def test_only_panels_over_the_whole_width_bleed() -> None:
     assert beyond
 
 
-def test_a_panel_can_be_made_to_grow() -> None:
+def test_an_area_scale_enlarges_its_panel() -> None:
     grown = []
     for seed in range(10):
         film = random_film(seed, 9)
@@ -272,15 +288,15 @@ def test_a_panel_can_be_made_to_grow() -> None:
 
 
 @pytest.mark.parametrize("size", ["3000x750", "500x2000"])
-def test_very_wide_and_very_high_pages(size: str) -> None:
+def test_very_wide_and_very_tall_pages_have_no_slivers(size: str) -> None:
     for count in (2, 7, 20):
         layout = lay_out(random_film(count, count), paper(size))
         aspects = [panel.rectangle.aspect for panel in layout.panels]
-        assert min(aspects) >= NARROWEST
-        assert max(aspects) <= WIDEST
+        assert min(aspects) >= MIN_PANEL_ASPECT
+        assert max(aspects) <= MAX_PANEL_ASPECT
 
 
-def test_a_picture_without_salience_and_a_wholly_salient_one() -> None:
+def test_empty_and_full_saliency_can_be_laid_out() -> None:
     film = even_film(5)
     film[1], film[3] = (replace(film[1], saliency=box) for box in (Box(0, 0, 0, 0), Box(0, 0, 1920, 1080)))
     assert len(lay_out(film, PAPERS[0]).panels) == 5
@@ -301,12 +317,12 @@ def test_a_strip_is_one_column_of_varied_heights_and_pauses(count: int) -> None:
     assert layout.sizes == ((page.width, rectangles[-1].bottom + page.margin),)
     pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
     assert all(pause in (page.row_gutter, 2 * page.row_gutter, 3 * page.row_gutter) for pause in pauses)
-    assert all(NARROWEST <= each.aspect <= WIDEST for each in rectangles)
+    assert all(MIN_PANEL_ASPECT <= each.aspect <= MAX_PANEL_ASPECT for each in rectangles)
     same = sum(abs(one.height / other.height - 1) < 0.03 for one, other in pairwise(rectangles))
     assert same <= 0.1 * count
 
 
-def test_seeds_draw_panels_of_a_strip_in_from_either_side() -> None:
+def test_seeds_inset_panels_of_a_strip_from_both_sides() -> None:
     page, film = paper("strip"), random_film(5, 8)
     strips = [[panel.rectangle for panel in lay_out(film, page, seed=seed).panels] for seed in range(12)]
     shapes = {tuple((each.left, each.width) for each in strip) for strip in strips}
@@ -319,10 +335,10 @@ def test_seeds_draw_panels_of_a_strip_in_from_either_side() -> None:
     assert drawn_in[0] == 0 and max(drawn_in) <= 5
 
 
-def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> None:
+def test_a_strip_pauses_when_time_passes_and_most_at_scene_ends() -> None:
     film = [
-        replace(moment, time=time, scene=scene)
-        for moment, time, scene in zip(even_film(4), (0, 1, 3, 6), (0, 0, 0, 1), strict=True)
+        replace(key_frame, time=time, scene=scene)
+        for key_frame, time, scene in zip(even_film(4), (0, 1, 3, 6), (0, 0, 0, 1), strict=True)
     ]
     rectangles = [panel.rectangle for panel in lay_out(film, paper("strip")).panels]
     pauses = [other.top - one.bottom for one, other in pairwise(rectangles)]
@@ -332,9 +348,9 @@ def test_a_strip_pauses_where_time_passes_and_most_at_the_end_of_a_scene() -> No
 
 def test_slanted_gutters_are_as_wide_as_straight_ones() -> None:
     """At both ends; panels cover the same page, and gutters of whole rows lean to either side in turn."""
-    page, moments = paper("a4"), random_film(3, 24)
-    straight = lay_out(moments, page, kind="classic")
-    leaning = lay_out(moments, page, kind="dynamic")
+    page, key_frames = paper("a4"), random_film(3, 24)
+    straight = lay_out(key_frames, page, kind="classic")
+    leaning = lay_out(key_frames, page, kind="dynamic")
     sides = []
     for one, other in pairwise(leaning.panels):
         left, right = corners(one.rectangle, one.leans), corners(other.rectangle, other.leans)
@@ -346,7 +362,7 @@ def test_slanted_gutters_are_as_wide_as_straight_ones() -> None:
     assert set(sides) == {True, False}
     for before, after in zip(straight.panels, leaning.panels, strict=True):
         assert after.rectangle.contains(before.rectangle)
-        assert before.rectangle.contains(between_leans(after.rectangle, after.leans))
+        assert before.rectangle.contains(upright_area(after.rectangle, after.leans))
         assert after.crop.aspect == pytest.approx(after.picture.aspect)
     assert all(each.leans == (0, 0) for each in straight.panels)
 
@@ -365,57 +381,57 @@ def test_a_grid_has_equal_panels_in_reading_order(count: int) -> None:
 
 
 def test_a_close_up_is_an_inset_over_a_calm_corner() -> None:
-    """Inside the panel before it, clear of its faces; without a calm corner it is a panel like others."""
-    moments = even_film(8)
+    """It is in the panel before it, clear of faces; without a calm corner it becomes an ordinary panel."""
+    key_frames = even_film(8)
     face = Box(800.0, 300.0, 1100.0, 700.0)
-    moments[4] = replace(moments[4], faces=(face,), saliency=face)
-    insets = suit_insets(moments, [False] * 8)
-    assert insets == (4,) and not suit_insets(moments, [True] * 8)
+    key_frames[4] = replace(key_frames[4], faces=(face,), saliency=face)
+    insets = find_insets(key_frames, [False] * 8)
+    assert insets == (4,) and not find_insets(key_frames, [True] * 8)
     for backwards in (False, True):
-        layout = lay_out(moments, PAPERS[0], insets=insets, right_to_left=backwards, kind="dynamic")
+        layout = lay_out(key_frames, PAPERS[0], insets=insets, right_to_left=backwards, kind="dynamic")
         below, inset = layout.panels[3:5]
-        assert [each.moment for each in layout.panels] == list(range(8))
+        assert [each.key_frame for each in layout.panels] == list(range(8))
         assert below.insets == (inset.rectangle,) and below.rectangle.contains(inset.rectangle)
         assert inset.rectangle.area < 0.25 * below.rectangle.area
-    all_over = replace(moments[3], saliency=Box(0.0, 0.0, 1920.0, 1080.0))
-    full = [*moments[:3], all_over, *moments[4:]]
+    all_over = replace(key_frames[3], saliency=Box(0.0, 0.0, 1920.0, 1080.0))
+    full = [*key_frames[:3], all_over, *key_frames[4:]]
     assert lay_out(full, PAPERS[0], insets=insets) == lay_out(full, PAPERS[0])
 
 
-def test_dark_panels_are_not_all_on_one_side() -> None:
+def test_dark_panels_are_balanced() -> None:
     """The balance of light and dark is part of a layout's cost."""
     lights = [0.1, 0.9] * 4
-    moments = [replace(each, light=light) for each, light in zip(even_film(8), lights, strict=True)]
+    key_frames = [replace(each, light=light) for each, light in zip(even_film(8), lights, strict=True)]
 
     def imbalance(layout: PageLayout) -> float:
-        ink = np.array([(1 - lights[each.moment]) * each.rectangle.area for each in layout.panels])
+        ink = np.array([(1 - lights[each.key_frame]) * each.rectangle.area for each in layout.panels])
         aside = np.array(
             [np.subtract(each.rectangle.center, PAPERS[0].inside.center) for each in layout.panels]
         )
         return float(np.hypot(*(ink @ aside))) / ink.sum()
 
-    assert imbalance(lay_out(moments, PAPERS[0])) < imbalance(lay_out(even_film(8), PAPERS[0]))
+    assert imbalance(lay_out(key_frames, PAPERS[0])) < imbalance(lay_out(even_film(8), PAPERS[0]))
 
 
 def test_a_panel_is_never_worse_than_the_whole_picture(cases: list[Case]) -> None:
-    """The main face is whole, if the panel's shape has room, and larger than the whole picture shows it."""
+    """The main face is whole if it fits, and larger than in a panel with the whole picture."""
     for case in cases:
         for panel in case.layout.panels:
-            moment = case.moments[panel.moment]
-            height, width = moment.shape
-            kept, room = must_show(moment), largest(moment, panel.picture.aspect)
-            if moment.faces and kept.width <= room[0] and kept.height <= room[1]:
-                face = max(moment.faces, key=lambda face: face.area)
+            key_frame = case.key_frames[panel.key_frame]
+            height, width = key_frame.shape
+            kept, room = required_box(key_frame), largest_window(key_frame, panel.picture.aspect)
+            if key_frame.faces and kept.width <= room[0] and kept.height <= room[1]:
+                face = max(key_frame.faces, key=lambda face: face.area)
                 assert panel.crop.intersection(face).area > 0.999 * face.area
             whole = min(panel.picture.width / width, panel.picture.height / height)
             assert panel.picture.width / panel.crop.width >= whole * (1 - 1e-2)
 
 
 @pytest.mark.parametrize("apart", [300, 900, 1400])
-def test_the_shape_of_a_panel_gives_way_before_a_pair_is_parted(apart: int) -> None:
-    moments = even_film(7)
+def test_the_shape_of_a_panel_changes_before_a_pair_is_separated(apart: int) -> None:
+    key_frames = even_film(7)
     pair = tuple(Box(left, 300.0, left + 250, 600.0) for left in (130.0, 130.0 + apart))
     for number in (1, 4):
-        alone = replace(moments[number], faces=pair, saliency=pair[0])
-        layout = lay_out([*moments[:number], alone, *moments[number + 1 :]], PAPERS[0])
+        alone = replace(key_frames[number], faces=pair, saliency=pair[0])
+        layout = lay_out([*key_frames[:number], alone, *key_frames[number + 1 :]], PAPERS[0])
         assert all(layout.panels[number].crop.contains(face) for face in pair)

@@ -1,4 +1,4 @@
-"""Editable comics: what is saved is drawn again to the byte, and only what was changed changes."""
+"""Editable comics: a saved comic is reproduced byte for byte, and edits change only what they concern."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stories import story, write_film
 from waiting import eventually
 
 from vidstyle.comic.make import ComicOptions, make_comic
-from vidstyle.comic.select.moments import KeyFrameOptions
+from vidstyle.comic.select.key_frames import KeyFrameOptions
 from vidstyle.errors import InputError, UsageError
 
 WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
@@ -22,7 +22,7 @@ WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A film, its comic, and the file of that."""
+    """Make a folder with a film, its comic, and the comic's page file."""
     path = tmp_path_factory.mktemp("comic")
     write_film(path / "film.mp4", story(4, 25))
     (path / "words.srt").write_text(WORDS)
@@ -42,7 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def drawn(folder: Path, text: str, name: str) -> np.ndarray:
-    """The page of an edited file, H x W."""
+    """Return the page of an edited file, H x W."""
     (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     make_comic(folder / f"{name}.toml", folder / f"{name}.png")
     page = cv2.imread(str(folder / f"{name}.png"), cv2.IMREAD_GRAYSCALE)
@@ -50,12 +50,12 @@ def drawn(folder: Path, text: str, name: str) -> np.ndarray:
     return page
 
 
-def test_a_saved_comic_is_drawn_again_to_the_byte(folder: Path) -> None:
+def test_a_saved_comic_is_reproduced_byte_for_byte(folder: Path) -> None:
     drawn(folder, (folder / "comic.toml").read_text(encoding="utf-8"), "same")
     assert (folder / "same.png").read_bytes() == (folder / "page.png").read_bytes()
 
 
-def test_only_what_was_changed_changes(folder: Path) -> None:
+def test_only_edited_values_change_the_page(folder: Path) -> None:
     text, page = (folder / "comic.toml").read_text(encoding="utf-8"), cv2.imread(str(folder / "page.png"), 0)
     assert page is not None and text.count("[[page.panel]]") == 4
     (bubble,) = (part for part in text.split("[[") if 'text = "KNOCKS' in part)
@@ -81,16 +81,16 @@ def test_only_what_was_changed_changes(folder: Path) -> None:
     ("old", "new", "message"),
     [
         ("format = 1", "format = ", "is not TOML: "),
-        ("format = 1", "format = 2", "format is of another version; 1 is known"),
+        ("format = 1", "format = 2", "format is an unknown version; the known version is 1"),
         ("window = [", "window = [0, ", "page 1: panel 1: window is not 4 numbers"),
         ("place = [", "place = [-", "page 1: panel 1: place "),
-        ("time = ", "hour = ", "page 1: panel 1: time is missing or no number"),
-        ("time = ", "time = 1e", "has no picture at|no number|is outside|is not TOML"),
+        ("time = ", "hour = ", "page 1: panel 1: time is missing or not a number"),
+        ("time = ", "time = 1e", "has no picture at|not a number|is outside|is not TOML"),
         ('kind = "burst"', 'kind = "bust"', "words 1: kind is not one of balloon, burst"),
         ("[[page]]", "[[sheet]]", "."),
     ],
 )
-def test_what_is_wrong_in_a_file_is_told(folder: Path, old: str, new: str, message: str) -> None:
+def test_errors_in_a_page_file_are_reported(folder: Path, old: str, new: str, message: str) -> None:
     text = (folder / "comic.toml").read_text(encoding="utf-8")
     assert old in text
     with pytest.raises(InputError, match=message):
@@ -98,15 +98,15 @@ def test_what_is_wrong_in_a_file_is_told(folder: Path, old: str, new: str, messa
     assert not (folder / "wrong.png").exists()
 
 
-def test_options_that_a_file_has_decided_are_refused(folder: Path) -> None:
-    with pytest.raises(UsageError, match="has decided the option seed already; change the file instead"):
+def test_options_that_a_page_file_sets_are_refused(folder: Path) -> None:
+    with pytest.raises(UsageError, match="is a page file that sets the option seed; change the file instead"):
         make_comic(folder / "comic.toml", folder / "other.png", ComicOptions(seed=3))
     with pytest.raises(UsageError, match="cannot be a page file; end its name in .toml"):
         make_comic(folder / "film.mp4", folder / "other.png", ComicOptions(save=folder / "page.txt"))
 
 
 def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
-    """A balloon is dragged and a word changed by mouse and keys; the file that is saved holds both alone."""
+    """A balloon is dragged and a word changed by mouse and keyboard; the saved file has only these edits."""
     text = (folder / "comic.toml").read_text(encoding="utf-8")
     make_comic(folder / "comic.toml", folder / "page.html")
     browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
@@ -121,20 +121,20 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.press("Enter")
     browser.type("Who was *that*?")
     browser.press("Enter")
-    # What is done by mistake can be undone.
+    # An accidental edit can be undone.
     browser.press("Shift+ArrowLeft")
     browser.click(".bar button:nth-of-type(1)")
     browser.click(".bar button.main")
     file = folder / "downloads" / "comic.toml"
-    eventually(file.exists, "nothing is saved")
-    eventually(lambda: file.read_text(encoding="utf-8").count("[[page.panel]]") == 4, "the file is cut off")
+    eventually(file.exists, "no file is saved")
+    eventually(lambda: file.read_text(encoding="utf-8").count("[[page.panel]]") == 4, "the file is truncated")
     saved = file.read_text(encoding="utf-8")
     changed = [pair for pair in zip(text.splitlines(), saved.splitlines(), strict=True) if pair[0] != pair[1]]
     (before, after), *others = [pair for pair in changed if pair[0].startswith("place")]
     moved = np.subtract(*(json.loads(line.partition("=")[2]) for line in (after, before)))
     assert moved == pytest.approx([12, 6, 12, 6], abs=1)
     assert [pair[1] for pair in changed if pair[0].startswith("text")] == ['text = "Who was *that*?"']
-    assert len(changed) == len(others) + 2 <= 3, "all else is as it was"
+    assert len(changed) == len(others) + 2 <= 3, "all other lines are unchanged"
     page = cv2.imread(str(folder / "page.png"), 0)
     assert (drawn(folder, saved, "edited") != page).any()
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]

@@ -8,52 +8,52 @@ from itertools import product
 import numpy as np
 import pytest
 
+from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.cost import LayoutWeights
 from vidstyle.comic.layout.pagination import Pagination, RowTypes
-from vidstyle.comic.layout.slicing import LARGEST, PANEL, Grid, Placement, Tree, rows
-from vidstyle.comic.moment import Rectangle
+from vidstyle.comic.layout.slicing import MAX_STACKED_PANELS, SINGLE_PANEL, Grid, Placement, Tree, list_rows
 
-WIDE, HIGH, COLUMNS = 4, 5, 4
+GRID_COLUMNS, GRID_ROWS, MAX_COLUMNS = 4, 5, 4
 
 Sizes = tuple[tuple[int, int], ...]
 
 
 def all_cuts(tree: Tree, wide: int, high: int) -> Iterator[Sizes]:
-    """The sizes of a tree's panels, for all ways to cut it."""
+    """Yield the sizes of a tree's panels, for all ways to cut it."""
     if tree.first is None or tree.rest is None:
         yield ((wide, high),)
         return
-    for cut in range(1, wide if tree.beside else high):
-        first = (cut, high) if tree.beside else (wide, cut)
-        rest = (wide - cut, high) if tree.beside else (wide, high - cut)
+    for cut in range(1, wide if tree.side_by_side else high):
+        first = (cut, high) if tree.side_by_side else (wide, cut)
+        rest = (wide - cut, high) if tree.side_by_side else (wide, high - cut)
         for one, other in product(all_cuts(tree.first, *first), all_cuts(tree.rest, *rest)):
             yield one + other
 
 
 def all_rows(count: int) -> Iterator[tuple[Tree, int, int, Sizes]]:
-    """Tree, first cut, height and sizes of all rows of so many panels."""
-    for tree in rows(count):
-        for high in range(1, HIGH + 1):
-            for sizes in all_cuts(tree, WIDE, high):
+    """Yield tree, first cut, height and sizes of all rows of `count` panels."""
+    for tree in list_rows(count):
+        for high in range(1, GRID_ROWS + 1):
+            for sizes in all_cuts(tree, GRID_COLUMNS, high):
                 yield tree, sizes[0][0] if tree.columns > 1 else 0, high, sizes
 
 
 def least_of_all(panels: np.ndarray, weights: LayoutWeights, break_costs: list[float], pages: int) -> float:
-    """The least cost, by trying everything."""
-    row_types = RowTypes(COLUMNS, WIDE, HIGH)
+    """Return the lowest cost, by exhaustive search."""
+    row_types = RowTypes(MAX_COLUMNS, GRID_COLUMNS, GRID_ROWS)
     after = row_types.costs(weights)
     every = {count: list(all_rows(count)) for count in range(1, len(panels) + 1)}
 
     def least(start: int, page: int, filled: int, last: int | None) -> float:
         if start == len(panels):
-            return 0.0 if (page, filled) == (pages - 1, HIGH) else np.inf
+            return 0.0 if (page, filled) == (pages - 1, GRID_ROWS) else np.inf
         turned = np.inf
-        if filled == HIGH and page < pages - 1:
+        if filled == GRID_ROWS and page < pages - 1:
             turned = break_costs[start] + least(start, page + 1, 0, None)
         costs = [turned]
         for count in range(1, len(panels) - start + 1):
             for tree, cut, high, sizes in every[count]:
-                if filled + high <= HIGH:
+                if filled + high <= GRID_ROWS:
                     row_type = row_types.of(tree.columns, cut, high)
                     cost = sum(panels[start + n, w, h] for n, (w, h) in enumerate(sizes))
                     cost += float(weights.template(tree, start + 1)[-1])
@@ -65,11 +65,11 @@ def least_of_all(panels: np.ndarray, weights: LayoutWeights, break_costs: list[f
 
 
 def test_rows_of_a_count_have_the_types_that_their_panels_allow() -> None:
-    row_types = RowTypes(COLUMNS, WIDE, HIGH)
-    for count in range(1, COLUMNS + 2):
-        several = product(range(2, min(count, COLUMNS) + 1), range(1, WIDE))
+    row_types = RowTypes(MAX_COLUMNS, GRID_COLUMNS, GRID_ROWS)
+    for count in range(1, MAX_COLUMNS + 2):
+        several = product(range(2, min(count, MAX_COLUMNS) + 1), range(1, GRID_COLUMNS))
         found = {row_types.of(columns, split, 0) for columns, split in several}
-        found = found or {row_types.of(1, 0, high) for high in range(1, HIGH + 1)}
+        found = found or {row_types.of(1, 0, high) for high in range(1, GRID_ROWS + 1)}
         assert found <= set(range(len(row_types))[row_types.of_rows(count)])
 
 
@@ -79,30 +79,30 @@ def test_rows_of_a_count_have_the_types_that_their_panels_allow() -> None:
 )
 def test_no_other_pages_cost_less(count: int, pages: int, seed: int) -> None:
     random = np.random.default_rng(seed)
-    panels = random.random((count, WIDE + 1, HIGH + 1)) * 3
+    panels = random.random((count, GRID_COLUMNS + 1, GRID_ROWS + 1)) * 3
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
-    perturbation = {tree: random.random(count) for size in range(1, count + 1) for tree in rows(size)}
+    perturbation = {tree: random.random(count) for size in range(1, count + 1) for tree in list_rows(size)}
     weights, break_costs = (
         LayoutWeights(perturbation=perturbation, monotony=3.0, cross=2.0, ragged=2.0),
         [0.0, *random.random(count - 1), 0.0],
     )
-    grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
-    pagination = Pagination(panels, grid, weights, break_costs, count, COLUMNS)
+    grid = Grid(Rectangle(0, 0, 400, 500), GRID_COLUMNS, GRID_ROWS, 10, 20)
+    pagination = Pagination(panels, grid, weights, break_costs, count, MAX_COLUMNS)
     found = pagination.pages(pages)
     places = [place for row in found for place in pagination.places(row)]
-    assert [place.moment for place in places] == list(range(count))
+    assert [place.panel for place in places] == list(range(count))
     assert pagination.cost(found, places) == pytest.approx(least_of_all(panels, weights, break_costs, pages))
 
 
-def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have_it_elsewhere() -> None:
-    panels = np.zeros((4, WIDE + 1, HIGH + 1))
+def test_the_row_before_decides_a_split_against_the_costs_of_panels() -> None:
+    panels = np.zeros((4, GRID_COLUMNS + 1, GRID_ROWS + 1))
     panels[:, [1, 3]] = 0.2
     panels[:, 0], panels[:, :, 0] = np.inf, np.inf
-    pair = rows(2)[0]
-    perturbation = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in rows(size)}
-    grid = Grid(Rectangle(0, 0, 400, 500), WIDE, HIGH, 10, 20)
+    pair = list_rows(2)[0]
+    perturbation = {tree: np.full(4, 50.0) for size in (1, 3, 4) for tree in list_rows(size)}
+    grid = Grid(Rectangle(0, 0, 400, 500), GRID_COLUMNS, GRID_ROWS, 10, 20)
     pagination = Pagination(
-        panels, grid, LayoutWeights(perturbation=perturbation, monotony=3.0), [0.0] * 5, 4, COLUMNS
+        panels, grid, LayoutWeights(perturbation=perturbation, monotony=3.0), [0.0] * 5, 4, MAX_COLUMNS
     )
     found = pagination.pages(1)
     assert [row.tree for row in found] == [pair, pair]
@@ -111,7 +111,7 @@ def test_a_cut_stands_where_the_row_before_wants_it_though_the_panels_would_have
     assert first != second
 
 
-def test_rows_cost_more_the_more_they_are_like_the_one_before() -> None:
+def test_rows_cost_more_if_they_resemble_the_row_before() -> None:
     row_types = RowTypes(4, 12, 34)
     costs = row_types.costs(LayoutWeights())
     full, low = row_types.of(1, 0, 10), row_types.of(1, 0, 16)
@@ -134,27 +134,27 @@ def test_each_kind_of_row_has_its_number() -> None:
     ]
 
 
-def stacks_beside(tree: Tree) -> list[bool]:
-    """Of the columns of a row, whether each is a stack."""
-    if not tree.beside or tree.first is None or tree.rest is None:
+def find_stacks(tree: Tree) -> list[bool]:
+    """Return whether each column of a row is a stack."""
+    if not tree.side_by_side or tree.first is None or tree.rest is None:
         return [tree.count > 1]
-    return [tree.first.count > 1, *stacks_beside(tree.rest)]
+    return [tree.first.count > 1, *find_stacks(tree.rest)]
 
 
 @pytest.mark.parametrize("count", range(1, 8))
-def test_rows_are_all_different_and_no_two_stacks_stand_side_by_side(count: int) -> None:
-    trees = rows(count)
+def test_rows_are_all_different_and_no_two_stacks_are_neighbours(count: int) -> None:
+    trees = list_rows(count)
     assert len(set(trees)) == len(trees)
     for tree in trees:
         assert tree.count == count
-        stacks = stacks_beside(tree)
+        stacks = find_stacks(tree)
         assert not any(one and other for one, other in zip(stacks, stacks[1:], strict=False))
-        assert count <= LARGEST or not any(stacks)
+        assert count <= MAX_STACKED_PANELS or not any(stacks)
 
 
 def test_rows_of_up_to_four_panels() -> None:
-    assert [len(rows(count)) for count in range(1, 6)] == [1, 1, 3, 10, 1]
-    assert rows(1) == (PANEL,)
+    assert [len(list_rows(count)) for count in range(1, 6)] == [1, 1, 3, 10, 1]
+    assert list_rows(1) == (SINGLE_PANEL,)
 
 
 def test_the_places_of_a_grid_are_exact_and_end_at_its_edge() -> None:

@@ -11,7 +11,7 @@ import pytest
 from stories import story, write_film
 
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.core.convert import to_rgb
 from vidstyle.media.read import reader
 from vidstyle.media.read.sampler import FilmSampler
@@ -36,7 +36,7 @@ def small(sampler: FilmSampler, start: float = 0, end: float | None = None) -> l
     return [(each.time, to_rgb(each.picture(64)).tobytes()) for each in frames]
 
 
-def test_frames_are_the_same_however_often_they_are_read(film: Path) -> None:
+def test_frames_are_the_same_when_read_repeatedly(film: Path) -> None:
     with FilmSampler(film) as sampler:
         first = small(sampler)
         assert len(first) == 60
@@ -46,13 +46,13 @@ def test_frames_are_the_same_however_often_they_are_read(film: Path) -> None:
         assert small(sampler) == first
 
 
-def test_a_part_is_that_of_a_film_opened_anew(film: Path) -> None:
+def test_a_part_is_the_same_in_a_newly_opened_film(film: Path) -> None:
     with FilmSampler(film) as sampler, FilmSampler(film) as fresh:
         small(sampler)
         assert small(sampler, 1.0, 1.5) == small(fresh, 1.0, 1.5)
 
 
-def test_full_frames_may_be_read_backwards(film: Path) -> None:
+def test_full_frames_can_be_read_backwards(film: Path) -> None:
     times = [2.0, 0.4, 1.2, 0.0]
     with FilmSampler(film) as sampler:
         small(sampler)
@@ -69,8 +69,8 @@ def test_a_comic_opens_its_film_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
     )
     path = write_film(tmp_path / "film.mp4", story(4, 20))
     with open_film(path) as film:
-        moments = find_moments(film, KeyFrameOptions(panels=4, at=(1.0,)))
-        times = [each.time for each in moments]
+        key_frames = find_key_frames(film, KeyFrameOptions(panels=4, at=(1.0,)))
+        times = [each.time for each in key_frames]
         kept = list(film.frames_at(times, keep=True))
         assert all(one is other for one, other in zip(kept, film.frames_at(times), strict=True))
         for one, other in zip(kept, film.frames_at(times), strict=True):

@@ -12,8 +12,8 @@ from stories import PLACES, RATE, Place, dissolved, flashed, shot, small_luma, v
 from vidstyle.comic.analyze.features import color_histogram
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 
-SLACK, MIXED_SLACK = 0.06, 0.25
-"""Seconds by which a cut may be missed, and the middle of a dissolve beside half its length."""
+CUT_TOLERANCE_SECONDS, DISSOLVE_TOLERANCE_SECONDS = 0.06, 0.25
+"""Tolerance for a cut, and for the middle of a dissolve in addition to half its length."""
 
 
 def finder_of(frames: list[np.ndarray]) -> ShotFinder:
@@ -24,7 +24,7 @@ def finder_of(frames: list[np.ndarray]) -> ShotFinder:
 
 
 def joined(seed: int) -> tuple[list[np.ndarray], list[tuple[float, float]]]:
-    """Noisy frames of eight shots, and when each but the first begins, and half of how long it dissolves."""
+    """Return noisy frames of eight shots, and start and half the dissolve of each but the first."""
     random = np.random.default_rng(seed)
     frames: list[np.ndarray] = []
     begins = []
@@ -38,7 +38,7 @@ def joined(seed: int) -> tuple[list[np.ndarray], list[tuple[float, float]]]:
 
 
 def eventful(place: Place, random: np.random.Generator) -> list[np.ndarray]:
-    """A shot with a flash, with a whip pan, or with neither."""
+    """Return a shot with a flash, with a whip pan, or with neither."""
     length = int(random.integers(56, 90))
     event = random.integers(4)
     if event == 0:
@@ -52,13 +52,17 @@ def noisy(frame: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seeds", [[0], pytest.param(range(8), marks=pytest.mark.thorough)], ids=len)
-def test_joined_shots_are_told_apart(seeds: Sequence[int]) -> None:
+def test_joined_shots_are_distinguished(seeds: Sequence[int]) -> None:
     found = missed = wrong = 0
     for seed in seeds:
         frames, begins = joined(seed)
         shots = finder_of(frames).shots()[1:]
         for time, half in begins:
-            hits = [each for each in shots if abs(each - time) <= (half + MIXED_SLACK if half else SLACK)]
+            hits = [
+                each
+                for each in shots
+                if abs(each - time) <= (half + DISSOLVE_TOLERANCE_SECONDS if half else CUT_TOLERANCE_SECONDS)
+            ]
             found, missed = found + bool(hits), missed + (not hits)
             shots = [each for each in shots if each not in hits[:1]]
         wrong += len(shots)
@@ -68,7 +72,7 @@ def test_joined_shots_are_told_apart(seeds: Sequence[int]) -> None:
 
 
 @pytest.mark.parametrize("frames", [10, 16, 24])
-def test_pictures_in_a_dissolve_are_mixed_and_others_are_not(frames: int) -> None:
+def test_only_pictures_in_a_dissolve_are_in_transition(frames: int) -> None:
     finder = finder_of(dissolved(shot(PLACES[0], 60), shot(PLACES[1], 60), frames))
     begin, middle, end = (60 - frames) / RATE, (60 - frames / 2) / RATE, 60 / RATE
     assert finder.shots() == pytest.approx([0, middle], abs=frames / 2 / RATE)
@@ -76,7 +80,7 @@ def test_pictures_in_a_dissolve_are_mixed_and_others_are_not(frames: int) -> Non
     assert not any(finder.is_transition(time) for time in (0, begin - 0.4, end + 0.4))
 
 
-def test_a_fade_to_black_is_mixed() -> None:
+def test_a_fade_to_black_is_a_transition() -> None:
     frames = [*shot(PLACES[0], 50), *([view(PLACES[0])] * 25), *[np.zeros_like(view(PLACES[0]))] * 50]
     faded = [
         np.rint(frame * np.clip((75 - number) / 25, 0, 1)).astype(np.uint8)
@@ -87,8 +91,8 @@ def test_a_fade_to_black_is_mixed() -> None:
     assert not finder.is_transition(40 / RATE)
 
 
-def test_movement_is_measured_in_the_time_of_a_frame() -> None:
-    """The same turn filmed at twice the rate moves as much."""
+def test_motion_is_independent_of_the_frame_rate() -> None:
+    """The same pan filmed at twice the rate has the same motion."""
     quick, slow = (
         [small_luma(view(PLACES[2], 4 * number / step)) for number in range(8 * step)] for step in (1, 2)
     )
@@ -110,8 +114,8 @@ def test_key_frames_of_one_place_are_one_scene() -> None:
     assert keys.scene_starts == [0, 15]
 
 
-def test_what_moves_is_known_of_frames_that_come_twice() -> None:
-    """As in films for which the rate was raised; after a cut, and when all stands still, nothing moves."""
+def test_motion_is_measured_if_each_frame_comes_twice() -> None:
+    """As in films with a raised frame rate; after a cut, and in a still, the motion is 0."""
     moving = shot(PLACES[0], 12, 3)
     twice = [frame for frame in moving for _ in range(2)]
     finder = ShotFinder()

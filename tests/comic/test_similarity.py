@@ -12,15 +12,15 @@ from stories import PLACES, RATE, shot, view, write_film
 
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.similarity import SIMILAR, similarity
-from vidstyle.comic.moment import Moment
-from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 
 Color = tuple[int, int, int]
 AGAIN = {
     "from a little to the side": lambda still, place: view(place, 14, -6),
     "lit more brightly": lambda still, place: cv2.convertScaleAbs(still, alpha=1.15, beta=12),
-    "somebody has come in": lambda still, place: with_ball(still, 0.6),
+    "with another person": lambda still, place: with_ball(still, 0.6),
 }
 
 
@@ -34,27 +34,27 @@ def table(pictures: list[np.ndarray]) -> np.ndarray:
     return similarity([extract_features(each, 0, each.shape[:2]).thumbnail for each in pictures])
 
 
-def moments_of(path: Path, panels: int | None = None) -> list[Moment]:
-    return find_moments(open_film(path), KeyFrameOptions(panels=panels))
+def key_frames_of(path: Path, panels: int | None = None) -> list[KeyFrame]:
+    return find_key_frames(open_film(path), KeyFrameOptions(panels=panels))
 
 
 @pytest.mark.parametrize("again", AGAIN)
-def test_a_place_that_is_seen_again_looks_alike(again: str) -> None:
+def test_another_view_of_a_place_looks_similar(again: str) -> None:
     for place in PLACES[:8]:
         still = view(place)
         like = table([still, AGAIN[again](still, place)])
-        assert like[0, 1] == like[1, 0] > SIMILAR, place
+        assert like[0, 1] == like[1, 0] > SAME_SIMILARITY, place
 
 
 def test_other_places_look_different() -> None:
     like = table([view(place) for place in PLACES])
     pairs = like[np.triu_indices(len(PLACES), 1)]
-    assert np.mean(pairs > SIMILAR) < 0.02
+    assert np.mean(pairs > SAME_SIMILARITY) < 0.02
     assert np.median(pairs) < 0.15
     assert np.diag(like).min() > 0.9
 
 
-def test_blank_pictures_are_no_trouble() -> None:
+def test_blank_pictures_have_a_finite_similarity() -> None:
     black = [extract_features(np.full((90, 160, 3), light, np.uint8), 0, (90, 160)) for light in (0, 0, 255)]
     like = similarity([each.thumbnail for each in black])
     assert np.isfinite(like).all()
@@ -62,42 +62,42 @@ def test_blank_pictures_are_no_trouble() -> None:
     assert like[0, 2] < like[0, 1]
 
 
-def test_no_view_comes_twice_as_long_as_there_are_others(tmp_path: Path) -> None:
-    """A place is shown again from a little to the side, with somebody in it, two shots later."""
+def test_no_view_is_repeated_while_there_are_others(tmp_path: Path) -> None:
+    """A place is shown again two shots later, from slightly to the side and with another person in it."""
     first, other, third, last = PLACES[:4]
     again = [with_ball(view(first, 16, -5), 0.3 + 0.01 * number) for number in range(20)]
     film = [*shot(first, 20, 0.1), *shot(other, 20, 0.1), *again, *shot(third, 20, 0.1), *shot(last, 20, 0.1)]
     path = write_film(tmp_path / "film.mp4", film)
     for panels in (None, 4):
-        scenes = [each.scene for each in moments_of(path, panels)]
+        scenes = [each.scene for each in key_frames_of(path, panels)]
         assert len(scenes) == 4
         assert not {0, 2} <= set(scenes), scenes
 
 
-def test_two_views_in_turn_give_two_panels_but_more_if_wanted(tmp_path: Path) -> None:
-    """As two people are shown who talk."""
+def test_two_alternating_views_give_two_panels_or_more_on_request(tmp_path: Path) -> None:
+    """Like a dialogue of two people in shot and reverse shot."""
     shots = [shot(PLACES[number % 2], 15, 0.1, 0.4 * number) for number in range(8)]
     path = write_film(tmp_path / "film.mp4", itertools.chain(*shots))
-    assert len(moments_of(path)) == 2
-    assert [each.scene % 2 for each in moments_of(path, 4)] in ([0, 1, 0, 1], [1, 0, 1, 0])
+    assert len(key_frames_of(path)) == 2
+    assert [each.scene % 2 for each in key_frames_of(path, 4)] in ([0, 1, 0, 1], [1, 0, 1, 0])
 
 
-def test_one_thing_that_moves_before_a_still_camera_gives_few_panels(tmp_path: Path) -> None:
+def test_one_moving_object_in_front_of_a_still_camera_gives_few_panels(tmp_path: Path) -> None:
     still = view(PLACES[1])
     film = [with_ball(still, number / 200, 12) for number in range(200)]
     path = write_film(tmp_path / "film.mp4", film)
-    assert len(moments_of(path)) <= 3
-    moments = moments_of(path, 4)
-    assert len(moments) == 4
-    assert min(after.time - before.time for before, after in itertools.pairwise(moments)) > 20 / RATE
+    assert len(key_frames_of(path)) <= 3
+    key_frames = key_frames_of(path, 4)
+    assert len(key_frames) == 4
+    assert min(after.time - before.time for before, after in itertools.pairwise(key_frames)) > 20 / RATE
 
 
-def test_an_empty_place_loses_against_what_happens_in_it(tmp_path: Path) -> None:
-    """A road on which most of the time nothing is to be seen."""
+def test_an_action_wins_over_the_empty_place(tmp_path: Path) -> None:
+    """A road that is empty most of the time."""
     noise = np.random.default_rng(0).integers(0, 12, (144, 256, 1), np.uint8)
     road = cv2.line(np.repeat(noise + 70, 3, axis=2), (20, 0), (60, 143), (130, 130, 130), 3)
     film = [road] * 240
     film[90:150] = [with_ball(road, number / 60, 30, (240, 240, 230)) for number in range(60)]
     path = write_film(tmp_path / "film.mp4", film)
-    (moment,) = moments_of(path, 1)
-    assert 95 <= moment.time * RATE < 145
+    (key_frame,) = key_frames_of(path, 1)
+    assert 95 <= key_frame.time * RATE < 145

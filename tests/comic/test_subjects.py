@@ -1,4 +1,4 @@
-"""What is looked for in a frame: faces, speakers, what moves, damage, and black bars around it."""
+"""Subjects of frames: faces, speakers, moving objects, damage and letterbox bars."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from face_network import FACE, red_finder
 from media import photograph
 from stories import PLACES, shot, view, write_film
 
-from vidstyle.comic.analyze.action import unlike, with_actions
+from vidstyle.comic.analyze.action import add_actions, subject_difference
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     Survey,
+    add_faces,
+    add_saliency,
     content_area,
     extract_features,
-    followed,
+    follow_faces,
     is_smeared,
-    with_faces,
-    with_saliency,
 )
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.moment import Box
+from vidstyle.comic.key_frame import Box
 from vidstyle.comic.select.choose import choose
-from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
+from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import InputError
 
 CASCADE = "lbpcascade_frontalface_opencv.xml"
 
 
-def cascade(folder: Path) -> Path:
-    """The model of faces that scikit-image ships, with a slip in two of its tags put right."""
+def save_cascade(folder: Path) -> Path:
+    """Save the cascade that scikit-image ships, with a typo in two of its tags corrected."""
     import skimage
 
     text = (Path(skimage.__file__).parent / "data" / CASCADE).read_text(encoding="utf-8")
@@ -43,21 +43,21 @@ def cascade(folder: Path) -> Path:
 
 
 def test_faces_are_found_with_a_model(tmp_path: Path) -> None:
-    finder = FaceFinder(cascade(tmp_path))
+    finder = FaceFinder(save_cascade(tmp_path))
     (face,) = finder.find(photograph("astronaut"))
     assert Box(150, 40, 300, 230).contains(face)
     assert not finder.find(photograph("coffee"))
-    assert not FaceFinder(cascade(tmp_path)).find(np.zeros((90, 160, 3), np.uint8))
+    assert not FaceFinder(save_cascade(tmp_path)).find(np.zeros((90, 160, 3), np.uint8))
 
 
-def turned(picture: np.ndarray, angle: float) -> np.ndarray:
+def rotate(picture: np.ndarray, angle: float) -> np.ndarray:
     height, width = picture.shape[:2]
     turn = cv2.getRotationMatrix2D((width / 2, height / 2), angle, 1)
     return cv2.warpAffine(picture, turn, (width, height), borderMode=cv2.BORDER_REFLECT)
 
 
 def test_faces_are_found_without_a_model() -> None:
-    """Small, mirrored, turned, gray and dark ones, with their mouths; none in pictures of other things."""
+    """Small, mirrored, rotated, gray and dark faces are found with mouths; other objects give no faces."""
     finder, astronaut = FaceFinder(), photograph("astronaut")
     face, mouth = Box(165, 50, 285, 190), Box(205, 120, 245, 150)
     gray = np.repeat(astronaut.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8)
@@ -65,7 +65,7 @@ def test_faces_are_found_without_a_model() -> None:
     for picture, place, at in (
         (astronaut, face, mouth),
         (np.ascontiguousarray(astronaut[:, ::-1]), face.mirrored(512), mouth.mirrored(512)),
-        (turned(astronaut, 20), face.padded(40, 40, 40), Box(181, 152, 191, 166)),
+        (rotate(astronaut, 20), face.padded(40, 40, 40), Box(181, 152, 191, 166)),
         (gray, face, mouth),
         ((astronaut * 0.16 + 6).astype(np.uint8), face, mouth),
         (cv2.resize(small, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA), None, None),
@@ -80,8 +80,8 @@ def test_faces_are_found_without_a_model() -> None:
         assert not finder.find(photograph(name))
 
 
-def test_a_speaker_is_sought_while_something_is_said() -> None:
-    """Of two frames of a shot that show the same face, that one is taken at whose time somebody speaks."""
+def test_a_face_is_preferred_during_speech() -> None:
+    """Among frames of a shot with the same face, the frame during speech is chosen."""
     astronaut, box = photograph("astronaut"), Box(180.0, 60.0, 270.0, 170.0)
     faces = [replace(extract_features(astronaut, time, (512, 512)), faces=(box,)) for time in (1, 2, 3)]
     survey = Survey(faces, [0.0], 4.0)
@@ -91,33 +91,33 @@ def test_a_speaker_is_sought_while_something_is_said() -> None:
     assert choose(mute, [], 1, spoken=[(2.8, 3.2)])[0].time == choose(mute, [], 1)[0].time
 
 
-def test_a_large_face_is_none_where_the_frames_beside_show_no_face() -> None:
-    """Two of them, as one may have been missed."""
+def test_a_large_face_needs_confirmation_by_nearby_frames() -> None:
+    """Two nearby frames without the face refute it; one may have missed it."""
     picture, finder = photograph("astronaut"), FaceFinder()
-    seen = with_faces(extract_features(picture, 0, picture.shape[:2]), finder)
+    seen = add_faces(extract_features(picture, 0, picture.shape[:2]), finder)
     none = replace(seen, faces=())
-    for beside, faces in (([], 1), ([none], 1), ([none, none], 0), ([none, seen], 1)):
-        assert len(with_faces(seen, finder, beside=beside).faces) == faces
+    for others, faces in (([], 1), ([none], 1), ([none, none], 0), ([none, seen], 1)):
+        assert len(add_faces(seen, finder, others=others).faces) == faces
 
 
-def test_a_face_is_followed_where_one_frame_misses_it() -> None:
-    """To where it has moved. One frame beside that has it is not enough, and other pictures have none."""
+def test_a_face_that_one_frame_misses_is_followed() -> None:
+    """To its new position. One other frame with the face is not enough, and other pictures have no match."""
     picture = photograph("astronaut")
     shifted = np.roll(picture, (-12, 20), axis=(0, 1))
     frames = [extract_features(each, 0, picture.shape[:2]) for each in (picture, picture, shifted)]
     box, mouth = Box(180.0, 60.0, 270.0, 170.0), (224.0, 142.0)
     one, other = (replace(each, faces=(box,), mouths={box: mouth}) for each in frames[:2])
-    ((face, at),) = followed(frames[2], [one, other]).items()
+    ((face, at),) = follow_faces(frames[2], [one, other]).items()
     assert (face, at) == (box.moved(20, -12), (244.0, 130.0))
-    assert not followed(frames[2], [one, replace(other, faces=())])
+    assert not follow_faces(frames[2], [one, replace(other, faces=())])
     coffee = cv2.resize(photograph("coffee"), (512, 512))
-    assert not followed(extract_features(coffee, 0, (512, 512)), [one, other])
+    assert not follow_faces(extract_features(coffee, 0, (512, 512)), [one, other])
     blind = type("Blind", (), {"find": lambda *_: {}})()
-    assert with_faces(frames[2], blind, beside=[one, other]).faces == (face,)
+    assert add_faces(frames[2], blind, others=[one, other]).faces == (face,)
 
 
-def test_what_moves_before_a_still_camera_is_its_subject() -> None:
-    """Not where the camera moves; light that changes is no subject. A frame without it is told apart."""
+def test_the_moving_object_in_front_of_a_still_camera_is_its_subject() -> None:
+    """Not if the camera moves; a change of light is no subject. A frame without the subject is recognized."""
     wall = cv2.resize(photograph("rocket"), (320, 240)) // 3 + 60
     places = [None, None, 40, 100, 160, 270, None, None, None]
     pictures = []
@@ -127,25 +127,25 @@ def test_what_moves_before_a_still_camera_is_its_subject() -> None:
             picture[90:170, left : left + 60] = (220, 30, 30)
         pictures.append(picture)
     shot = [extract_features(each, number, (480, 640)) for number, each in enumerate(pictures)]
-    actions = [each.action for each in with_actions(shot, shot)]
+    actions = [each.action for each in add_actions(shot, shot)]
     assert [each is not None and each.is_gone for each in actions] == [each is None for each in places]
     whole, cut = actions[3], actions[5]
     assert whole and cut and cut.cut > 0.5 > whole.cut == 0
     assert whole.box.contains(Box(200, 180, 320, 340)) and whole.box.width < 200
-    assert unlike(whole, cut) == 1 > unlike(whole, whole) == 0
-    seen = with_saliency(with_actions(shot, shot)[3])
+    assert subject_difference(whole, cut) == 1 > subject_difference(whole, whole) == 0
+    seen = add_saliency(add_actions(shot, shot)[3])
     assert seen.saliency.width < 220
-    chosen = choose(Survey(with_actions(shot, shot), [0.0], 9.0), [], 4)
+    chosen = choose(Survey(add_actions(shot, shot), [0.0], 9.0), [], 4)
     assert sorted(each.time for each in chosen) == [2, 3, 4, 5]
     panned = [
         extract_features(np.roll(photograph("coffee"), 40 * each, axis=1), each, (400, 600))
         for each in range(6)
     ]
-    assert all(each.action is None for each in with_actions(panned, panned))
+    assert all(each.action is None for each in add_actions(panned, panned))
 
 
 def test_smeared_pictures_are_damaged() -> None:
-    """Below its middle a picture repeats one of its rows, as decoders do; a plain wall is none."""
+    """Below its middle a picture repeats one of its rows, as decoders do; a plain wall is not smeared."""
     for name in ("coffee", "astronaut", "rocket"):
         luma = photograph(name).mean(axis=2).astype(np.uint8)
         assert not is_smeared(luma)
@@ -159,7 +159,7 @@ def test_smeared_pictures_are_damaged() -> None:
 
 
 def test_faces_are_found_with_a_network(tmp_path: Path) -> None:
-    """By a model in the format of YuNet's, at the place and in the colours of the picture."""
+    """A model in the format of YuNet finds faces at the position and with the colours of the picture."""
     (tmp_path / "faces.onnx").write_bytes(red_finder())
     finder = FaceFinder(tmp_path / "faces.onnx")
     for middle, size in (((240, 208), (640, 360)), ((80, 336), (200, 400))):
@@ -174,36 +174,38 @@ def test_faces_are_found_with_a_network(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["no.xml", "no.onnx", "other.onnx"])
-def test_what_is_no_model_of_faces_is_said(
+def test_files_that_are_no_face_models_are_refused(
     name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Text, and a network that has other outputs; nothing else is written."""
+    """Text, and a network with other outputs; nothing else is printed."""
     other = red_finder().replace(b"bbox_16", b"text_16")
     (tmp_path / name).write_bytes(other if name == "other.onnx" else b"no model")
-    remedy = r"give a cascade of OpenCV's \(.xml\) or a YuNet model \(.onnx\)$"
-    with pytest.raises(InputError, match=f"{name} is not a model of faces; {remedy}"):
+    remedy = r"give an OpenCV cascade \(.xml\) or a YuNet model \(.onnx\)$"
+    with pytest.raises(InputError, match=f"{name} is not a face detection model; {remedy}"):
         FaceFinder(tmp_path / name)
     assert capfd.readouterr().err == ""
 
 
-def test_a_model_that_is_not_there_is_said(tmp_path: Path) -> None:
+def test_a_missing_model_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read: No such file"):
         FaceFinder(tmp_path / "none.xml")
 
 
 def test_a_face_scores_high(tmp_path: Path) -> None:
-    """Of two shots that are equally long, the one with a face is chosen where one panel is wanted."""
+    """Of two shots of equal length, the one with a face is chosen for a single panel."""
     crop = cv2.resize(photograph("astronaut")[:288], (256, 144), interpolation=cv2.INTER_AREA)
     frames = [view(PLACES[2])] * 25 + [crop] * 25
     path = write_film(tmp_path / "film.mp4", frames)
-    (moment,) = find_moments(open_film(path, FaceFinder(cascade(tmp_path))), KeyFrameOptions(panels=1))
-    assert moment.scene == 1
-    assert len(moment.faces) == 1
-    assert moment.saliency.intersection(moment.faces[0]).area > 0.9 * moment.faces[0].area
+    (key_frame,) = find_key_frames(
+        open_film(path, FaceFinder(save_cascade(tmp_path))), KeyFrameOptions(panels=1)
+    )
+    assert key_frame.scene == 1
+    assert len(key_frame.faces) == 1
+    assert key_frame.saliency.intersection(key_frame.faces[0]).area > 0.9 * key_frame.faces[0].area
 
 
-def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
-    """Above and below, and beside; a night sky and a dark floor are none."""
+def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
+    """Horizontal and vertical bars; a night sky and a dark floor are not bars."""
     for name, size in (("wide", (256, 104)), ("upright", (120, 144))):
         frames = [cv2.resize(frame, size) for frame in shot(PLACES[2], 30)]
         down, across = (144 - size[1]) // 2, (256 - size[0]) // 2
@@ -211,13 +213,13 @@ def test_black_bars_are_no_part_of_a_picture(tmp_path: Path) -> None:
             cv2.copyMakeBorder(each, down, down, across, across, cv2.BORDER_CONSTANT) for each in frames
         ]
         path = write_film(tmp_path / f"{name}.mp4", barred)
-        (moment,) = find_moments(open_film(path), KeyFrameOptions(panels=1))
-        assert moment.shape == pytest.approx((size[1], size[0]), abs=4)
-        (frame,) = open_film(path).frames_at([moment.time])
-        picture = moment.picture(frame)
-        assert picture.shape[:2] == moment.shape
+        (key_frame,) = find_key_frames(open_film(path), KeyFrameOptions(panels=1))
+        assert key_frame.shape == pytest.approx((size[1], size[0]), abs=4)
+        (frame,) = open_film(path).frames_at([key_frame.time])
+        picture = key_frame.picture(frame)
+        assert picture.shape[:2] == key_frame.shape
         assert min(picture.max(axis=2).mean(axis=0).min(), picture.max(axis=2).mean(axis=1).min()) > 30
-        assert Box(0, 0, *reversed(moment.shape)).contains(moment.saliency)
+        assert Box(0, 0, *reversed(key_frame.shape)).contains(key_frame.saliency)
     night = view(PLACES[0])
     night[:40] = 0
     assert content_area(night) == (slice(0, 144), slice(0, 256))

@@ -1,4 +1,4 @@
-"""Names of classes and modules of the package are unique."""
+"""Names of the package: of classes and modules they are unique, of constants they say a quantity."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+
+import pytest
 
 import vidstyle
 
@@ -69,3 +71,86 @@ def test_a_file_name_occurs_once() -> None:
     stems = Counter(path.stem for path in FILES if path.parent not in named_by_users)
     twice = {stem for stem, count in stems.items() if count > 1 and not stem.startswith("__")}
     assert twice <= SHARED_MODULES.keys()
+
+
+ROLES = "MIN MAX DEFAULT BEST WANTED FULL"
+UNITS = "SECONDS FRAMES STEPS PX MM INCH POINTS DPI BYTES PIXELS CELLS UNITS LEVEL LEVELS BINS GUTTERS"
+COUNTED = "COUNT COUNTS PANELS COLUMNS LINES LETTERS CANDIDATES ATTEMPTS ROUNDS POSITIONS SIZES"
+MEASURES = (
+    "RATIO RATIOS SHARE FACTOR WEIGHT COST SCORE SCORES RANGE RANGES DEVIATION DEVIATIONS CORRELATION"
+    " SIMILARITY INTERSECTION DIFFERENCE MOTION ASPECT TOLERANCE EXPONENT HEIGHT SIZE SEED QUALITY VERSION"
+)
+QUANTITIES = frozenset(f"{ROLES} {UNITS} {COUNTED} {MEASURES}".split())
+"""A numeric constant of a module has at least two words, one of them from this set, which may be extended."""
+
+NUMERIC_CALLS = {"Fraction", "math", "np"}
+"""Types and modules whose calls with numbers give numbers."""
+
+NOT_CONVERTED = set(
+    "bench blade blocks cli core cpu demo design diagram explore export gallery gpu live media pipeline"
+    " stabilize style".split()
+)
+"""Packages with numeric constants that still break this rule; the list only shrinks."""
+
+
+def is_numeric(value: ast.expr | None) -> bool:
+    """Whether an expression consists of numbers: literals, tuples, arithmetic, calls like `math.log(2)`."""
+    nodes = list(ast.walk(value)) if value else []
+    literals = [node.value for node in nodes if isinstance(node, ast.Constant)]
+    literals = [each for each in literals if not isinstance(each, bool)]
+    callers = {next(ast.walk(node.func)) for node in nodes if isinstance(node, ast.Call)}
+    names = {ast.unparse(each).partition(".")[0] for each in callers}
+    numbers = [each for each in literals if isinstance(each, int | float)]
+    return bool(numbers) and len(numbers) == len(literals) and names <= NUMERIC_CALLS
+
+
+def constants(tree: ast.Module) -> Iterator[tuple[str, ast.expr | None]]:
+    """The constants that a module defines, with their values."""
+    for node in tree.body:
+        if not isinstance(node, ast.Assign | ast.AnnAssign):
+            continue
+        for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+            pairs = [(target, node.value)]
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                pairs = list(zip(target.elts, node.value.elts, strict=True))
+            for name, value in pairs:
+                if isinstance(name, ast.Name) and name.id.isupper():
+                    yield name.id, value
+
+
+def says_quantity(name: str) -> bool:
+    words = name.strip("_").split("_")
+    return len(words) > 1 and not QUANTITIES.isdisjoint(words)
+
+
+def unclear_constants() -> Iterator[tuple[str, str]]:
+    """Package, or module beside the packages, and name of each numeric constant that breaks the rule."""
+    for path in FILES:
+        for name, value in constants(parsed(path)):
+            if is_numeric(value) and not says_quantity(name):
+                yield path.relative_to(PACKAGE).parts[0], name
+
+
+def test_a_numeric_constant_says_its_quantity_and_role() -> None:
+    """`MAX_CROP_COST` does; `_MOST` and `WHOLE` do not."""
+    assert [found for found in unclear_constants() if found[0] not in NOT_CONVERTED] == []
+
+
+def test_a_converted_package_is_not_listed() -> None:
+    """So that the rule holds for it from then on."""
+    assert {package for package, _ in unclear_constants()} >= NOT_CONVERTED
+
+
+@pytest.mark.parametrize(
+    ("code", "unclear"),
+    [
+        ("_MOST = 3", ["_MOST"]),
+        ("_NEAR, MAX_NEAR_SECONDS = -0.5, 2", ["_NEAR"]),
+        ("SAFE_AREA: float = 2 * math.log(3)", ["SAFE_AREA"]),
+        ("_JITTER = np.array([1.0, 0.3])", ["_JITTER"]),
+        ("_NAMES = 'a', 'b'\n_IS_FAST = True\n_ENCODING = Encoding(step=(1, 1))", []),
+    ],
+)
+def test_unclear_constants_are_found(code: str, unclear: list[str]) -> None:
+    found = [name for name, value in constants(ast.parse(code)) if is_numeric(value)]
+    assert [name for name in found if not says_quantity(name)] == unclear

@@ -18,7 +18,7 @@ from vidstyle.cli.options import (
     path_arguments,
 )
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.comic.layout.paper import DPI, LayoutKind
+from vidstyle.comic.layout.paper import DEFAULT_DPI, LayoutKind
 from vidstyle.errors import printable
 from vidstyle.pipeline.progress import StepProgress
 
@@ -59,7 +59,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @click.option("--size", metavar="NAME|WxH", help="a4, a5, a3, letter, square, strip, webtoon, 1200x1800 or "
               "210x297mm.  [default: a4; for .html strip]")  # fmt: skip
 @click.option("--landscape", is_flag=True, help="Landscape orientation, for named sizes.")
-@click.option("--dpi", type=number(), default=DPI, help="Pixels per inch.")
+@click.option("--dpi", type=number(), default=DEFAULT_DPI, help="Pixels per inch.")
 @click.option("--pages", type=number(1, whole=True),
               help="Number of pages.  [default: automatic]")  # fmt: skip
 @click.option("--bleed", "bleeding", is_flag=True,
@@ -95,7 +95,7 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
     """
     from vidstyle.comic.make import ComicOptions, make_comic
-    from vidstyle.comic.select.moments import KeyFrameOptions
+    from vidstyle.comic.select.key_frames import KeyFrameOptions
     from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
@@ -104,9 +104,9 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     comic_options = ComicOptions(key_frames=key_frames, styles=names, **options)
     with display(progress) as show:
         made = make_comic(source, target, comic_options, StepProgress(show))
-    panels, pages = (_counted(*each) for each in ((len(made.moments), "panel"), (made.pages, "page")))
+    panels, pages = (_counted(*each) for each in ((len(made.key_frames), "panel"), (made.pages, "page")))
     text = printable(f"{', '.join(map(str, made.files))}: {panels} on {pages}")
-    facts = {"files": [*map(str, made.files)], "panels": len(made.moments), "pages": made.pages}
+    facts = {"files": [*map(str, made.files)], "panels": len(made.key_frames), "pages": made.pages}
     if damage := made.damage.report():
         say(f"{printable(source)}: {damage}")
     say(text, facts | {"damage": damage})

@@ -1,1 +1,1 @@
-"""Comic pages from films: key frames chosen, laid out, lettered and drawn."""
+"""Comic pages from films: select, lay out, letter and draw key frames."""

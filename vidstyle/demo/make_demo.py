@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.comic.lettering.fonts import check_pillow
 from vidstyle.comic.make import ComicOptions, make_comic
-from vidstyle.comic.select.moments import KeyFrameOptions
+from vidstyle.comic.select.key_frames import KeyFrameOptions
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.demo.drawing import RATE, SECONDS, film_picture, film_sound

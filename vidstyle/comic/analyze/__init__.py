@@ -1,1 +1,1 @@
-"""Look through a film: shots, faces, saliency and the features that key frames are scored by."""
+"""Film analysis: shots, faces, saliency and the features by which key frames are scored."""

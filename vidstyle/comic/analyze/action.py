@@ -1,4 +1,4 @@
-"""What moves before a still camera: the subject of a shot, found without a model of subjects."""
+"""The moving subject in front of a still camera, found by background subtraction without an object model."""
 
 from __future__ import annotations
 
@@ -10,37 +10,45 @@ import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.saliency import salient_box
-from vidstyle.comic.moment import Box
+from vidstyle.comic.key_frame import Box
 
-_FEWEST = 4
-"""Pictures of a shot that are needed to tell its background."""
-_CHANGE, _QUIET = 26.0, 9.5
-"""The least difference of a subject from the background, and the most that a still camera's background has on
-average, of 255."""
-_MOST, _LEAST = 0.25, 0.006
-"""The largest usual share of a picture that is subject, above which it is the camera that moves, and the
-smallest share at which a shot has a subject."""
-_HELD = 0.95
-"""The share of a subject that its box holds: it may be in several places."""
-_GONE = 0.12
-"""A subject is gone where it takes less than this share of its usual place in the shot."""
+# What counts as the subject of a shot with a still camera.
+_MIN_SHOT_FRAMES = 4
+"""Number of frames of a shot needed to estimate its background."""
+_MIN_CHANGE_LEVELS = 26.0
+"""Minimum difference between subject and background, of 255."""
+_MAX_BACKGROUND_LEVELS = 9.5
+"""Maximum mean difference of the background between frames of a still camera, of 255."""
+_MAX_USUAL_SUBJECT_SHARE = 0.25
+"""Maximum median share of the picture that the subject covers; if it is larger, the camera moves."""
+_MIN_SUBJECT_SHARE = 0.006
+"""Minimum share of the picture that the subject covers in at least one frame."""
+_SUBJECT_BOX_SHARE = 0.95
+"""Share of the subject that its box contains; the subject may be in several places."""
+_GONE_SUBJECT_RATIO = 0.12
+"""The subject is gone if it covers less than this fraction of its usual area in the shot."""
 
 
-def with_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[Candidate]:
-    """Frames of a shot with their action: what differs from the background that most of the shot shows.
+def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[Candidate]:
+    """Return frames of a shot with their action: the part that differs from the shot's background.
 
-    Frames stay as they are where the camera moves, or where nothing does.
+    The background is the median of the shot. Frames are returned unchanged if the camera moves, or if
+    nothing moves.
 
     Args:
-        frames: to be looked at.
-        shot: frames from all of the shot.
+        frames: the frames to analyse.
+        shot: frames from the whole shot.
     """
-    if len(shot) < _FEWEST:
+    if len(shot) < _MIN_SHOT_FRAMES:
         return list(frames)
     background = np.median([each.thumbnail for each in shot], axis=0).astype(np.float32)
     usual = [_subject(each.thumbnail, background) for each in shot]
     areas = np.array([float((change > 0).mean()) for change, _ in usual])
-    if np.median(areas) > _MOST or areas.max() < _LEAST or np.median([rest for _, rest in usual]) > _QUIET:
+    if (
+        np.median(areas) > _MAX_USUAL_SUBJECT_SHARE
+        or areas.max() < _MIN_SUBJECT_SHARE
+        or np.median([rest for _, rest in usual]) > _MAX_BACKGROUND_LEVELS
+    ):
         return list(frames)
     most = float(np.percentile(areas, 80))
     changes = [_subject(each.thumbnail, background)[0] for each in frames]
@@ -50,19 +58,19 @@ def with_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list
     ]
 
 
-def unlike(one: Foreground, other: Foreground) -> float:
-    """The share of two subjects' places that only one of them takes, 0..1."""
+def subject_difference(one: Foreground, other: Foreground) -> float:
+    """Return the share of the combined area of two subjects that only one of them covers, 0..1."""
     either = float((one.places | other.places).sum())
     return float((one.places ^ other.places).sum()) / either if either else 0.0
 
 
 def _subject(thumbnail: np.ndarray, background: np.ndarray) -> tuple[np.ndarray, float]:
-    """How a picture differs from the background, 0 where it hardly does, and the mean difference there."""
+    """Return the difference of a picture from the background, 0 where small, and the mean of the rest."""
     color = thumbnail.astype(np.float32)
-    # Cameras change their exposure with what they see.
+    # Automatic exposure changes with the scene.
     color *= np.median(background, axis=(0, 1)) / np.maximum(np.median(color, axis=(0, 1)), 1)
     change = cv2.blur(np.abs(color - background).max(axis=2), (3, 3))
-    moves = change > _CHANGE
+    moves = change > _MIN_CHANGE_LEVELS
     return np.where(moves, change, 0), float(change[~moves].mean()) if not moves.all() else np.inf
 
 
@@ -74,8 +82,10 @@ def _foreground(candidate: Candidate, change: np.ndarray, most: float) -> Foregr
     height, width = candidate.shape
     rows, columns = places.shape
     whole = Box[float](0, 0, columns, rows)
-    held = salient_box(places.astype(np.float32), _HELD) if area else whole
+    held = salient_box(places.astype(np.float32), _SUBJECT_BOX_SHARE) if area else whole
     box = held.padded(1, 1, 1).intersection(whole)
     across, down = width / columns, height / rows
     inside = Box(box.left * across, box.top * down, box.right * across, box.bottom * down)
-    return Foreground(places, inside, min(1.0, area / most), min(1.0, at_edge), area < _GONE * most)
+    return Foreground(
+        places, inside, min(1.0, area / most), min(1.0, at_edge), area < _GONE_SUBJECT_RATIO * most
+    )

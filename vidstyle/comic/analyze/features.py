@@ -1,4 +1,4 @@
-"""Candidate key frames and the features that they are scored by, measured on small copies."""
+"""Candidate key frames and the features by which they are scored, measured on small copies."""
 
 from __future__ import annotations
 
@@ -9,51 +9,60 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.faces import LARGE, FaceFinder
+from vidstyle.comic.analyze.faces import LARGE_FACE_HEIGHT_RATIO, FaceFinder
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.similarity import make_thumbnail
-from vidstyle.comic.moment import Box, Moment, Point
+from vidstyle.comic.key_frame import Box, KeyFrame, Point
 
-SIDE = 640
-"""Longer side in pixels of the copies that are measured: small enough to be quick, and blur still shows."""
+MEASURED_SIDE_PX = 640
+"""Longer side of the copies that are measured: small enough to be fast, large enough to show blur."""
 
-_FINE, _COARSE = 0.7, 2.5
-"""Deviations in pixels of the two Gaussians under which edges are compared."""
-_EDGES = 0.03
-"""Share of pixels, those with the strongest edges, that sharpness is measured on."""
-_BLANK = 0.1
+# Sharpness.
+_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX = 0.7, 2.5
+"""Standard deviations of the two Gaussians under which edges are compared."""
+_STRONG_EDGE_SHARE = 0.03
+"""Share of pixels, those with the strongest edges, on which sharpness is measured."""
+
+# Clarity.
+_MAX_BLANK_RANGE = 0.1
 """Maximum range of lightness of a blank picture between percentiles 2 and 98, 0..1."""
-_DEFAULT_CONTRAST = 0.18
-_DEFAULT_LIGHT = 0.43
-"""So light is a fifth of a picture at least in which one sees well, 0..1."""
-_DEFAULT_FORMS = 0.16
-"""The deviation of lightness and chroma together, 0..1, of a picture whose large forms stand out."""
-_FORMS_SIDE, _FORM = 64, 2.0
-"""Longer side of the copy in which large forms are looked for, and the deviation of the Gaussian that leaves
-them, in pixels."""
-_CLIPPED = 0.3
-"""Share of a picture that may be clipped without penalty: nights and skies."""
-_BAR_LEVEL, _BAR_RANGE = 30, 12
-"""The lightest pixel of a letterbox bar, and the largest difference within a line of it, of 255."""
-_MIN_BAR, _MAX_BAR = 0.02, 0.35
-"""The share of the picture's side that a bar takes."""
-_SMEAR, _ACROSS = 12, 6.0
-"""Rows over which a damaged picture repeats its last good one, and the mean step between their pixels."""
-_REACH, _LIKE = 0.6, 0.6
-"""How far a face is followed from one frame to another, in its heights, and the least correlation then."""
-_SMEARED = 0.03
-"""A picture is damaged if so much of it is smeared."""
+_FULL_CONTRAST_DEVIATION = 0.18
+"""Standard deviation of lightness of a picture with full contrast, 0..1."""
+_FULL_LIGHT_LEVEL = 0.43
+"""Percentile 80 of lightness of a well-lit picture, 0..1."""
+_FULL_FORMS_DEVIATION = 0.16
+"""Standard deviation of lightness and chroma together of a picture with distinct large forms, 0..1."""
+_FORMS_SIDE_PX, _FORMS_BLUR_PX = 64, 2.0
+"""Longer side of the copy in which large forms are measured, and standard deviation of its Gaussian."""
+_MAX_CLIPPED_SHARE = 0.3
+"""Share of a picture that may be clipped without penalty, for nights and skies."""
+
+# Letterbox bars.
+_MAX_BAR_LEVEL, _MAX_BAR_RANGE = 30, 12
+"""Lightest pixel of a bar, and largest difference within one of its lines, of 255."""
+_MIN_BAR_SHARE, _MAX_BAR_SHARE = 0.02, 0.35
+"""Range of the share of the picture's side that a bar takes."""
+
+# Damage: decoders repeat the last good rows downwards.
+_SMEAR_HEIGHT_PX, _MIN_SMEAR_LEVELS = 12, 6.0
+"""Height of a smear, and minimum mean difference between neighbouring pixels of its rows, of 255."""
+_MAX_SMEARED_SHARE = 0.03
+"""A picture is damaged if a larger share of it is smeared."""
+
+# Following a face from one frame to another.
+_FOLLOW_RANGE_RATIO, _MIN_FOLLOW_CORRELATION = 0.6, 0.6
+"""Search range in heights of the face, and minimum correlation of the match."""
 
 
 class Foreground(NamedTuple):
-    """What moves before a still camera, in one frame of its shot.
+    """The moving subject in front of a still camera, in one frame of its shot.
 
     Attributes:
-        places: where it is in the thumbnail, H x W bool.
+        places: mask of the subject in the thumbnail, H x W bool.
         box: around it, in pixels of the picture.
-        share: of its usual area in the shot, 0..1.
+        share: its area relative to its usual area in the shot, 0..1.
         cut: how much of it the picture's edge cuts off, 0..1.
-        is_gone: whether the frame shows the background alone.
+        is_gone: whether the frame shows only the background.
     """
 
     places: np.ndarray
@@ -64,22 +73,22 @@ class Foreground(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Candidate(Moment):
+class Candidate(KeyFrame):
     """A candidate key frame and its features.
 
     Attributes:
         sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
-        clarity: 0..1, less in the dark, with large black or white areas, and where no large forms stand out.
+        clarity: 0..1, lower in the dark, with large black or white areas, and without distinct large forms.
         blank: whether the picture is black, white or one tone.
-        thumbnail: what is compared with other pictures, see `similarity`.
+        thumbnail: the copy that is compared with other pictures, see `similarity`.
         histogram: shares of 64 colours, float32, of sum 1.
-        eyes: contrast about the eyes of the largest face, higher with open eyes; 0 without a face.
-        motion: how much moves, as `ShotFinder.push` has it; 0 where only key frames have been seen.
-        action: what moves before a still camera; None where the camera moves, or nothing.
-        in_transition: whether it shows two shots, or one that is fading.
-        damaged: whether it was not decoded completely.
+        eyes: contrast around the eyes of the largest face, higher with open eyes; 0 without a face.
+        motion: see `ShotFinder.push`; 0 if only key frames were decoded.
+        action: the moving subject in front of a still camera; None if the camera moves, or nothing does.
+        in_transition: whether it shows a blend of two shots, or a fade.
+        damaged: whether it was decoded incompletely.
         forced: whether it was requested by its time.
-        small: a small copy without letterbox bars, as long as subjects may be looked for in it.
+        small: a small copy without letterbox bars, as long as subjects may still be detected in it.
     """
 
     sharpness: float
@@ -102,9 +111,9 @@ class Survey:
 
     Attributes:
         candidates: in the order of time.
-        scene_starts: when each scene begins, in seconds.
+        scene_starts: start time of each scene in seconds.
         seconds: the duration, as far as the film could be read.
-        is_folder: whether these are single pictures that somebody has chosen already.
+        is_folder: whether these are separate pictures that the user has already selected.
     """
 
     candidates: list[Candidate]
@@ -114,10 +123,11 @@ class Survey:
 
 
 def extract_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> Candidate:
-    """The features that a picture has by itself, without its neighbours in a film and without subjects.
+    """Measure the features of a single picture, independent of its neighbours and without subjects.
 
     Args:
         color: a small copy, H x W x 3 uint8.
+        time: in seconds.
         shape: height and width of the whole picture.
     """
     rows, columns = content_area(color)
@@ -134,8 +144,8 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> 
         faces=(),
         scene=0,
         offset=(left, top),
-        sharpness=sharpness(luma),
-        clarity=exposure(luma) * forms(color),
+        sharpness=measure_sharpness(luma),
+        clarity=measure_exposure(luma) * measure_forms(color),
         blank=is_blank(luma),
         light=float(luma.mean()) / 255,
         damaged=is_smeared(luma),
@@ -145,30 +155,30 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> 
     )
 
 
-def with_faces(
-    candidate: Candidate, faces: FaceFinder, only_large: bool = False, beside: Sequence[Candidate] = ()
+def add_faces(
+    candidate: Candidate, faces: FaceFinder, only_large: bool = False, others: Sequence[Candidate] = ()
 ) -> Candidate:
-    """The candidate with the faces that are found in its small copy, if it has one.
+    """Return the candidate with the faces detected in its small copy, if it has one.
 
     Args:
         candidate: a frame.
-        faces: finds them.
-        only_large: whether smaller ones are not looked for.
-        beside: other frames of its shot with their large faces: where there are two or more of them, a large
-            face must be near one of theirs, or it is none, and one that two of them have is followed.
+        faces: detects them.
+        only_large: whether small faces are ignored.
+        others: other frames of its shot with their large faces. With two or more of them, a large face counts
+            only if it is near one of theirs, and a face that two of them have in common is followed.
     """
     color = candidate.small
     if color is None:
         return candidate
     mouths, factor = faces.find(color, only_large), candidate.shape[1] / color.shape[1]
-    if len(beside) > 1:
+    if len(others) > 1:
         least, seen = (
-            LARGE * color.shape[0],
-            [face.scaled(1 / factor) for each in beside for face in each.faces],
+            LARGE_FACE_HEIGHT_RATIO * color.shape[0],
+            [face.scaled(1 / factor) for each in others for face in each.faces],
         )
-        mouths = {face: mouths[face] for face in mouths if face.height < least or _is_seen(face, seen)}
-        for face, mouth in followed(candidate, beside).items():
-            if not _is_seen(face, list(mouths)):
+        mouths = {face: mouths[face] for face in mouths if face.height < least or _overlaps(face, seen)}
+        for face, mouth in follow_faces(candidate, others).items():
+            if not _overlaps(face, list(mouths)):
                 mouths[face] = mouth
     found = sorted(mouths, key=lambda face: -face.area)
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
@@ -177,46 +187,52 @@ def with_faces(
     return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes)
 
 
-def followed(candidate: Candidate, beside: Sequence[Candidate]) -> dict[Box, Point]:
-    """Faces of frames beside one that are found again in its small copy, and their mouths, in its pixels.
+def follow_faces(candidate: Candidate, frames: Sequence[Candidate]) -> dict[Box, Point]:
+    """Find faces of other frames again in the small copy of a candidate.
 
-    Two of the frames must have a face in one place, so that a single error is not followed.
+    Two of the frames must have a face in the same place, so that a single error is not followed.
+
+    Returns:
+        The faces and their mouths, in pixels of the small copy.
     """
     found = dict[Box, Point]()
-    for each in beside:
-        others = [face for other in beside if other is not each for face in other.faces]
+    for each in frames:
+        others = [face for other in frames if other is not each for face in other.faces]
         for face in each.faces:
-            if _is_seen(face, others) and not _is_seen(face, [*candidate.faces, *found]):
-                found |= _found_again(candidate, each, face)
+            if _overlaps(face, others) and not _overlaps(face, [*candidate.faces, *found]):
+                found |= _follow_face(candidate, each, face)
     return found
 
 
-def _found_again(candidate: Candidate, other: Candidate, face: Box) -> dict[Box, Point]:
+def _follow_face(candidate: Candidate, other: Candidate, face: Box) -> dict[Box, Point]:
     if candidate.small is None or other.small is None or candidate.small.shape != other.small.shape:
         return {}
     factor = candidate.small.shape[1] / candidate.shape[1]
     height, width = candidate.small.shape[:2]
     place = Box(*map(round, face.scaled(factor))).intersection(Box(0, 0, width, height))
-    reach = round(_REACH * place.height)
+    reach = round(_FOLLOW_RANGE_RATIO * place.height)
     around = place.padded(reach, reach, reach).intersection(Box(0, 0, width, height))
     seen, template = (
         np.ascontiguousarray(picture[box.top : box.bottom, box.left : box.right])
         for picture, box in ((candidate.small, around), (other.small, place))
     )
     _, likeness, _, (right, down) = cv2.minMaxLoc(cv2.matchTemplate(seen, template, cv2.TM_CCOEFF_NORMED))
-    if likeness < _LIKE:
+    if likeness < _MIN_FOLLOW_CORRELATION:
         return {}
     moved = around.left + right - place.left, around.top + down - place.top
     across, low = other.mouth(face)
     return {place.moved(*moved): (across * factor + moved[0], low * factor + moved[1])}
 
 
-def _is_seen(face: Box, others: Sequence[Box]) -> bool:
+def _overlaps(face: Box, others: Sequence[Box]) -> bool:
     return any(face.intersection(other).area > 0 for other in others)
 
 
-def with_saliency(candidate: Candidate) -> Candidate:
-    """The candidate with the salient box and the blobs of its small copy, if it has one, and without that."""
+def add_saliency(candidate: Candidate) -> Candidate:
+    """Return the candidate with the salient box and the blobs of its small copy, and without that copy.
+
+    A candidate without a small copy is returned unchanged.
+    """
     color = candidate.small
     if color is None:
         return candidate
@@ -234,22 +250,22 @@ def with_saliency(candidate: Candidate) -> Candidate:
     return replace(candidate, saliency=saliency.scaled(factor), blobs=scaled, small=None)
 
 
-def sharpness(luma: np.ndarray) -> float:
-    """Sharpness by the width of the strongest edges, H x W uint8: 0 blurred, 1 as sharp as can be.
+def measure_sharpness(luma: np.ndarray) -> float:
+    """Measure sharpness by the width of the strongest edges, H x W uint8: 0 blurred, 1 perfectly sharp.
 
-    The slope of an edge under a narrow Gaussian, compared with that under a wide one, tells its width
-    whatever its height. A pan blurs the edges of one direction only: the wider ones count.
+    The slope of an edge under a narrow Gaussian, divided by its slope under a wide one, gives its width
+    independent of its height. A pan blurs the edges of one direction only, so the wider direction counts.
     """
-    fine, coarse = (_slopes(luma, deviation) for deviation in (_FINE, _COARSE))
-    number = max(1, round(_EDGES * luma.size))
+    fine, coarse = (_slopes(luma, deviation) for deviation in (_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX))
+    number = max(1, round(_STRONG_EDGE_SHARE * luma.size))
     heights, widths = [], []
     for thin, wide in zip(fine, coarse, strict=True):
         strongest = np.argpartition(wide.ravel(), -number)[-number:]
         heights.append(float(wide.ravel()[strongest].mean()))
         widths.append(float(thin.ravel()[strongest].mean()) / max(heights[-1], 1e-6))
-    # Where all edges have one direction, the other one holds only noise.
+    # If all edges have one direction, the other direction contains only noise.
     counted = [width for width, height in zip(widths, heights, strict=True) if height > 0.3 * max(heights)]
-    best = _COARSE / _FINE
+    best = _COARSE_DEVIATION_PX / _FINE_DEVIATION_PX
     return float(np.clip((min(counted, default=0) - 1) / (best - 1), 0, 1))
 
 
@@ -258,57 +274,57 @@ def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]
     return np.abs(cv2.Sobel(smooth, -1, 1, 0, ksize=1)), np.abs(cv2.Sobel(smooth, -1, 0, 1, ksize=1))
 
 
-def exposure(luma: np.ndarray) -> float:
-    """How well a picture is exposed, 0..1; H x W uint8."""
-    contrast = min(1.0, float(luma.std()) / 255 / _DEFAULT_CONTRAST)
-    light = min(1.0, _percentiles(luma, 80)[0] / 255 / _DEFAULT_LIGHT)
+def measure_exposure(luma: np.ndarray) -> float:
+    """Measure how well a picture, H x W uint8, is exposed: 0..1."""
+    contrast = min(1.0, float(luma.std()) / 255 / _FULL_CONTRAST_DEVIATION)
+    light = min(1.0, _percentiles(luma, 80)[0] / 255 / _FULL_LIGHT_LEVEL)
     clipped = float(np.mean((luma < 10) | (luma > 250)))
-    return contrast * light * (1 - max(0.0, clipped - _CLIPPED) / (1 - _CLIPPED))
+    return contrast * light * (1 - max(0.0, clipped - _MAX_CLIPPED_SHARE) / (1 - _MAX_CLIPPED_SHARE))
 
 
-def forms(color: np.ndarray) -> float:
-    """Contrast of the large forms of a picture, H x W x 3 uint8: 0..1.
+def measure_forms(color: np.ndarray) -> float:
+    """Measure the contrast of the large forms of a picture, H x W x 3 uint8: 0..1.
 
-    That is what is left of a panel in print when its details are too small to be told apart.
+    In print, large forms remain recognizable in a panel whose details are too small.
     """
-    factor = _FORMS_SIDE / max(color.shape)
+    factor = _FORMS_SIDE_PX / max(color.shape)
     height, width = (max(1, round(side * factor)) for side in color.shape[:2])
     small = cv2.resize(color, (width, height), interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
-    coarse = cv2.GaussianBlur(lab, (0, 0), _FORM)
-    return min(1.0, float(np.sqrt(coarse.var(axis=(0, 1)).sum())) / 255 / _DEFAULT_FORMS)
+    coarse = cv2.GaussianBlur(lab, (0, 0), _FORMS_BLUR_PX)
+    return min(1.0, float(np.sqrt(coarse.var(axis=(0, 1)).sum())) / 255 / _FULL_FORMS_DEVIATION)
 
 
 def is_blank(luma: np.ndarray) -> bool:
     """Whether the picture, H x W uint8, is black, white or one tone."""
     darkest, brightest = _percentiles(cv2.GaussianBlur(luma, (0, 0), 2), 2, 98)
-    return brightest - darkest < 255 * _BLANK
+    return brightest - darkest < 255 * _MAX_BLANK_RANGE
 
 
 def _percentiles(luma: np.ndarray, *shares: float) -> list[int]:
-    """Percentiles of H x W uint8."""
+    """Return percentiles of H x W uint8."""
     counts = np.bincount(luma.ravel(), minlength=256).cumsum()
     return [int(np.searchsorted(counts, share / 100 * luma.size)) for share in shares]
 
 
 def is_smeared(luma: np.ndarray) -> bool:
-    """Whether rows of the picture, H x W uint8, are repeated downwards, as in frames not wholly decoded."""
-    if min(luma.shape) <= 2 * _SMEAR:
+    """Whether rows of the picture, H x W uint8, are repeated downwards, as in incompletely decoded frames."""
+    if min(luma.shape) <= 2 * _SMEAR_HEIGHT_PX:
         return False
     steps = cv2.blur(cv2.absdiff(luma[1:, 1:], luma[1:, :-1]), (9, 1))
-    down = cv2.dilate(cv2.absdiff(luma[1:, 1:], luma[:-1, 1:]), np.ones((_SMEAR, 3), np.uint8))
-    return bool(np.mean((down <= 1) & (steps >= _ACROSS)) > _SMEARED)
+    down = cv2.dilate(cv2.absdiff(luma[1:, 1:], luma[:-1, 1:]), np.ones((_SMEAR_HEIGHT_PX, 3), np.uint8))
+    return bool(np.mean((down <= 1) & (steps >= _MIN_SMEAR_LEVELS)) > _MAX_SMEARED_SHARE)
 
 
 def color_histogram(color: np.ndarray) -> np.ndarray:
-    """The shares of 64 colours in a picture, H x W x 3 uint8: float32 of sum 1."""
+    """Return the shares of 64 colours in a picture, H x W x 3 uint8: float32 of sum 1."""
     small = cv2.resize(color, (48, 48), interpolation=cv2.INTER_AREA)
     counts = cv2.calcHist([small], [0, 1, 2], None, [4, 4, 4], [0, 256] * 3).ravel()
     return (counts / counts.sum()).astype(np.float32)
 
 
 def eye_contrast(luma: np.ndarray, face: Box) -> float:
-    """Vertical contrast in the band of a face where the eyes are, 0..1."""
+    """Return the vertical contrast in the band of a face that contains the eyes, 0..1."""
     top, bottom = round(face.top + 0.25 * face.height), round(face.top + 0.5 * face.height)
     left, right = round(face.left + 0.15 * face.width), round(face.right - 0.15 * face.width)
     band = luma[max(0, top) : bottom, max(0, left) : right].astype(np.float32)
@@ -318,18 +334,25 @@ def eye_contrast(luma: np.ndarray, face: Box) -> float:
 
 
 def content_area(color: np.ndarray) -> tuple[slice, slice]:
-    """Rows and columns of a picture, H x W x 3 uint8, inside its letterbox bars; all if there are none."""
+    """Return the rows and columns of a picture inside its letterbox bars; all of them if there are no bars.
+
+    `color` is H x W x 3 uint8.
+    """
     red, green, blue = cv2.split(color)
     luma = cv2.max(cv2.max(red, green), blue)
-    return _between(luma, 1), _between(luma, 0)
+    return _find_content_span(luma, 1), _find_content_span(luma, 0)
 
 
-def _between(luma: np.ndarray, axis: int) -> slice:
+def _find_content_span(luma: np.ndarray, axis: int) -> slice:
     brightest, darkest = (
         cv2.reduce(luma, axis, kind).ravel().astype(int) for kind in (cv2.REDUCE_MAX, cv2.REDUCE_MIN)
     )
-    shown = np.flatnonzero((brightest > _BAR_LEVEL) | (brightest - darkest > _BAR_RANGE))
+    shown = np.flatnonzero((brightest > _MAX_BAR_LEVEL) | (brightest - darkest > _MAX_BAR_RANGE))
     count = len(brightest)
     bar = min(int(shown[0]), count - 1 - int(shown[-1])) if len(shown) else 0
-    # A line more, into which bar and picture were mixed.
-    return slice(bar + 1, count - bar - 1) if _MIN_BAR * count <= bar <= _MAX_BAR * count else slice(0, count)
+    # One more line, as scaling has mixed bar and picture there.
+    return (
+        slice(bar + 1, count - bar - 1)
+        if _MIN_BAR_SHARE * count <= bar <= _MAX_BAR_SHARE * count
+        else slice(0, count)
+    )

@@ -15,15 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.comic.analyze.action import with_actions
+from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
-    SIDE,
+    MEASURED_SIDE_PX,
     Candidate,
     Survey,
+    add_faces,
+    add_saliency,
     extract_features,
-    with_faces,
-    with_saliency,
 )
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.select.choose import default_panels
@@ -37,35 +37,39 @@ from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
 from vidstyle.media.read.sequence import natural_order
 from vidstyle.pipeline.progress import OnStep, unwatched
 
-WHOLE = 2 * 10**9
-"""Films of no more pixels in all are decoded whole, which takes seconds; of longer ones only key frames."""
-SPARE = 2.5
-"""Minimum of key frames per panel: with fewer, a long film is decoded whole nevertheless."""
-MOST = 3600
-"""Maximum of candidates, however long the film."""
+# How much of a film is decoded.
+MAX_WHOLE_PIXELS = 2 * 10**9
+"""Films with at most this many pixels in all frames are decoded whole; of longer ones only key frames."""
+MIN_KEYS_PER_PANEL = 2.5
+"""Minimum number of key frames per panel; a long film with fewer is decoded whole nevertheless."""
+_SHOT_SIDE_PX = 128
+"""Longer side of the copies in which cuts are detected."""
 
-KEPT_BYTES = 2**28
-"""Full-size frames that are needed twice are held in memory up to this size."""
-SUFFIXES = frozenset(".avif .bmp .gif .heic .jpeg .jpg .jxl .png .ppm .tif .tiff .webp".split())
-"""Names of files in a folder that are read as pictures."""
+# Candidates.
+MAX_CANDIDATES = 3600
+"""Maximum number of candidates, however long the film."""
+_MIN_CANDIDATE_SECONDS = 1 / 4
+"""Minimum interval between candidates."""
+_SHORT_FILM_CANDIDATES = 8
+"""Number of candidates of a film that is shorter than this many intervals."""
+_FACE_INTERVAL_SECONDS = 1.25
+"""Interval between candidates in which faces are detected; the others get the faces of the nearest one."""
+_MAX_WAITING_PICTURES = 4 * CORES
+"""Maximum number of pictures that wait to be measured."""
 
-_STEP = "looking through the film"
-_SHOT_SIDE = 128
-"""Pixels of the longer side of the copies in which cuts are looked for."""
-_GAP = 1 / 4
-"""Seconds between candidates at least."""
-_LEAST = 8
-"""Candidates of a film that is shorter than that many gaps."""
-_FACE_GAP = 1.25
-"""Seconds between candidates in which faces are looked for; those between have the faces of the nearest."""
-_AHEAD = 4 * CORES
-"""Pictures that wait to be measured at most."""
-_EDGE = 0.1
-"""Seconds around a cut in which no candidate lies: there compressed pictures are at their worst."""
-_REACH, _KEY_REACH = 0.3, 0.8
-"""Seconds around a candidate in which a better picture is looked for; more where only keys were seen."""
-_CONTEXT = 1.2
-"""Seconds beside that in which a cut or a dissolve is noticed."""
+# The search for a better frame near a candidate.
+_CUT_MARGIN_SECONDS = 0.1
+"""Time around a cut without candidates: compressed pictures are worst there."""
+_SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.8
+"""Time around a candidate that is searched; the second value if only key frames were decoded before."""
+_KEY_CONTEXT_SECONDS = 1.2
+"""Additional time in which cuts and dissolves are then detected."""
+
+MAX_KEPT_BYTES = 2**28
+"""Full-size frames that are needed twice are kept in memory up to this size."""
+PICTURE_SUFFIXES = frozenset(".avif .bmp .gif .heic .jpeg .jpg .jxl .png .ppm .tif .tiff .webp".split())
+"""Suffixes of files in a folder that are read as pictures."""
+_STEP_NAME = "looking through the film"
 
 
 class Film(Closing):
@@ -73,7 +77,7 @@ class Film(Closing):
 
     Attributes:
         name: of the source.
-        damage: what `survey` found wrong in what it decoded.
+        damage: the damage that `survey` found in the frames that it decoded.
     """
 
     name: str
@@ -86,7 +90,7 @@ class Film(Closing):
 
     @abstractmethod
     def survey(self, on_step: OnStep = unwatched) -> Survey:
-        """Analyse the whole film; tells its progress in seconds.
+        """Analyse the whole film and report progress in seconds.
 
         Raises:
             InputError: it cannot be read, or no frame of it can be decoded.
@@ -94,45 +98,45 @@ class Film(Closing):
 
     @abstractmethod
     def around(self, candidate: Candidate) -> list[Candidate]:
-        """The frames near a candidate in the same shot, itself included, before subjects are looked for."""
+        """Return the frames near a candidate in the same shot, the candidate included, without subjects."""
 
     def with_large_faces(self, candidates: Iterable[Candidate]) -> list[Candidate]:
-        """Frames with their large faces."""
-        return list(self._pool.map(lambda each: with_faces(each, self._faces, only_large=True), candidates))
+        """Return the frames with their large faces."""
+        return list(self._pool.map(lambda each: add_faces(each, self._faces, only_large=True), candidates))
 
     def with_subjects(
-        self, candidates: Sequence[Candidate], beside: Sequence[Sequence[Candidate]]
+        self, candidates: Sequence[Candidate], neighbours: Sequence[Sequence[Candidate]]
     ) -> list[Candidate]:
-        """Frames with all their faces, salient boxes and blobs.
+        """Return the frames with all their faces, salient boxes and blobs.
 
         Args:
             candidates: the frames.
-            beside: for each, frames of the same shot with large faces, which confirm its large faces.
+            neighbours: for each, frames of the same shot with large faces, which confirm its large faces.
         """
 
         def look(each: Candidate, others: Sequence[Candidate]) -> Candidate:
-            return with_saliency(with_faces(each, self._faces, beside=others))
+            return add_saliency(add_faces(each, self._faces, others=others))
 
-        return list(self._pool.map(look, candidates, beside))
+        return list(self._pool.map(look, candidates, neighbours))
 
     @abstractmethod
     def at(self, time: float) -> Candidate:
-        """The frame shown at a time in seconds."""
+        """Return the frame shown at a time in seconds."""
 
     @abstractmethod
-    def _image_at(self, time: float) -> np.ndarray:
+    def _decode_image(self, time: float) -> np.ndarray:
         """Decode the frame shown at a time in full size."""
 
     def frames_at(self, times: Iterable[float], keep: bool = False) -> Iterator[np.ndarray]:
-        """The frames shown at these times in full size: H x W x 3 uint8, upright, with square pixels.
+        """Yield the frames shown at these times in full size: H x W x 3 uint8, upright, with square pixels.
 
-        `keep`: hold each in memory, up to `KEPT_BYTES`, until it is requested again.
+        `keep`: keep each frame in memory, up to `MAX_KEPT_BYTES`, until it is requested again.
         """
         for time in times:
             frame = self._kept.pop(time, None)
             if frame is None:
-                frame = self._image_at(time)
-            if keep and sum(each.nbytes for each in self._kept.values()) + frame.nbytes <= KEPT_BYTES:
+                frame = self._decode_image(time)
+            if keep and sum(each.nbytes for each in self._kept.values()) + frame.nbytes <= MAX_KEPT_BYTES:
                 self._kept[time] = frame
             yield frame
 
@@ -149,7 +153,7 @@ class FilmFile(Film):
         super().__init__(faces)
         self.name = str(source)
         self._sampler = FilmSampler(source)
-        self._reach = _REACH
+        self._search_seconds = _SEARCH_SECONDS
 
     def close(self) -> None:
         super().close()
@@ -159,25 +163,26 @@ class FilmFile(Film):
         seconds = float(self._sampler.seconds)
 
         def on_time(time: float) -> None:
-            on_step(_STEP, time, seconds)
+            on_step(_STEP_NAME, time, seconds)
 
-        gap = max(min(_GAP, seconds / _LEAST), seconds / MOST)
-        if self._sampler.pixels > WHOLE:
+        gap = max(min(_MIN_CANDIDATE_SECONDS, seconds / _SHORT_FILM_CANDIDATES), seconds / MAX_CANDIDATES)
+        if self._sampler.pixels > MAX_WHOLE_PIXELS:
             found = self._survey_keys(max(gap, 0.5), on_time)
-            if len(found.candidates) >= SPARE * default_panels(len(found.scene_starts), seconds):
-                self._reach = _KEY_REACH
+            if len(found.candidates) >= MIN_KEYS_PER_PANEL * default_panels(len(found.scene_starts), seconds):
+                self._search_seconds = _KEY_SEARCH_SECONDS
                 return found
         return self._survey_whole(gap, on_time)
 
     def around(self, candidate: Candidate) -> list[Candidate]:
-        context = _CONTEXT if self._reach == _KEY_REACH else _EDGE
+        reach = self._search_seconds
+        context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CUT_MARGIN_SECONDS
         shots, measured, motions = ShotFinder(), list[Future[Candidate]](), list[float]()
-        start, end = candidate.time - self._reach - context, candidate.time + (self._reach + context)
+        start, end = candidate.time - reach - context, candidate.time + (reach + context)
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
             time = float(sample.time)
-            motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
-            if abs(time - candidate.time) <= self._reach:
-                measured.append(self._measured(sample))
+            motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE_PX)))
+            if abs(time - candidate.time) <= reach:
+                measured.append(self._measure(sample))
                 motions.append(motion)
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
@@ -188,26 +193,26 @@ class FilmFile(Film):
             replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time))
             for each in candidates
             if bisect_right(begins, each.time) == shot
-            and all(abs(each.time - begin) >= _EDGE for begin in begins[1:])
+            and all(abs(each.time - begin) >= _CUT_MARGIN_SECONDS for begin in begins[1:])
         ] or [replace(self.at(candidate.time), scene=candidate.scene)]
 
     def at(self, time: float) -> Candidate:
         start = exact_time(time)
         if sample := next(self._sampler.frames(start, start + Fraction(1, 1000)), None):
-            return self._measured(sample).result()
+            return self._measure(sample).result()
         raise InputError(self.name, f"has no picture at {time:g} s")
 
-    def _image_at(self, time: float) -> np.ndarray:
+    def _decode_image(self, time: float) -> np.ndarray:
         return self._sampler.image_at(time)
 
     def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
-        shots, measured, motions, time, last = ShotFinder(), _Measured(), list[float](), 0.0, -gap
+        shots, measured, motions, time, last = ShotFinder(), _MeasuredCandidates(), list[float](), 0.0, -gap
         for sample in self._sampler.frames():
             time = float(sample.time)
             on_time(time)
-            motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE)))
+            motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE_PX)))
             if time - last >= gap - 1e-3:
-                measured.append(time, partial(self._measured, sample))
+                measured.append(time, partial(self._measure, sample))
                 motions.append(motion)
                 last = time
         self.damage = self._sampler.damage
@@ -216,34 +221,37 @@ class FilmFile(Film):
             replace(each, motion=motion, in_transition=shots.is_transition(each.time))
             for each, motion in zip(measured.candidates(), motions, strict=True)
         ]
-        return Survey(measured.tracked(self._in_scenes(mixed, begins)), begins, time)
+        return Survey(measured.fill_missing_faces(self._assign_scenes(mixed, begins)), begins, time)
 
     def _survey_keys(self, gap: float, on_time: Callable[[float], None]) -> Survey:
-        shots, measured, lumas, time = KeyShots(), _Measured(), list[np.ndarray](), 0.0
+        shots, measured, lumas, time = KeyShots(), _MeasuredCandidates(), list[np.ndarray](), 0.0
         for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
             on_time(time)
-            measured.append(time, partial(self._measured, sample))
-            lumas.append(small_luma(sample.picture(_SHOT_SIDE)))
+            measured.append(time, partial(self._measure, sample))
+            lumas.append(small_luma(sample.picture(_SHOT_SIDE_PX)))
         self.damage = self._sampler.damage
         candidates = measured.candidates()
         for each, luma in zip(candidates, lumas, strict=True):
             shots.push(each.time, luma, each.histogram)
-        in_scenes = self._in_scenes(candidates, shots.scene_starts)
-        return Survey(measured.tracked(in_scenes), shots.scene_starts, time)
+        in_scenes = self._assign_scenes(candidates, shots.scene_starts)
+        return Survey(measured.fill_missing_faces(in_scenes), shots.scene_starts, time)
 
-    def _in_scenes(self, candidates: list[Candidate], starts: list[float]) -> list[Candidate]:
+    def _assign_scenes(self, candidates: list[Candidate], starts: list[float]) -> list[Candidate]:
         if not candidates:
             raise InputError(self.name, "no frame could be decoded")
         self._sampler.warn_if_hdr()
         scenes = [max(0, bisect_right(starts, each.time) - 1) for each in candidates]
         placed = [replace(each, scene=scene) for each, scene in zip(candidates, scenes, strict=True)]
         shots = [list(shot) for _, shot in groupby(placed, key=lambda each: each.scene)]
-        return [each for shot in shots for each in with_actions(shot, shot)]
+        return [each for shot in shots for each in add_actions(shot, shot)]
 
-    def _measured(self, sample: SampledFrame, finds_faces: bool | None = None) -> Future[Candidate]:
-        """The features of a frame; `finds_faces`: with large faces or not, and without its small copy."""
-        small, time, shape = to_rgb(sample.picture(SIDE)), float(sample.time), sample.shape
+    def _measure(self, sample: SampledFrame, finds_faces: bool | None = None) -> Future[Candidate]:
+        """Start measuring the features of a frame.
+
+        `finds_faces`: whether to detect large faces, without keeping the small copy; None: keep it.
+        """
+        small, time, shape = to_rgb(sample.picture(MEASURED_SIDE_PX)), float(sample.time), sample.shape
         is_damaged = sample.is_damaged
 
         def measure() -> Candidate:
@@ -252,36 +260,36 @@ class FilmFile(Film):
             if finds_faces is None:
                 return candidate
             return replace(
-                with_faces(candidate, self._faces, only_large=True) if finds_faces else candidate, small=None
+                add_faces(candidate, self._faces, only_large=True) if finds_faces else candidate, small=None
             )
 
         return self._pool.submit(measure)
 
 
-class _Measured:
-    """The candidates of a film, which are measured while it is decoded on."""
+class _MeasuredCandidates:
+    """The candidates of a film, which are measured while it is being decoded."""
 
     def __init__(self) -> None:
         self._futures: list[Future[Candidate]] = []
         self._looked: list[bool] = []
-        self._last = -_FACE_GAP
+        self._last = -_FACE_INTERVAL_SECONDS
 
     def append(self, time: float, measure: Callable[[bool], Future[Candidate]]) -> None:
-        """The next candidate, which `measure` starts to measure, with its faces or without."""
-        looks = time - self._last >= _FACE_GAP - 1e-3
+        """Add the next candidate; `measure` starts its measurement, with or without faces."""
+        looks = time - self._last >= _FACE_INTERVAL_SECONDS - 1e-3
         if looks:
             self._last = time
         self._looked.append(looks)
         self._futures.append(measure(looks))
-        if len(self._futures) > _AHEAD:
-            self._futures[-_AHEAD].result()
+        if len(self._futures) > _MAX_WAITING_PICTURES:
+            self._futures[-_MAX_WAITING_PICTURES].result()
 
     def candidates(self) -> list[Candidate]:
-        """All candidates."""
+        """Return all candidates."""
         return [each.result() for each in self._futures]
 
-    def tracked(self, candidates: list[Candidate]) -> list[Candidate]:
-        """The candidates, where faces were not looked for with those of the nearest in the same scene."""
+    def fill_missing_faces(self, candidates: list[Candidate]) -> list[Candidate]:
+        """Fill in missing faces from the nearest candidate of the same scene."""
         scenes: dict[int, list[Candidate]] = {}
         for each, looked in zip(candidates, self._looked, strict=True):
             if looked:
@@ -298,13 +306,13 @@ class _Measured:
 
 
 class PictureFolder(Film):
-    """A folder of pictures as a film: each is a scene of one second, in natural order of their names.
+    """A folder of pictures as a film: each is a scene of one second, sorted by name in natural order.
 
-    Those of folders in it, such as one for each chapter, follow in the order of the folders' names.
+    Pictures of subfolders, such as one for each chapter, follow in the order of the subfolders' names.
     """
 
     def __init__(self, path: Path, faces: FaceFinder) -> None:
-        """List the pictures; files of other names are left out.
+        """List the pictures; other files are skipped.
 
         Raises:
             InputError: there are none.
@@ -317,7 +325,7 @@ class PictureFolder(Film):
                 each
                 for pattern in ("*", "*/*")
                 for each in path.glob(pattern)
-                if each.suffix.lower() in SUFFIXES and each.is_file()
+                if each.suffix.lower() in PICTURE_SUFFIXES and each.is_file()
             ),
             key=lambda each: (each.parent != path, natural_order(each.parent.name), natural_order(each.name)),
         )
@@ -328,15 +336,15 @@ class PictureFolder(Film):
         candidates = []
         measured = [self._pool.submit(self._features, number) for number in range(len(self._paths))]
         for number, each in enumerate(measured):
-            on_step(_STEP, number, len(self._paths))
+            on_step(_STEP_NAME, number, len(self._paths))
             try:
                 candidates.append(each.result())
                 self.damage.decoded += 1
             except InputError as error:
                 self.damage.lost += 1
-                log.warning("left out: %s", error)
+                log.warning("skipped: %s", error)
         if not candidates:
-            raise InputError(self.name, "none of its pictures can be read")
+            raise InputError(self.name, "holds no readable pictures")
         begins = [float(number) for number in range(len(self._paths))]
         return Survey(candidates, begins, float(len(self._paths)), is_folder=True)
 
@@ -346,7 +354,7 @@ class PictureFolder(Film):
     def at(self, time: float) -> Candidate:
         return self._features(self._number(time))
 
-    def _image_at(self, time: float) -> np.ndarray:
+    def _decode_image(self, time: float) -> np.ndarray:
         with FilmSampler(self._paths[self._number(time)]) as sampler:
             return sampler.image_at(0)
 
@@ -355,21 +363,21 @@ class PictureFolder(Film):
             sample = next(sampler.frames(), None)
             if sample is None:
                 raise InputError(self._paths[number], "no frame could be decoded")
-            small = to_rgb(sample.picture(SIDE))
+            small = to_rgb(sample.picture(MEASURED_SIDE_PX))
             if not self._has_warned:
                 self._has_warned = sampler.warn_if_hdr()
-        candidate = with_faces(extract_features(small, number, sample.shape), self._faces)
-        return replace(with_saliency(candidate), scene=number)
+        candidate = add_faces(extract_features(small, number, sample.shape), self._faces)
+        return replace(add_saliency(candidate), scene=number)
 
     def _number(self, time: float) -> int:
         return min(max(0, int(time)), len(self._paths) - 1)
 
 
 def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -> Film:
-    """A film, an animation, numbered pictures ("%05d.png") or a folder of pictures.
+    """Open a film, an animation, numbered pictures ("%05d.png") or a folder of pictures.
 
     Raises:
-        InputError: it cannot be read, or the folder holds no picture.
+        InputError: it cannot be read, or the folder contains no pictures.
         UsageError: it is a pipe, which cannot be rewound.
     """
     if str(source) == "-":

@@ -1,4 +1,4 @@
-"""Saliency without a learned model: maps, the salient box, small objects, and where balloons may stand."""
+"""Saliency without a learned model: maps, the salient box, small objects, and attention under balloons."""
 
 from __future__ import annotations
 
@@ -8,43 +8,49 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.faces import is_colorful, skin_map
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.key_frame import Box, KeyFrame
 
-BOX_SHARE = 0.85
-"""The share of all saliency that the salient box of a picture contains."""
+# The salient box.
+SALIENT_BOX_SHARE = 0.85
+"""Share of all saliency that the salient box of a picture contains."""
+HEAD_ROOM_RATIO = 0.25
+"""The salient box is enlarged upwards by this fraction of its height: the head above a salient body."""
+_SPECTRAL_SIDE_PX = 64
+"""Longer side of the copy whose spectrum is analysed."""
+_MAX_SKIN_SHARE = 0.6
+"""Share of skin colour in a picture from which skin is ignored."""
+_SKIN_BLUR_RATIO = 1.5 / 64
+"""Standard deviation of the Gaussian over skin, relative to the longer side; it removes single pixels."""
+_BOX_GRID_CELLS = 24
+"""Cells along the longer side of the grid on which box edges are placed."""
 
-HEAD_ROOM = 0.25
-"""The salient box is enlarged upwards by this share: the head above a salient body."""
-
-ATTENTION_SIDE = 96
-"""Cells of a map along the longer side."""
-
-_SIDE = 64
-_SKIN = 0.6
-"""Share of skin colour in a picture at which it is no longer counted."""
-_BLUR = 1.5 / 64
-"""Standard deviation of the Gaussian over skin, in longer sides; it removes single pixels."""
-_CELLS = 24
-"""Cells along the longer side of the grid on which box edges lie."""
-_BLOB_SIDE = 128
-_BLOB_SCALES = (1.5, 3.0, 6.0)
+# Small conspicuous objects.
+_BLOB_SIDE_PX = 128
+"""Longer side of the copy in which blobs are found."""
+_BLOB_DEVIATIONS_PX = (1.5, 3.0, 6.0)
 """Standard deviations of the inner Gaussians; the surrounds are twice as wide."""
-_BLOB_CONTRAST = 18.0
+_MIN_BLOB_CONTRAST = 18.0
 """Minimum difference of a blob from its surround, in Lab with 255 levels per channel."""
-_MIN_BLOB, _MAX_BLOB = 0.0015, 0.12
+_MIN_BLOB_SHARE, _MAX_BLOB_SHARE = 0.0015, 0.12
 """Range of the share of the picture that a blob covers: less is detail, more is background."""
-_BLOB_GAP = 0.02
-"""Blobs are joined if no more of the picture's longer side lies between them: the letters of a word."""
-_SEEN = 256
-"""Longer side in pixels of the copy analysed for an attention map."""
-_BARE = 1.5
+_MAX_BLOB_GAP_RATIO = 0.02
+"""Maximum gap between blobs that are joined, such as letters of a word, relative to the longer side."""
+
+# Attention maps, which show where balloons would cover something.
+ATTENTION_SIDE_CELLS = 96
+"""Cells of an attention map along the longer side."""
+_ATTENTION_SIDE_PX = 256
+"""Longer side of the copy that is analysed for an attention map."""
+_SKIN_WEIGHT = 1.5
 """Additional weight of skin, which may be an undetected face."""
-_HAIR = 0.18
-"""Attention extends upwards by this share of the height, as to the hair above an undetected face."""
+_HAIR_HEIGHT_RATIO = 0.18
+"""Attention extends upwards by this fraction of the height, to the hair above an undetected face."""
 
 
 def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
-    """The saliency of each pixel: spectral residual, sharpness, rare colours, skin, faces and the centre.
+    """Return the saliency of each pixel.
+
+    It combines the spectral residual, sharpness, rare colours, skin, faces and a centre bias.
 
     Args:
         color: H x W x 3 uint8.
@@ -54,26 +60,26 @@ def saliency_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
         H x W float32, 0..1.
     """
     height, width = color.shape[:2]
-    small = _scaled(color, _SIDE / max(height, width), 8)
+    small = _shrink(color, _SPECTRAL_SIDE_PX / max(height, width), 8)
     size = small.shape[1], small.shape[0]
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).astype(np.float32)
     detail = cv2.resize(np.abs(cv2.Laplacian(luma, -1)), size, interpolation=cv2.INTER_AREA)
-    seen = _unit(_spectral_residual(small)) + 0.5 * _unit(cv2.GaussianBlur(detail, (0, 0), 2))
-    seen = seen + 0.5 * _unit(_color_rarity(small)) + skin_saliency(small)
+    seen = _normalize(_spectral_residual(small)) + 0.5 * _normalize(cv2.GaussianBlur(detail, (0, 0), 2))
+    seen = seen + 0.5 * _normalize(_color_rarity(small)) + skin_saliency(small)
     seen *= _center_bias(size)
     seen = cv2.resize(seen, (width, height), interpolation=cv2.INTER_LINEAR)
     for face in faces:
         seen[int(face.top) : int(face.bottom), int(face.left) : int(face.right)] += 2 * seen.max()
-    return _unit(seen)
+    return _normalize(seen)
 
 
-def salient_box(saliency: np.ndarray, share: float = BOX_SHARE) -> Box:
-    """The smallest box with a share of the saliency, H x W, enlarged upwards by `HEAD_ROOM`.
+def salient_box(saliency: np.ndarray, share: float = SALIENT_BOX_SHARE) -> Box:
+    """Return the smallest box with a share of the saliency, H x W, enlarged upwards by `HEAD_ROOM_RATIO`.
 
-    The whole picture if the map is 0 everywhere.
+    It is the whole picture if the map is 0 everywhere.
     """
     height, width = saliency.shape
-    cell = max(height, width) / _CELLS
+    cell = max(height, width) / _BOX_GRID_CELLS
     rows, columns = max(1, round(height / cell)), max(1, round(width / cell))
     cells = cv2.resize(saliency, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.float64)
     cells = np.maximum(cells - np.median(cells), 0)
@@ -85,11 +91,11 @@ def salient_box(saliency: np.ndarray, share: float = BOX_SHARE) -> Box:
     bands = sums[bottoms] - sums[tops]
     held = bands[:, rights] - bands[:, lefts]
     areas = np.outer(bottoms - tops, rights - lefts).astype(np.float64)
-    # Of boxes of the same area, the one that holds most.
+    # Among boxes of the same area, the one with the most saliency wins.
     costs = np.where(held >= share * cells.sum() - 1e-9, areas - held / cells.sum(), np.inf)
     band, across = np.unravel_index(int(np.argmin(costs)), costs.shape)
     x, y = width / columns, height / rows
-    top = tops[band] - HEAD_ROOM * (bottoms[band] - tops[band])
+    top = tops[band] - HEAD_ROOM_RATIO * (bottoms[band] - tops[band])
     return Box(
         float(lefts[across] * x),
         max(0.0, float(top * y)),
@@ -98,15 +104,15 @@ def salient_box(saliency: np.ndarray, share: float = BOX_SHARE) -> Box:
     )
 
 
-def _scaled(picture: np.ndarray, factor: float, least: int = 1) -> np.ndarray:
-    """The picture reduced by a factor, but to no fewer than `least` pixels a side."""
+def _shrink(picture: np.ndarray, factor: float, least: int = 1) -> np.ndarray:
+    """Reduce a picture by a factor, to at least `least` pixels a side."""
     height, width = picture.shape[:2]
     size = max(least, round(width * factor)), max(least, round(height * factor))
     return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 
 
 def _spectral_residual(small: np.ndarray) -> np.ndarray:
-    """Spectral residual saliency (Hou and Zhang 2007)."""
+    """Return the spectral residual saliency (Hou and Zhang 2007)."""
     luma = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY).astype(np.float32)
     spectrum = np.fft.fft2(luma)
     heights = np.log(np.abs(spectrum) + 1e-3).astype(np.float32)
@@ -116,33 +122,38 @@ def _spectral_residual(small: np.ndarray) -> np.ndarray:
 
 
 def _color_rarity(small: np.ndarray) -> np.ndarray:
-    """Distance of each colour from the picture's mean colour (Achanta et al. 2009)."""
+    """Return the distance of each colour from the picture's mean colour (Achanta et al. 2009)."""
     lab = cv2.cvtColor(cv2.GaussianBlur(small, (0, 0), 1), cv2.COLOR_RGB2LAB).astype(np.float32)
     return np.linalg.norm(lab - lab.mean(axis=(0, 1)), axis=2).astype(np.float32)
 
 
 def skin_saliency(small: np.ndarray) -> np.ndarray:
-    """Where skin is, H x W float32, 0..1; less where much has its colour: sand, wood or evening light."""
+    """Return the saliency of skin, H x W float32, 0..1.
+
+    It is lower if large areas have the colour of skin, such as sand, wood or evening light.
+    """
     if not is_colorful(small):
         return np.zeros(small.shape[:2], np.float32)
     skin = skin_map(small)
-    return max(0.0, 1 - float(skin.mean()) / _SKIN) * cv2.GaussianBlur(skin, (0, 0), max(small.shape) * _BLUR)
+    return max(0.0, 1 - float(skin.mean()) / _MAX_SKIN_SHARE) * cv2.GaussianBlur(
+        skin, (0, 0), max(small.shape) * _SKIN_BLUR_RATIO
+    )
 
 
 def _center_bias(size: tuple[int, int]) -> np.ndarray:
-    """Centre bias: 1 in the middle, about half at the edges."""
+    """Return the centre bias: 1 in the middle, about half at the edges."""
     across, down = (np.linspace(-1, 1, length, dtype=np.float32) for length in size)
     return np.exp(-0.35 * (across[np.newaxis] ** 2 + down[:, np.newaxis] ** 2))
 
 
-def _unit(plane: np.ndarray) -> np.ndarray:
+def _normalize(plane: np.ndarray) -> np.ndarray:
     low, high = float(plane.min()), float(plane.max())
     return (plane - low) / max(high - low, 1e-6) if high - low > 1e-6 else np.zeros_like(plane)
 
 
 def find_blobs(color: np.ndarray) -> list[Box]:
-    """Boxes of the small objects that stand out in a picture, H x W x 3 uint8; they do not overlap."""
-    gap, apart = _BLOB_GAP * max(color.shape), list[Box]()
+    """Return boxes of the small conspicuous objects in a picture, H x W x 3 uint8; they do not overlap."""
+    gap, apart = _MAX_BLOB_GAP_RATIO * max(color.shape), list[Box]()
     for blob in _components(color):
         while near := next((each for each in apart if _is_near(each, blob, gap)), None):
             apart.remove(near)
@@ -152,15 +163,15 @@ def find_blobs(color: np.ndarray) -> list[Box]:
 
 
 def blob_map(color: np.ndarray) -> np.ndarray:
-    """Centre-surround difference of each pixel of a picture, H x W x 3 uint8: H x W, 0..1."""
+    """Return the centre-surround difference of each pixel of a picture, H x W x 3 uint8: H x W, 0..1."""
     lab = _small_lab(color)
-    most = np.max([_center_surround(lab, scale) for scale in _BLOB_SCALES[1:]], axis=0)
-    return cv2.resize(np.minimum(1, most / (2 * _BLOB_CONTRAST)), (color.shape[1], color.shape[0]))
+    most = np.max([_center_surround(lab, scale) for scale in _BLOB_DEVIATIONS_PX[1:]], axis=0)
+    return cv2.resize(np.minimum(1, most / (2 * _MIN_BLOB_CONTRAST)), (color.shape[1], color.shape[0]))
 
 
 def _small_lab(color: np.ndarray) -> np.ndarray:
-    """A small copy, float32."""
-    small = _scaled(color, min(1.0, _BLOB_SIDE / max(color.shape[:2])))
+    """Return a small copy in Lab, float32."""
+    small = _shrink(color, min(1.0, _BLOB_SIDE_PX / max(color.shape[:2])))
     return cv2.cvtColor(small, cv2.COLOR_RGB2LAB).astype(np.float32)
 
 
@@ -173,11 +184,11 @@ def _components(color: np.ndarray) -> Iterator[Box]:
     height, width = color.shape[:2]
     small = _small_lab(color)
     size = small.shape[1], small.shape[0]
-    for scale in _BLOB_SCALES:
-        out = _center_surround(small, scale) > _BLOB_CONTRAST
+    for scale in _BLOB_DEVIATIONS_PX:
+        out = _center_surround(small, scale) > _MIN_BLOB_CONTRAST
         _, _, found, _ = cv2.connectedComponentsWithStats(out.astype(np.uint8), connectivity=8)
         for left, top, wide, high, area in found[1:]:
-            if _MIN_BLOB < area / out.size and wide * high < _MAX_BLOB * out.size:
+            if _MIN_BLOB_SHARE < area / out.size and wide * high < _MAX_BLOB_SHARE * out.size:
                 # The response is smaller than the object by the width of its soft edge.
                 x, y = width / size[0], height / size[1]
                 yield Box(
@@ -189,7 +200,7 @@ def _components(color: np.ndarray) -> Iterator[Box]:
 
 
 def _center_surround(lab: np.ndarray, scale: float) -> np.ndarray:
-    """Centre-surround difference in Lab: H x W float32."""
+    """Return the centre-surround difference in Lab: H x W float32."""
     near, around = (
         cv2.GaussianBlur(lab, (0, 0), deviation, borderType=cv2.BORDER_REPLICATE)
         for deviation in (scale, 2 * scale)
@@ -198,37 +209,43 @@ def _center_surround(lab: np.ndarray, scale: float) -> np.ndarray:
 
 
 def attention_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
-    """The attention map of a picture, H x W x 3 uint8: float32, mean 1; bubbles avoid high values."""
-    factor = _SEEN / max(color.shape[:2])
-    small = _scaled(color, factor, 8)
+    """Return the attention map of a picture, H x W x 3 uint8: float32, mean 1; bubbles avoid high values."""
+    factor = _ATTENTION_SIDE_PX / max(color.shape[:2])
+    small = _shrink(color, factor, 8)
     seen = saliency_map(small, [face.scaled(factor) for face in faces])
-    seen += _BARE * skin_saliency(small) + blob_map(small)
-    coarse = _scaled(seen, ATTENTION_SIDE / _SEEN)
-    above = np.ones((1 + round(_HAIR * len(coarse)), 1), np.uint8)
+    seen += _SKIN_WEIGHT * skin_saliency(small) + blob_map(small)
+    coarse = _shrink(seen, ATTENTION_SIDE_CELLS / _ATTENTION_SIDE_PX)
+    above = np.ones((1 + round(_HAIR_HEIGHT_RATIO * len(coarse)), 1), np.uint8)
     spread = cv2.dilate(coarse, above, anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
     return (spread / max(float(spread.mean()), 1e-6)).astype(np.float32)
 
 
-def attention_of_box(moment: Moment) -> np.ndarray:
-    """An attention map of the salient box alone."""
-    factor = ATTENTION_SIDE / max(moment.shape)
-    seen = np.zeros([max(1, round(side * factor)) for side in moment.shape], np.float32)
-    box = moment.saliency.scaled(factor)
+def box_attention(key_frame: KeyFrame) -> np.ndarray:
+    """Return an attention map that contains only the salient box."""
+    factor = ATTENTION_SIDE_CELLS / max(key_frame.shape)
+    seen = np.zeros([max(1, round(side * factor)) for side in key_frame.shape], np.float32)
+    box = key_frame.saliency.scaled(factor)
     seen[round(box.top) : round(box.bottom), round(box.left) : round(box.right)] = 1
     return seen / max(float(seen.mean()), 1e-6)
 
 
-def within(attention: np.ndarray, moment: Moment, window: Box) -> np.ndarray:
-    """The part of a moment's map inside a window of its picture, at least one cell."""
+def crop_attention(attention: np.ndarray, key_frame: KeyFrame, window: Box) -> np.ndarray:
+    """Return the part of a key frame's map inside a window of its picture, at least one cell."""
     rows, columns = attention.shape
-    down, across = rows / moment.shape[0], columns / moment.shape[1]
+    down, across = rows / key_frame.shape[0], columns / key_frame.shape[1]
     top, left = min(rows - 1, int(window.top * down)), min(columns - 1, int(window.left * across))
     bottom, right = max(top + 1, round(window.bottom * down)), max(left + 1, round(window.right * across))
     return attention[top:bottom, left:right]
 
 
 def mean_under(attention: np.ndarray, picture: Box, boxes: np.ndarray) -> np.ndarray:
-    """The mean of a map of a picture under boxes (left, top, right, bottom: count x 4) that lie in it."""
+    """Return the mean of a picture's map under each of the boxes that are inside the picture.
+
+    Args:
+        attention: rows x columns.
+        picture: box of the picture.
+        boxes: left, top, right, bottom: count x 4.
+    """
     rows, columns = attention.shape
     sums = np.pad(attention.cumsum(0, dtype=np.float64).cumsum(1), ((1, 0), (1, 0)))
     x = (boxes[:, [0, 2]] - picture.left) * (columns / picture.width)

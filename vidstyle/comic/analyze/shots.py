@@ -11,44 +11,46 @@ import numpy as np
 
 from vidstyle.core.scene_cuts import SceneCutDetector
 
-STEP = 0.075
-"""Seconds between the pictures that are looked at for dissolves."""
-
-FRAME = 1 / 24
-"""Seconds; in them movement is measured."""
-
-_SPANS = (3, 6, 12)
-"""Steps to either side: a dissolve is seen with the span that reaches from one shot well into the other."""
-_SIZE = (32, 18)
-_MIN_STEPS = 3
-"""Steps that a dissolve takes at least: less may be a picture or two of movement."""
-_MAX_SECONDS = 2.0
-"""Seconds that a dissolve takes at most."""
-_NEAR = 3
-"""Frames to either side of a cut."""
-_STILL = 0.1
-"""Seconds between frames, above which they are single pictures rather than a film that moves."""
-_PEAK = 1.0
-"""A cut changes the picture by more than this multiple of the motion beside it."""
-_PAUSE = 0.5
-"""Seconds between the middle of a dissolve and a cut within which they are one."""
-_SAME_SCENE = 0.55
-"""Key frames of one scene have more of their colour histogram in common, whatever has moved."""
-_SIMILAR = 0.6
+# Dissolves and fades.
+DISSOLVE_STEP_SECONDS = 0.075
+"""Interval of the pictures in which dissolves are detected."""
+_DISSOLVE_SPAN_STEPS = (3, 6, 12)
+"""Steps to either side: a dissolve is seen with the span that reaches from one shot well into the next."""
+_DISSOLVE_SIZE_PX = (32, 18)
+"""Width and height of these pictures."""
+_MIN_DISSOLVE_STEPS = 3
+"""Minimum length of a dissolve in steps; anything shorter may be one or two pictures of movement."""
+_MAX_DISSOLVE_SECONDS = 2.0
+"""Maximum length of a dissolve."""
+_SAME_SHOT_CORRELATION = 0.6
 """Pictures with a higher correlation belong to one shot."""
-_DIFFERENT = 0.05
+_MIN_SHOT_DIFFERENCE = 0.05
 """Minimum root mean square difference of two shots, 0..1."""
-_MIXED = 0.4
-"""A picture is a blend of two others if no larger share of their difference remains."""
-_SHARE = (0.12, 0.88)
+_MAX_BLEND_REST_RATIO = 0.4
+"""Maximum residual of a picture as a blend of two others, relative to their difference."""
+_BLEND_SHARE_RANGE = (0.12, 0.88)
 """Range of the second picture's share in a blend."""
-_FOUND = 0.75
-"""Correlation above which template matching finds a part of a picture again."""
+_MATCH_CORRELATION = 0.75
+"""Correlation above which template matching has found a part of a picture in another: a camera move."""
+
+# Cuts and motion.
+MOTION_FRAME_SECONDS = 1 / 24
+"""Motion is measured per frame of this duration."""
+_CUT_CONTEXT_FRAMES = 3
+"""Number of frames before and after a cut whose motion is compared with the cut."""
+_STILL_FRAME_SECONDS = 0.1
+"""Frames further apart are separate stills, not motion."""
+_MIN_CUT_MOTION_RATIO = 1.0
+"""A cut changes the picture by more than this multiple of the motion around it."""
+_MAX_CUT_DISTANCE_SECONDS = 0.5
+"""Maximum time between a cut and the middle of a dissolve that are treated as one."""
+_SAME_SCENE_COLOR_SHARE = 0.55
+"""Key frames of one scene share more than this part of their colour histogram, even if objects move."""
 
 
 @dataclass
 class _SceneCut:
-    """A scene cut, and the motion in it and in the frames beside it."""
+    """A scene cut, its motion, and the motion of the frames around it."""
 
     time: float
     moved: float
@@ -57,17 +59,20 @@ class _SceneCut:
 
     @property
     def is_whip(self) -> bool:
-        """Whether there is as much motion beside it: a whip pan."""
-        beside = max(np.median(moves) if len(moves) == _NEAR else 0.0 for moves in (self.before, self.after))
-        return bool(self.moved < _PEAK * beside)
+        """Whether there is as much motion around it: then it is a whip pan."""
+        motion = max(
+            np.median(moves) if len(moves) == _CUT_CONTEXT_FRAMES else 0.0
+            for moves in (self.before, self.after)
+        )
+        return bool(self.moved < _MIN_CUT_MOTION_RATIO * motion)
 
 
 _Transition = tuple[float, np.ndarray, np.ndarray]
-"""The time of a frame in a transition, and the frames shortly before and after."""
+"""The time of a frame in a transition, and the frames shortly before and after it."""
 
 
 class ShotFinder:
-    """Finds where the shots of a film begin; every frame is pushed.
+    """Finds where the shots of a film begin; takes every frame.
 
     Attributes:
         transitions: first and last time, in seconds, of each dissolve and fade found so far.
@@ -76,32 +81,36 @@ class ShotFinder:
     def __init__(self) -> None:
         self._cuts = SceneCutDetector()
         self._found: list[_SceneCut] = []
-        self._moves: deque[float] = deque(maxlen=_NEAR)
-        self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _SPANS[-1] + 1)
+        self._moves: deque[float] = deque(maxlen=_CUT_CONTEXT_FRAMES)
+        self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _DISSOLVE_SPAN_STEPS[-1] + 1)
         self._run: list[_Transition] = []
         self._last: tuple[float, np.ndarray] | None = None
         self._motion = 0.0
         self.transitions: list[tuple[float, float]] = []
 
     def push(self, time: float, luma: np.ndarray) -> float:
-        """The next frame: seconds, and a small copy of its luma, H x W float32, 0..1.
+        """Add the next frame.
+
+        Args:
+            time: in seconds.
+            luma: a small copy of the frame's luma, H x W float32, 0..1.
 
         Returns:
-            How much has moved since the frame before, in the time of a film's usual frame: the mean change,
-            in standard deviations of the picture, or since the one before that if it was more, for in films
-            whose rate was raised some frames come twice; 0 for the first frame of a shot.
+            The motion since the previous frame, scaled to the duration of a usual frame: the mean change in
+            standard deviations of the picture. It is the motion of the previous frame if that is larger,
+            because some frames come twice in films with a raised frame rate. 0 for the first frame of a shot.
         """
         cut, before, self._last = self._cuts.is_cut(luma), self._last, (time, luma)
         if cut:
             self._end_shot()
-        if not self._recent or time - self._recent[-1][0] >= STEP - 1e-3:
-            small = cv2.resize(luma, _SIZE, interpolation=cv2.INTER_AREA)
-            # Without its mean: light that changes is no dissolve.
+        if not self._recent or time - self._recent[-1][0] >= DISSOLVE_STEP_SECONDS - 1e-3:
+            small = cv2.resize(luma, _DISSOLVE_SIZE_PX, interpolation=cv2.INTER_AREA)
+            # Without its mean, as a change of light is no dissolve.
             self._recent.append((time, small - small.mean()))
-            self._look(len(self._recent) - 1 - _SPANS[-1])
-        moved = self._moved(before, time, luma)
-        moves = before is not None and time - before[0] < _STILL
-        if self._found and len(self._found[-1].after) < _NEAR:
+            self._check_transition(len(self._recent) - 1 - _DISSOLVE_SPAN_STEPS[-1])
+        moved = self._measure_motion(before, time, luma)
+        moves = before is not None and time - before[0] < _STILL_FRAME_SECONDS
+        if self._found and len(self._found[-1].after) < _CUT_CONTEXT_FRAMES:
             self._found[-1].after.append(moved if moves else 0.0)
         if cut:
             self._found.append(_SceneCut(time, moved if moves else math.inf, list(self._moves)))
@@ -110,56 +119,61 @@ class ShotFinder:
         return max(self._motion, 0.0 if cut else before_that)
 
     @staticmethod
-    def _moved(before: tuple[float, np.ndarray] | None, time: float, luma: np.ndarray) -> float:
+    def _measure_motion(before: tuple[float, np.ndarray] | None, time: float, luma: np.ndarray) -> float:
         if before is None or before[1].shape != luma.shape:
             return 0.0
         change = float(np.abs(luma - before[1]).mean()) / max(float(luma.std()), 0.02)
-        return change * FRAME / max(time - before[0], 1e-3)
+        return change * MOTION_FRAME_SECONDS / max(time - before[0], 1e-3)
 
     def shots(self) -> list[float]:
-        """When each shot begins, in seconds; a dissolve or fade ends one in its middle."""
+        """Return the start time of each shot in seconds; a dissolve or fade ends a shot in its middle."""
         self._end_shot()
         middles = ((first + last) / 2 for first, last in self.transitions)
         cuts = [cut.time for number, cut in enumerate(self._found) if number == 0 or not cut.is_whip]
-        alone = [each for each in middles if all(abs(each - cut) > _PAUSE for cut in cuts[1:])]
-        return sorted([*cuts, *alone])
+        separate = [
+            time for time in middles if all(abs(time - cut) > _MAX_CUT_DISTANCE_SECONDS for cut in cuts[1:])
+        ]
+        return sorted([*cuts, *separate])
 
     def is_transition(self, time: float) -> bool:
-        """Whether a time lies in a dissolve or a fade."""
+        """Whether a time is in a dissolve or fade."""
         return any(first <= time <= last for first, last in self.transitions)
 
-    def _look(self, middle: int) -> None:
-        """Check whether the recent picture of this number lies in a transition."""
+    def _check_transition(self, middle: int) -> None:
+        """Check whether the recent picture with this index is in a transition."""
         if middle < 0:
             return
         time, picture = self._recent[middle]
-        for span in _SPANS:
+        for span in _DISSOLVE_SPAN_STEPS:
             if span <= middle < len(self._recent) - span and is_dissolve(
                 self._recent[middle - span][1], picture, self._recent[middle + span][1]
             ):
-                near = self._recent[middle - _SPANS[0]][1], self._recent[middle + _SPANS[0]][1]
+                near = (
+                    self._recent[middle - _DISSOLVE_SPAN_STEPS[0]][1],
+                    self._recent[middle + _DISSOLVE_SPAN_STEPS[0]][1],
+                )
                 self._run.append((time, *near))
                 return
-        if self._run and time - self._run[-1][0] > 3 * STEP:
+        if self._run and time - self._run[-1][0] > 3 * DISSOLVE_STEP_SECONDS:
             self._end_transition()
 
     def _end_shot(self) -> None:
-        """Check the pictures that wait for later ones: no dissolve crosses a cut."""
-        for middle in range(max(0, len(self._recent) - _SPANS[-1]), len(self._recent)):
-            self._look(middle)
+        """Check the pictures that still wait for later ones: no dissolve crosses a cut."""
+        for middle in range(max(0, len(self._recent) - _DISSOLVE_SPAN_STEPS[-1]), len(self._recent)):
+            self._check_transition(middle)
         self._end_transition()
         self._recent.clear()
 
     def _end_transition(self) -> None:
-        if len(self._run) >= _MIN_STEPS:
+        if len(self._run) >= _MIN_DISSOLVE_STEPS:
             (first, before, _), (last, _, after) = self._run[0], self._run[-1]
-            if last - first < _MAX_SECONDS and not is_moved(before, after):
-                self.transitions.append((first - STEP, last + STEP))
+            if last - first < _MAX_DISSOLVE_SECONDS and not is_camera_move(before, after):
+                self.transitions.append((first - DISSOLVE_STEP_SECONDS, last + DISSOLVE_STEP_SECONDS))
         self._run = []
 
 
 class KeyShots:
-    """Estimates where scenes begin from key frames of a film, which are seconds apart.
+    """Estimates where scenes begin from the key frames of a film, which are seconds apart.
 
     Attributes:
         scene_starts: seconds.
@@ -171,45 +185,47 @@ class KeyShots:
         self.scene_starts: list[float] = []
 
     def push(self, time: float, luma: np.ndarray, histogram: np.ndarray) -> None:
-        """The next key frame: its small luma, as for `ShotFinder`, and its colour histogram."""
+        """Add the next key frame: its small luma, as for `ShotFinder`, and its colour histogram."""
         moved = self._cuts.is_cut(luma)
         before, self._histogram = self._histogram, histogram
-        if before is None or (moved and float(np.minimum(before, histogram).sum()) < _SAME_SCENE):
+        if before is None or (moved and float(np.minimum(before, histogram).sum()) < _SAME_SCENE_COLOR_SHARE):
             self.scene_starts.append(time)
 
 
 def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:
-    """Whether the picture is a blend of the two others, as in a dissolve or a fade; all H x W, mean 0."""
+    """Whether the picture is a blend of the two others, as in a dissolve or fade; all are H x W, mean 0."""
     change = after - before
     strength = float(np.sqrt(np.mean(change**2)))
-    if strength < _DIFFERENT or (_correlation(before, after) > _SIMILAR and not _fades(before, after)):
+    if strength < _MIN_SHOT_DIFFERENCE or (
+        _correlation(before, after) > _SAME_SHOT_CORRELATION and not _is_fade(before, after)
+    ):
         return False
     share = float(np.mean((picture - before) * change)) / strength**2
-    if not _SHARE[0] < share < _SHARE[1]:
+    if not _BLEND_SHARE_RANGE[0] < share < _BLEND_SHARE_RANGE[1]:
         return False
     rest = picture - before - share * change
-    return float(np.sqrt(np.mean(rest**2))) < _MIXED * strength
+    return float(np.sqrt(np.mean(rest**2))) < _MAX_BLEND_REST_RATIO * strength
 
 
-def is_moved(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether the middle of one is found in the other by template matching: a camera move."""
-    if _fades(before, after):
+def is_camera_move(before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether the middle of one picture is found in the other by template matching."""
+    if _is_fade(before, after):
         return False
     down, across = before.shape[0] // 4, before.shape[1] // 4
     for one, other in ((before, after), (after, before)):
         middle = np.ascontiguousarray(one[down:-down, across:-across])
-        if cv2.matchTemplate(other, middle, cv2.TM_CCOEFF_NORMED).max() > _FOUND:
+        if cv2.matchTemplate(other, middle, cv2.TM_CCOEFF_NORMED).max() > _MATCH_CORRELATION:
             return True
     return False
 
 
-def _fades(before: np.ndarray, after: np.ndarray) -> bool:
+def _is_fade(before: np.ndarray, after: np.ndarray) -> bool:
     """Whether one picture has much less contrast than the other."""
     lower, higher = sorted((float(before.std()), float(after.std())))
     return lower < 0.6 * higher
 
 
 def _correlation(one: np.ndarray, other: np.ndarray) -> float:
-    """The correlation of two pictures of mean 0; 0 where one is blank."""
+    """Return the correlation of two pictures of mean 0; 0 if one is blank."""
     energy = float(np.sqrt(np.mean(one**2) * np.mean(other**2)))
     return float(np.mean(one * other)) / energy if energy > 1e-4 else 0.0

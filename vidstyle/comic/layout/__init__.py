@@ -1,1 +1,1 @@
-"""Panels on paper: sizes, rows, pages, strips, storyboards and crops."""
+"""Layout of pages and strips: the shapes of panels and the parts of pictures that they show."""

@@ -8,42 +8,50 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vidstyle.comic.layout.crop import main_face, must_show, what_counts
+from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.layout.crop import content_box, main_face, required_box
 from vidstyle.comic.layout.slicing import Tree
-from vidstyle.comic.moment import Box, Moment
 
-NARROWEST, WIDEST = 0.45, 3.2
+# The shape of panels.
+MIN_PANEL_ASPECT, MAX_PANEL_ASPECT = 0.45, 3.2
 """Range of the aspect ratio (width / height) of panels; others are slivers."""
-
-_WHOLE = 1.02
-"""Safety factor on these limits, as sides are rounded to whole pixels later."""
-_OWN = 0.8
-"""Weight of the picture's own shape in the best shape; the rest is the shape of its main content."""
-_OWN_NEAR = 0.25
-"""The same for a face that is shown from near."""
-_EVEN = 0.08
-"""Minimum standard deviation of importance assumed."""
-_SPREAD = 0.5
-"""Logarithm of the factor on the wanted area per standard deviation of importance."""
-_SLIVER = 4.0
+_ASPECT_SAFETY_FACTOR = 1.02
+"""Safety factor on these limits, as sides are later rounded to whole pixels."""
+_SLIVER_COST = 4.0
 """Cost of a sliver; ten times the square of its excess is added."""
-_PERTURBATION = 2.2
-"""Maximum that a seed adds to the cost of a row; a third of it on average."""
-_JITTER = np.array([1.0, 0.3])
-"""Range of what a seed adds to deviations of importance and to logarithms of shapes."""
-_UNSEEN, _CROPPED = 0.5, 3.0
-"""Difference of the logarithms of the aspects of a panel and its picture up to which little of it is cut off,
-and weight of the square of its excess."""
-_WORSE, _ROUNDED = 3.0, 0.02
-"""Cost of a panel in which large faces must be cut or left out, and the share of them that is none."""
-_SPLASH = 1.6
-"""Standard deviations above the mean from which the most important moment is a splash."""
-_ALONE = 0.4
-"""Standard deviations above the next moment that it needs as well."""
-_SPLASH_SHARE = 0.36
-"""Share of a page that a splash wants."""
-_SPLASH_SIZE = 3.0
-"""Factor on the weight of its size."""
+_PICTURE_SHAPE_WEIGHT, _NEAR_PICTURE_SHAPE_WEIGHT = 0.8, 0.25
+"""Weight of the picture's shape in the best shape; the rest is the shape of its main content.
+
+The second value is for a close-up of a face.
+"""
+
+# The size of panels.
+_MIN_IMPORTANCE_DEVIATION = 0.08
+"""Minimum standard deviation of importance assumed."""
+_AREA_LOG_FACTOR = 0.5
+"""Logarithm of the factor on the wanted area per standard deviation of importance."""
+_MIN_SPLASH_DEVIATIONS = 1.6
+"""Standard deviations above the mean from which the most important key frame is a splash."""
+_MIN_SPLASH_LEAD_DEVIATIONS = 0.4
+"""Standard deviations by which a splash must also exceed the next key frame."""
+_SPLASH_PAGE_SHARE = 0.36
+"""Wanted share of a page for a splash."""
+_SPLASH_SIZE_WEIGHT = 3.0
+"""Factor on the weight of a splash's size."""
+
+# The content of panels.
+_FREE_CROP_LOG_RATIO = 0.5
+"""Difference of the logarithms of the aspects of a panel and its picture up to which cropping is free."""
+_CROP_WEIGHT = 3.0
+"""Weight of the square of its excess."""
+_LOST_FACE_COST, _MAX_LOST_FACE_SHARE = 3.0, 0.02
+"""Cost of a panel that must cut or omit large faces, and the lost share of them that is ignored."""
+
+# Random variations.
+_MAX_PERTURBATION_COST = 2.2
+"""Maximum that a seed adds to the cost of a row; the mean is a third of it."""
+_JITTER_RANGES = np.array([1.0, 0.3])
+"""Range of random terms added to deviations of importance and to logarithms of shapes."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +61,7 @@ class LayoutWeights:
     The cost of a layout is the sum, over its panels of width w and height h,
 
         shape . ln(w/h / best shape)^2  +  saliency . (part cut off the box around salient area and faces)
-        +  face . (part of the large faces, with the room about them, that is cut off; more if any is)
+        +  face . (part of the large faces, with the room around them, that is cut off; more if any is)
         +  (much cut off the picture)
         +  size . ln(w h / wanted area)^2  +  slivers,
 
@@ -63,19 +71,19 @@ class LayoutWeights:
         monotony . similarity  +  full . similarity of rows of one panel
         +  cross . (gutters meet in a cross)  +  ragged . (they miss it by one unit),
 
-    where the similarity of rows with as many columns is 1 if their first cuts are in one place and falls to
-    1/2 a third of the page's width on, and that of rows of one panel is 1 if they are as high and falls to
-    1/2; over page breaks, of `scene` where a scene goes on; and over pages,
+    where the similarity of rows with equal numbers of columns is 1 if their first cuts are in one place and
+    falls to 1/2 over a third of the page's width, and the similarity of rows of one panel is 1 for equal
+    heights and falls to 1/2; over page breaks, of `scene` if the scene continues; and over pages,
 
-        balance . (distance of the middle of what is dark from the page's middle, in sides of the page).
+        balance . (distance of the centre of the dark areas from the page's centre, in sides of the page).
 
     The wanted area is a share of the paper by importance; for a splash `size` is larger.
 
     Attributes:
-        jitter: added to each panel's deviation of importance and to the natural logarithm of its best shape;
+        jitter: added to each panel's deviation of importance and to the logarithm of its best shape;
             panel x 2, or None.
-        perturbation: added to the cost of a template for each panel that it may begin with; 0 for templates
-            that are not listed.
+        perturbation: added to the cost of a template for each possible first panel; 0 for templates that are
+            not listed.
     """
 
     shape: float = 1.0
@@ -92,110 +100,121 @@ class LayoutWeights:
     perturbation: dict[Tree, np.ndarray] = field(default_factory=dict)
 
     def template(self, tree: Tree, count: int) -> np.ndarray:
-        """The cost of a template of rows for each of the first `count` panels that it may begin with."""
-        cost = 0.12 * max(0, tree.columns - 2) + (0.15 if _stack_first(tree) else 0.0)
+        """Return the cost of a template of rows for each of the `count` panels that it may begin with."""
+        cost = 0.12 * max(0, tree.columns - 2) + (0.15 if _has_early_stack(tree) else 0.0)
         return cost + (self.perturbation[tree][:count] if tree in self.perturbation else np.zeros(count))
 
 
-def _stack_first(tree: Tree) -> bool:
-    """Whether a stack stands before a neighbour, which may be read before the stack's end."""
-    if not tree.beside or tree.first is None or tree.rest is None:
+def _has_early_stack(tree: Tree) -> bool:
+    """Whether a stack comes before a neighbour, which may be read before the end of the stack."""
+    if not tree.side_by_side or tree.first is None or tree.rest is None:
         return False
-    return tree.first.count > 1 or _stack_first(tree.rest)
+    return tree.first.count > 1 or _has_early_stack(tree.rest)
 
 
-def perturbed_weights(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> LayoutWeights:
-    """The weights of a seed for `count` panels, unperturbed for seed 0.
+def perturb_weights(seed: int, attempt: int, count: int, trees: Sequence[Tree]) -> LayoutWeights:
+    """Return the weights of a seed for `count` panels, unperturbed for seed 0.
 
     Args:
-        attempt: its number; later ones are perturbed less.
+        seed: random seed.
+        attempt: number of the attempt; later ones are perturbed less.
+        count: number of panels.
         trees: all templates of rows.
     """
     if seed == 0:
         return LayoutWeights()
     random = np.random.default_rng((seed, attempt))
-    jitter = (random.random((count, 2)) - 0.5) * _JITTER / (1 + attempt)
-    perturbation = {tree: _PERTURBATION * random.random(count) ** 2 for tree in trees}
+    jitter = (random.random((count, 2)) - 0.5) * _JITTER_RANGES / (1 + attempt)
+    perturbation = {tree: _MAX_PERTURBATION_COST * random.random(count) ** 2 for tree in trees}
     return LayoutWeights(jitter=jitter, perturbation=perturbation)
 
 
 def wanted_areas(
-    moments: Sequence[Moment], paper_area: float, pages: float, weights: LayoutWeights
+    key_frames: Sequence[KeyFrame], paper_area: float, pages: float, weights: LayoutWeights
 ) -> np.ndarray:
-    """The wanted area of each moment in square pixels, on pages of `paper_area` each.
+    """Return the wanted area of each key frame in square pixels, on pages of `paper_area` each.
 
-    A moment that stands out among at least four is a splash and wants a large share of a page.
+    A key frame that stands out among at least four is a splash and gets a large share of a page.
     """
-    above = deviations(moments)
+    above = deviations(key_frames)
     added = 0.0 if weights.jitter is None else weights.jitter[:, 0]
-    shares = np.exp(_SPREAD * np.clip(above + added, -2.0, 2.0))
+    shares = np.exp(_AREA_LOG_FACTOR * np.clip(above + added, -2.0, 2.0))
     areas = shares / shares.sum() * paper_area * pages
-    top = splash(moments)
+    top = find_splash(key_frames)
     if top is not None:
-        areas[top] = max(areas[top], _SPLASH_SHARE * paper_area)
+        areas[top] = max(areas[top], _SPLASH_PAGE_SHARE * paper_area)
     return areas
 
 
-def deviations(moments: Sequence[Moment]) -> np.ndarray:
-    """Each moment's importance above the mean, in standard deviations."""
-    importance = np.array([moment.importance for moment in moments])
-    return (importance - importance.mean()) / max(float(importance.std()), _EVEN)
+def deviations(key_frames: Sequence[KeyFrame]) -> np.ndarray:
+    """Return each key frame's importance above the mean, in standard deviations."""
+    importance = np.array([key_frame.importance for key_frame in key_frames])
+    return (importance - importance.mean()) / max(float(importance.std()), _MIN_IMPORTANCE_DEVIATION)
 
 
-def splash(moments: Sequence[Moment]) -> int | None:
-    """The index of the moment that stands out among at least four, or None."""
-    above = deviations(moments)
+def find_splash(key_frames: Sequence[KeyFrame]) -> int | None:
+    """Return the index of the key frame that stands out among at least four, or None."""
+    above = deviations(key_frames)
     top = int(above.argmax())
-    if len(moments) < 4 or above[top] < max(_SPLASH, np.delete(above, top).max() + _ALONE):
+    if len(key_frames) < 4 or above[top] < max(
+        _MIN_SPLASH_DEVIATIONS, np.delete(above, top).max() + _MIN_SPLASH_LEAD_DEVIATIONS
+    ):
         return None
     return top
 
 
 def panel_costs(
-    moments: Sequence[Moment],
+    key_frames: Sequence[KeyFrame],
     areas: np.ndarray,
     widths: np.ndarray,
     heights: np.ndarray,
     weights: LayoutWeights,
 ) -> np.ndarray:
-    """The cost of the panel of each moment in each size.
+    """Return the cost of the panel of each key frame in each size.
 
     Returns:
-        Moment x width x height; infinite for the first width and the first height, which are 0.
+        Key frame x width x height; infinite for the first width and the first height, which are 0.
     """
     aspect, area = widths[:, None] / heights, widths[:, None] * heights
-    shapes = np.zeros(len(moments)) if weights.jitter is None else weights.jitter[:, 1]
-    size = np.full(len(moments), weights.size)
-    top = splash(moments)
+    shapes = np.zeros(len(key_frames)) if weights.jitter is None else weights.jitter[:, 1]
+    size = np.full(len(key_frames), weights.size)
+    top = find_splash(key_frames)
     if top is not None:
-        size[top] *= _SPLASH_SIZE
+        size[top] *= _SPLASH_SIZE_WEIGHT
     costs = np.stack(
         [
-            weights.shape * (np.log(aspect) - best_shape(moment) - shape) ** 2
+            weights.shape * (np.log(aspect) - best_shape(key_frame) - shape) ** 2
             + counts * np.log(area / wanted) ** 2
-            + _content_cost(moment, aspect, weights)
-            for moment, wanted, counts, shape in zip(moments, areas, size, shapes, strict=True)
+            + _content_cost(key_frame, aspect, weights)
+            for key_frame, wanted, counts, shape in zip(key_frames, areas, size, shapes, strict=True)
         ]
     )
-    over = np.maximum(np.log(aspect * _WHOLE / WIDEST), np.log(NARROWEST * _WHOLE / aspect))
-    costs += np.where(over > 0, _SLIVER + 10 * over**2, 0.0)
+    over = np.maximum(
+        np.log(aspect * _ASPECT_SAFETY_FACTOR / MAX_PANEL_ASPECT),
+        np.log(MIN_PANEL_ASPECT * _ASPECT_SAFETY_FACTOR / aspect),
+    )
+    costs += np.where(over > 0, _SLIVER_COST + 10 * over**2, 0.0)
     costs[:, 0], costs[:, :, 0] = np.inf, np.inf
     return costs
 
 
-def best_shape(moment: Moment) -> float:
-    """The natural logarithm of the best aspect ratio for a moment."""
-    height, width = moment.shape
-    kept = what_counts(moment)
+def best_shape(key_frame: KeyFrame) -> float:
+    """Return the natural logarithm of the best aspect ratio for a key frame."""
+    height, width = key_frame.shape
+    kept = content_box(key_frame)
     own = math.log(width / height)
     inner = math.log(max(kept.width, 1.0) / max(kept.height, 1.0))
-    share = _OWN_NEAR if moment.framing == "near" and moment.faces else _OWN
+    share = (
+        _NEAR_PICTURE_SHAPE_WEIGHT
+        if key_frame.framing == "near" and key_frame.faces
+        else _PICTURE_SHAPE_WEIGHT
+    )
     return share * own + (1 - share) * min(own + 1.5, max(own - 1.5, inner))
 
 
-def _content_cost(moment: Moment, aspect: np.ndarray, weights: LayoutWeights) -> np.ndarray:
-    """The cost of what a window of an aspect cannot contain."""
-    height, width = moment.shape
+def _content_cost(key_frame: KeyFrame, aspect: np.ndarray, weights: LayoutWeights) -> np.ndarray:
+    """Return the cost of the content that a window of an aspect cannot show."""
+    height, width = key_frame.shape
     across = np.minimum(width, height * aspect)
     down = across / aspect
 
@@ -203,11 +222,11 @@ def _content_cost(moment: Moment, aspect: np.ndarray, weights: LayoutWeights) ->
         shown = np.minimum(1, across / max(box.width, 1.0)) * np.minimum(1, down / max(box.height, 1.0))
         return 1 - shown
 
-    kept = must_show(moment)
-    cropped = np.maximum(0, np.abs(np.log(aspect * height / width)) - _UNSEEN) ** 2
-    cost = _CROPPED * cropped * (moment.framing != "near") + weights.saliency * lost(
-        moment.saliency.union(kept)
+    kept = required_box(key_frame)
+    cropped = np.maximum(0, np.abs(np.log(aspect * height / width)) - _FREE_CROP_LOG_RATIO) ** 2
+    cost = _CROP_WEIGHT * cropped * (key_frame.framing != "near") + weights.saliency * lost(
+        key_frame.saliency.union(kept)
     )
-    if main_face(moment) is None:
+    if main_face(key_frame) is None:
         return cost
-    return cost + weights.face * lost(kept) + _WORSE * (lost(kept) > _ROUNDED)
+    return cost + weights.face * lost(kept) + _LOST_FACE_COST * (lost(kept) > _MAX_LOST_FACE_SHARE)

@@ -1,4 +1,4 @@
-"""Cropping: the window of a moment's picture that a panel shows."""
+"""Cropping: the window of a key frame's picture that a panel shows."""
 
 from __future__ import annotations
 
@@ -6,133 +6,168 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vidstyle.comic.moment import Box, Moment, Point, Rectangle
+from vidstyle.comic.key_frame import Box, KeyFrame, Point, Rectangle
 
-NEAREST = 0.5
+# The size of windows.
+MIN_WINDOW_RATIO = 0.5
 """Minimum size of a window, relative to the largest one of its aspect."""
-NEAREST_TINY = 0.35
-"""The same if the main face is tiny."""
-NEAREST_FACELESS = 0.75
-"""The same without a face: saliency is less certain than a face."""
-TINY = 1 / 12
-"""A face is tiny if its height is below this share of the picture's."""
-AROUND = 1.6
-"""Wanted size of a window, relative to its content."""
-AROUND_NEAR = 1.05
-"""The same for a moment that is shown from near."""
-HEAD_ROOM = 0.35
-"""Head room above a face, in heights of the face."""
-NECK_ROOM = 0.2
-SIDE_ROOM = 0.15
+MIN_TINY_FACE_WINDOW_RATIO = 0.35
+"""Minimum size if the main face is tiny, and for close-ups."""
+MIN_FACELESS_WINDOW_RATIO = 0.75
+"""Minimum size without a face: saliency is less certain than a face."""
+TINY_FACE_HEIGHT_RATIO = 1 / 12
+"""Height of a face, relative to the picture's, below which it is tiny."""
+CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO = 1.6, 1.05
+"""Wanted size of a window, relative to its content; the second value is for close-ups."""
 
-_THIRDS = (1 / 3, 2 / 3)
-_EYES = 0.4
-"""Wanted height of a face's centre in a panel, from the top: its eyes are then at a third."""
-_MAIN, _CUT, _LOST, _SLICED, _OUT, _ROOM = 1000.0, 100.0, 30.0, 10.0, 8.0, 6.0
-"""Costs: main face lost, a face cut, saliency lost, a blob cut, a face left out, head room lost."""
-_TOP, _THIRD, _SHIFT = 4.0, 1.0, 0.3
-"""Costs: saliency lost at the top, distance to a third, distance to the picture's centre."""
-_MANY = 12
-"""Maximum number of blobs considered, the largest first."""
-_NEARER = 4.0
+# The room around a face, in sides of the face.
+HEAD_ROOM_FACE_RATIO = 0.35
+NECK_ROOM_FACE_RATIO = 0.2
+SIDE_ROOM_FACE_RATIO = 0.15
+
+# The costs of windows, in the order of their importance.
+_MAIN_FACE_COST = 1000.0
+"""Cost of losing the main face."""
+_CUT_FACE_COST = 100.0
+"""Cost of cutting a face."""
+_LOST_SALIENCY_COST = 30.0
+"""Cost of losing the salient area."""
+_CUT_BLOB_COST = 10.0
+"""Cost of cutting a blob."""
+_OMITTED_FACE_COST = 8.0
+"""Cost of omitting a face."""
+_LOST_HEAD_ROOM_COST = 6.0
+"""Cost of losing the room around the main face."""
+_LOST_TOP_COST = 4.0
+"""Cost of losing the top of the salient area."""
+_ZOOM_COST = 4.0
 """Cost of a window smaller than wanted, per side of the largest one."""
-_EXACT = 1e-6
+_THIRD_DISTANCE_COST = 1.0
+"""Cost of the subject's distance from a third."""
+_CENTRE_DISTANCE_COST = 0.3
+"""Cost of the window's distance from the picture's centre."""
+_MAX_BLOBS = 12
+"""Maximum number of blobs considered, the largest first."""
+
+# Composition.
+_THIRD_RATIOS = (1 / 3, 2 / 3)
+"""Positions of the thirds in a window."""
+_FACE_CENTRE_RATIO = 0.4
+"""Wanted height of a face's centre in a panel, from the top: its eyes are then at a third."""
+_SHIFT_RATIOS = ((0, -0.5), (0, -1), (-0.5, 0), (0.5, 0), (-1, 0), (1, 0), (0, 0.5))
+"""Shifts tried, relative to the largest shift that keeps the main content visible."""
+
+_ROUNDING_TOLERANCE = 1e-6
 
 
-def crop(moment: Moment, aspect: float) -> Box:
-    """The window of a picture that a panel shows: faces and saliency, composed by the rule of thirds.
+def crop(key_frame: KeyFrame, aspect: float) -> Box:
+    """Return the window of a picture that a panel shows: faces and saliency, composed by the rule of thirds.
 
-    The window is as large as fits, or smaller if its content is small. Candidates are the windows whose
+    The window is as large as possible, or smaller if its content is small. Candidates are the windows whose
     edges or thirds meet an edge or the centre of a face or of the salient box; the one with the lowest cost
-    is taken. In order of weight: it contains the main (largest) face, cuts no face, contains the saliency,
-    the other faces and the head room of the main one, and follows the thirds.
+    wins. In order of weight: it contains the main (largest) face, cuts no face, contains the saliency, the
+    other faces and the head room of the main one, and follows the thirds.
 
     Args:
-        aspect: width by height of the panel, above 0.
+        key_frame: the key frame.
+        aspect: width divided by height of the panel, above 0.
 
     Returns:
         A window within the picture, of exactly that aspect, in pixels.
     """
-    width, height = largest(moment, aspect)
-    scales = _scales(moment, width, height)
-    windows = [_best(moment, width * scale, height * scale, scales[0] - scale) for scale in scales]
+    width, height = largest_window(key_frame, aspect)
+    scales = _scales(key_frame, width, height)
+    windows = [_find_window(key_frame, width * scale, height * scale, scales[0] - scale) for scale in scales]
     return min(windows, key=lambda window: window[0])[1]
 
 
-def largest(moment: Moment, aspect: float) -> tuple[float, float]:
-    """Width and height of the largest window of an aspect within a moment's picture."""
-    height, width = moment.shape
+def largest_window(key_frame: KeyFrame, aspect: float) -> tuple[float, float]:
+    """Return width and height of the largest window of an aspect within a key frame's picture."""
+    height, width = key_frame.shape
     across = min(float(width), height * aspect)
     return across, min(float(height), across / aspect)
 
 
-def main_face(moment: Moment) -> Box | None:
-    """The largest face."""
-    return max(moment.faces, key=lambda face: face.area, default=None)
+def main_face(key_frame: KeyFrame) -> Box | None:
+    """Return the largest face."""
+    return max(key_frame.faces, key=lambda face: face.area, default=None)
 
 
-def with_room(moment: Moment, face: Box) -> Box:
-    """A face with hair and neck, clipped to the picture."""
-    height, width = moment.shape
-    roomy = face.padded(SIDE_ROOM * face.width, HEAD_ROOM * face.height, NECK_ROOM * face.height)
+def add_face_room(key_frame: KeyFrame, face: Box) -> Box:
+    """Return the face enlarged by hair and neck, clipped to the picture."""
+    height, width = key_frame.shape
+    roomy = face.padded(
+        SIDE_ROOM_FACE_RATIO * face.width,
+        HEAD_ROOM_FACE_RATIO * face.height,
+        NECK_ROOM_FACE_RATIO * face.height,
+    )
     return roomy.intersection(Box(0, 0, width, height))
 
 
-def what_counts(moment: Moment) -> Box:
-    """The smallest box that contains the saliency and all faces with their room."""
-    kept = moment.saliency
-    for face in moment.faces:
-        kept = kept.union(with_room(moment, face))
+def content_box(key_frame: KeyFrame) -> Box:
+    """Return the smallest box that contains the saliency and all faces with their room."""
+    kept = key_frame.saliency
+    for face in key_frame.faces:
+        kept = kept.union(add_face_room(key_frame, face))
     return kept
 
 
-def must_show(moment: Moment) -> Box:
-    """What a panel may not cut, or the whole picture would be better: the large faces, or the saliency.
+def required_box(key_frame: KeyFrame) -> Box:
+    """Return the box that a panel must not cut: the large faces, or else the saliency.
 
-    Faces at least half as high as the main one belong together, as those of a pair.
+    Faces at least half as high as the main one belong together, like a couple.
     """
-    main = main_face(moment)
+    main = main_face(key_frame)
     if main is None:
-        return moment.saliency
-    kept = with_room(moment, main)
-    for face in moment.faces:
-        kept = kept.union(with_room(moment, face)) if face.height >= main.height / 2 else kept
+        return key_frame.saliency
+    kept = add_face_room(key_frame, main)
+    for face in key_frame.faces:
+        kept = kept.union(add_face_room(key_frame, face)) if face.height >= main.height / 2 else kept
     return kept
 
 
-def _largest_blobs(moment: Moment) -> list[Box]:
-    return sorted(moment.blobs, key=lambda blob: -blob.area)[:_MANY]
+def _largest_blobs(key_frame: KeyFrame) -> list[Box]:
+    return sorted(key_frame.blobs, key=lambda blob: -blob.area)[:_MAX_BLOBS]
 
 
-def _scales(moment: Moment, width: float, height: float) -> list[float]:
-    """Sizes to try, relative to the largest window: the wanted one, then smaller ones.
+def _scales(key_frame: KeyFrame, width: float, height: float) -> list[float]:
+    """Return sizes to try, relative to the largest window: the wanted one, then smaller ones.
 
-    A smaller window may leave a face out that would otherwise be cut.
+    A smaller window may omit a face that would otherwise be cut.
     """
-    if moment.framing == "wide":
+    if key_frame.framing == "wide":
         return [1.0]
-    face = main_face(moment)
-    if moment.framing == "near":
-        least = NEAREST_TINY
+    face = main_face(key_frame)
+    if key_frame.framing == "near":
+        least = MIN_TINY_FACE_WINDOW_RATIO
     elif face is None:
-        least = NEAREST_FACELESS
+        least = MIN_FACELESS_WINDOW_RATIO
     else:
-        least = NEAREST_TINY if face.height < TINY * moment.shape[0] else NEAREST
-    kept = what_counts(moment)
-    around = AROUND_NEAR if moment.framing == "near" else AROUND
+        least = (
+            MIN_TINY_FACE_WINDOW_RATIO
+            if face.height < TINY_FACE_HEIGHT_RATIO * key_frame.shape[0]
+            else MIN_WINDOW_RATIO
+        )
+    kept = content_box(key_frame)
+    around = NEAR_CONTENT_WINDOW_RATIO if key_frame.framing == "near" else CONTENT_WINDOW_RATIO
     wanted = around * max(kept.width / width, kept.height / height)
     near = min(1.0, max(least, wanted))
     return [near, (near + least) / 2, least]
 
 
-def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[float, Box]:
-    """The window of a size with the lowest cost, and that cost."""
-    subject = main_face(moment) or moment.saliency
-    boxes = [moment.saliency, *moment.faces, with_room(moment, subject), *_largest_blobs(moment)]
-    tall, wide = moment.shape
+def _find_window(key_frame: KeyFrame, width: float, height: float, nearer: float) -> tuple[float, Box]:
+    """Return the window of a size with the lowest cost, and that cost."""
+    subject = main_face(key_frame) or key_frame.saliency
+    boxes = [
+        key_frame.saliency,
+        *key_frame.faces,
+        add_face_room(key_frame, subject),
+        *_largest_blobs(key_frame),
+    ]
+    tall, wide = key_frame.shape
     lefts = _places([(box.left, box.right) for box in boxes], subject.center[0], width, wide)
     tops = _places([(box.top, box.bottom) for box in boxes], subject.center[1], height, tall)
-    prices = _price(moment, lefts[:, None], tops[None, :], width, height) + _NEARER * nearer
+    prices = _window_costs(key_frame, lefts[:, None], tops[None, :], width, height) + _ZOOM_COST * nearer
     across, down = divmod(int(prices.argmin()), len(tops))
     left, top = float(lefts[across]), float(tops[down])
     right, bottom = min(float(wide), left + width), min(float(tall), top + height)
@@ -140,91 +175,98 @@ def _best(moment: Moment, width: float, height: float, nearer: float) -> tuple[f
 
 
 def _places(spans: list[tuple[float, float]], middle: float, side: float, whole: float) -> np.ndarray:
-    """Candidate positions of a window along one axis, within the picture, without repetition."""
+    """Return candidate positions of a window along one axis, within the picture, without duplicates."""
     places = [0.0, whole - side, (whole - side) / 2]
-    places += [middle - part * side for part in (*_THIRDS, 0.5, _EYES)]
+    places += [middle - part * side for part in (*_THIRD_RATIOS, 0.5, _FACE_CENTRE_RATIO)]
     for low, high in spans:
         places += [low, high, low - side, high - side]
     return np.unique(np.clip(places, 0.0, max(0.0, whole - side)))
 
 
-def _price(moment: Moment, left: np.ndarray, top: np.ndarray, width: float, height: float) -> np.ndarray:
-    """The cost of windows at `left` x `top`."""
-    face = main_face(moment)
-    subject = face or moment.saliency
+def _window_costs(
+    key_frame: KeyFrame, left: np.ndarray, top: np.ndarray, width: float, height: float
+) -> np.ndarray:
+    """Return the cost of windows at `left` x `top`."""
+    face = main_face(key_frame)
+    subject = face or key_frame.saliency
 
     def lost(box: Box) -> np.ndarray:
-        across = _shown(box.left, box.right, left, width)
-        return 1 - across * _shown(box.top, box.bottom, top, height)
+        across = _visible_share(box.left, box.right, left, width)
+        return 1 - across * _visible_share(box.top, box.bottom, top, height)
 
-    price = _LOST * _missing(lost(moment.saliency))
-    for each in moment.faces:
+    price = _LOST_SALIENCY_COST * _loss_cost(lost(key_frame.saliency))
+    for each in key_frame.faces:
         part = lost(each)
-        price = price + _CUT * _is_cut(part) + _OUT * (part > _EXACT)
-    over = np.clip(top - moment.saliency.top, 0.0, None) / max(moment.saliency.height, 1.0)
-    price = price + _TOP * over
-    for blob in _largest_blobs(moment):
-        price = price + _SLICED * _is_cut(lost(blob))
+        price = price + _CUT_FACE_COST * _is_cut(part) + _OMITTED_FACE_COST * (part > _ROUNDING_TOLERANCE)
+    over = np.clip(top - key_frame.saliency.top, 0.0, None) / max(key_frame.saliency.height, 1.0)
+    price = price + _LOST_TOP_COST * over
+    for blob in _largest_blobs(key_frame):
+        price = price + _CUT_BLOB_COST * _is_cut(lost(blob))
     if face is not None:
-        price = price + _MAIN * _missing(lost(face)) + _ROOM * _missing(lost(with_room(moment, face)))
-    price = price + _THIRD * _composed(subject, left, top, width, height, face is not None)
-    tall, wide = moment.shape
+        price = (
+            price
+            + _MAIN_FACE_COST * _loss_cost(lost(face))
+            + _LOST_HEAD_ROOM_COST * _loss_cost(lost(add_face_room(key_frame, face)))
+        )
+    price = price + _THIRD_DISTANCE_COST * _composition_cost(
+        subject, left, top, width, height, face is not None
+    )
+    tall, wide = key_frame.shape
     shift = np.abs(left + width / 2 - wide / 2) / wide + np.abs(top + height / 2 - tall / 2) / tall
-    return price + _SHIFT * shift
+    return price + _CENTRE_DISTANCE_COST * shift
 
 
-def _shown(low: float, high: float, start: np.ndarray, side: float) -> np.ndarray:
-    """The share of a span that lies in a window."""
+def _visible_share(low: float, high: float, start: np.ndarray, side: float) -> np.ndarray:
+    """Return the share of a span that is inside a window."""
     inside = np.minimum(high, start + side) - np.maximum(low, start)
-    return np.clip(inside / max(high - low, _EXACT), 0.0, 1.0)
+    return np.clip(inside / max(high - low, _ROUNDING_TOLERANCE), 0.0, 1.0)
 
 
 def _is_cut(lost: np.ndarray) -> np.ndarray:
-    """Where a part of something is lost, but not all."""
-    return (lost > _EXACT) & (lost < 1 - _EXACT)
+    """Return where a part of something is lost, but not all of it."""
+    return (lost > _ROUNDING_TOLERANCE) & (lost < 1 - _ROUNDING_TOLERANCE)
 
 
-def _missing(lost: np.ndarray) -> np.ndarray:
-    """The lost share, plus 1 where anything is lost."""
-    return lost + (lost > _EXACT)
+def _loss_cost(lost: np.ndarray) -> np.ndarray:
+    """Return the lost share, plus 1 where anything is lost."""
+    return lost + (lost > _ROUNDING_TOLERANCE)
 
 
-def _composed(
+def _composition_cost(
     subject: Box, left: np.ndarray, top: np.ndarray, width: float, height: float, is_face: bool
 ) -> np.ndarray:
-    """Distance of the subject from the thirds, in sides of the window; the centre is nearly as good."""
+    """Return the distance of the subject from the thirds, in sides of the window.
+
+    The centre is nearly as good.
+    """
     across, down = (subject.center[0] - left) / width, (subject.center[1] - top) / height
-    return _from_third(across) + (np.abs(down - _EYES) if is_face else _from_third(down))
+    return _third_distance(across) + (np.abs(down - _FACE_CENTRE_RATIO) if is_face else _third_distance(down))
 
 
-def _from_third(part: np.ndarray) -> np.ndarray:
-    aside = np.minimum(np.abs(part - _THIRDS[0]), np.abs(part - _THIRDS[1]))
+def _third_distance(part: np.ndarray) -> np.ndarray:
+    aside = np.minimum(np.abs(part - _THIRD_RATIOS[0]), np.abs(part - _THIRD_RATIOS[1]))
     return np.minimum(aside, np.abs(part - 0.5) + 0.08)
 
 
-_SHIFTS = ((0, -0.5), (0, -1), (-0.5, 0), (0.5, 0), (-1, 0), (1, 0), (0, 0.5))
-"""Shifts tried, relative to the largest that keeps the main content visible."""
-
-
-def on_page(box: Box, window: Box, picture: Rectangle) -> Box:
-    """The visible part of a box of a moment's picture, in pixels of the page."""
+def map_to_page(box: Box, window: Box, picture: Rectangle) -> Box:
+    """Return the visible part of a box of a key frame's picture, in pixels of the page."""
     seen = box.intersection(window).moved(-window.left, -window.top)
     return seen.scaled(picture.width / max(window.width, 1e-6)).moved(picture.left, picture.top)
 
 
-def point_on_page(point: Point, window: Box, picture: Rectangle) -> Point:
-    """A point of a moment's picture in pixels of the page."""
+def map_point_to_page(point: Point, window: Box, picture: Rectangle) -> Point:
+    """Return a point of a key frame's picture in pixels of the page."""
     factor = picture.width / max(window.width, 1e-6)
     return picture.left + (point[0] - window.left) * factor, picture.top + (point[1] - window.top) * factor
 
 
-def elsewhere(window: Box, moment: Moment) -> Iterator[Box]:
-    """Other windows of the same size that show as much of the main face, or of the saliency without one."""
-    height, width = moment.shape
-    kept = (main_face(moment) or moment.saliency).intersection(window)
+def shift_window(window: Box, key_frame: KeyFrame) -> Iterator[Box]:
+    """Yield other windows of the same size that show as much of the main face, or else of the saliency."""
+    height, width = key_frame.shape
+    kept = (main_face(key_frame) or key_frame.saliency).intersection(window)
     left, right = max(0.0, kept.right - window.width), min(width - window.width, kept.left)
     top, bottom = max(0.0, kept.bottom - window.height), min(height - window.height, kept.top)
-    for x, y in _SHIFTS:
+    for x, y in _SHIFT_RATIOS:
         across = x * (right - window.left if x > 0 else window.left - left)
         down = y * (bottom - window.top if y > 0 else window.top - top)
         if abs(across) + abs(down) >= 1 and left <= right and top <= bottom:

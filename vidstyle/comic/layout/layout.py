@@ -1,4 +1,4 @@
-"""Page layout: the panels' rectangles that minimize a stated cost."""
+"""Page layout: the rectangles of the panels that minimize a cost function."""
 
 from __future__ import annotations
 
@@ -8,34 +8,35 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturbed_weights, wanted_areas
+from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturb_weights, wanted_areas
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.layout.grid import grid_places
-from vidstyle.comic.layout.inset import GROWTH, inset_place
+from vidstyle.comic.layout.grid import place_grid
+from vidstyle.comic.layout.inset import INSET_PANEL_AREA_FACTOR, place_inset
 from vidstyle.comic.layout.pagination import Pagination, Row
-from vidstyle.comic.layout.paper import SLANTED, LayoutKind, Paper
-from vidstyle.comic.layout.slant import Leans, between_leans, slanted
-from vidstyle.comic.layout.slicing import Grid, Placement, rows
+from vidstyle.comic.layout.paper import SLANTED_LAYOUTS, LayoutKind, Paper
+from vidstyle.comic.layout.slant import Leans, slant_gutters, upright_area
+from vidstyle.comic.layout.slicing import Grid, Placement, list_rows
 from vidstyle.comic.layout.strip import lay_out_strip
 from vidstyle.comic.lettering.bubble import Bubble
-from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.errors import UsageError
 
-PANELS_PER_PAGE = 6.5
-"""Best number of panels on a page."""
-GOOD = 0.22
-GOOD_AT_ALL = 0.8
-"""Maximum cost of a seed's layout above that of the best one: per panel, and relative."""
-
-_ATTEMPTS = 8
-_TRIED = 2**32
-"""Seed of the layouts that are tried for seed 0, which no user gives."""
-_EVEN_LIGHT = 0.05
-"""Deviation of the light of moments below which any page is balanced."""
-_UNITS = 12
+BEST_PANELS_PER_PAGE = 6.5
+"""Number of panels per page that the default number of pages aims at."""
+_GRID_COLUMN_UNITS = 12
 """Grid units across a page: few, so that gutters of two rows either meet or are well apart."""
-_COLUMNS = 4
+_MAX_PORTRAIT_COLUMNS = 4
 """Maximum number of columns in a row of a portrait page."""
+
+# Variations by seed.
+MAX_EXTRA_COST_PER_PANEL, MAX_EXTRA_COST = 0.22, 0.8
+"""Maximum cost of a seed's layout above the best one's: the sum of a part per panel and a constant."""
+_MAX_SEED_ATTEMPTS = 8
+"""Maximum number of perturbations tried for a seed."""
+_BALANCE_SEED = 2**32
+"""Seed of the layouts that are tried for better balance; no user gives it."""
+_MIN_LIGHT_DEVIATION = 0.05
+"""Standard deviation of the light of key frames below which any page is balanced."""
 
 
 @dataclass(frozen=True)
@@ -43,17 +44,17 @@ class Panel:
     """A panel on its page.
 
     Attributes:
-        moment: index of the moment that it shows.
+        key_frame: index of the key frame that it shows.
         page: index of the page.
         rectangle: including the border.
-        picture: place of its picture: in the rectangle, within the border and below bands of text.
-        crop: the window of the moment's picture that it shows, in pixels, with the aspect of `picture`.
+        picture: rectangle of its picture: within the border and below bands of text.
+        crop: the window of the key frame's picture that it shows, in pixels, with the aspect of `picture`.
         bubbles: its text, in reading order.
-        leans: see `slant`; `rectangle` and `picture` are bounding boxes then.
-        insets: the panels over it, which stand in front of its picture.
+        leans: see `slant`; `rectangle` and `picture` are bounding boxes if it is slanted.
+        insets: the panels in front of its picture.
     """
 
-    moment: int
+    key_frame: int
     page: int
     rectangle: Rectangle
     picture: Rectangle
@@ -65,7 +66,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class PageLayout:
-    """All pages.
+    """The layout of all pages.
 
     Attributes:
         panels: in reading order, which is chronological.
@@ -79,7 +80,7 @@ class PageLayout:
 
 
 def lay_out(
-    moments: Sequence[Moment],
+    key_frames: Sequence[KeyFrame],
     paper: Paper,
     *,
     pages: int | None = None,
@@ -90,37 +91,40 @@ def lay_out(
     area_scales: Sequence[float] | None = None,
     insets: Sequence[int] = (),
 ) -> PageLayout:
-    """Lay out moments as comic pages, or as one strip.
+    """Lay out key frames as comic pages, or as one strip.
 
     Rows fill the width and pages the height. The layout has the lowest cost (see `LayoutWeights`) of all
-    combinations of rows that `slicing.rows` allows, splits on the page's grid, row breaks and page breaks.
+    combinations of rows that `slicing.list_rows` allows, splits on the page's grid, and row and page breaks.
 
     Args:
-        moments: in the order of time.
-        pages: number of pages; None: depends on the number of moments. A strip has one.
-        seed: 0 gives the best layout, other seeds give different good ones; the same seed the same.
+        key_frames: in the order of time.
+        paper: of each page.
+        pages: number of pages; None: depends on the number of key frames. A strip has one.
+        seed: random seed: 0 gives the best layout, other seeds give different good ones.
         right_to_left: right-to-left reading order.
         bleeding: whether full-width panels extend to the page edge.
-        kind: "grid" is a regular grid, which no seed varies; all but it and "classic" have slanted gutters.
+        kind: "grid" is a regular grid without variations; all except it and "classic" have slanted gutters.
         area_scales: factor on the area of each panel, for its text.
-        insets: numbers of moments to be shown over a corner of the panel before, where one is calm. A strip
-            and a grid have none.
+        insets: indices of key frames to be shown over a calm corner of the panel before, if there is one.
+            A strip and a grid have no insets.
 
     Raises:
-        UsageError: there are no moments, or fewer than pages.
+        UsageError: there are no key frames, or fewer than pages.
     """
-    if not moments:
-        raise UsageError("comic", "there is no moment to show", "give a film with at least one picture")
-    if pages is not None and not 1 <= pages <= len(moments):
-        reason = f"{pages} are too many for {len(moments)} panels"
-        raise UsageError("--pages", reason, "each page holds at least one")
-    area_scales = [1.0] * len(moments) if area_scales is None else area_scales
+    if not key_frames:
+        raise UsageError("comic", "has no key frame to show", "give a film with at least one picture")
+    if pages is not None and not 1 <= pages <= len(key_frames):
+        reason = f"{pages} are too many for {len(key_frames)} panels"
+        raise UsageError("--pages", reason, "each page needs at least one")
+    area_scales = [1.0] * len(key_frames) if area_scales is None else area_scales
     if insets and not paper.is_strip and kind != "grid":
-        usual = [number for number in range(len(moments)) if number not in insets]
-        below = [area_scales[each] * (GROWTH if each + 1 in insets else 1.0) for each in usual]
+        usual = [number for number in range(len(key_frames)) if number not in insets]
+        below = [
+            area_scales[each] * (INSET_PANEL_AREA_FACTOR if each + 1 in insets else 1.0) for each in usual
+        ]
         most = min(pages, len(usual)) if pages else pages
         layout = lay_out(
-            *([moments[each] for each in usual], paper),
+            *([key_frames[each] for each in usual], paper),
             pages=most,
             seed=seed,
             right_to_left=right_to_left,
@@ -128,70 +132,70 @@ def lay_out(
             kind=kind,
             area_scales=below,
         )
-        numbered = [replace(each, moment=usual[each.moment]) for each in layout.panels]
-        if found := _with_insets(numbered, moments, paper, insets, right_to_left):
+        numbered = [replace(each, key_frame=usual[each.key_frame]) for each in layout.panels]
+        if found := _add_insets(numbered, key_frames, paper, insets, right_to_left):
             return replace(layout, panels=tuple(found))
     if paper.is_strip:
-        height, places, cost = lay_out_strip(moments, paper, seed, area_scales)
+        height, places, cost = lay_out_strip(key_frames, paper, seed, area_scales)
         sizes, placed = [(paper.width, height)], [(0, rectangle) for rectangle in places]
     else:
-        number = pages or pages_for(len(moments))
+        number = pages or default_pages(len(key_frames))
         sizes = [(paper.width, paper.height)] * number
         if kind == "grid":
-            placed, cost = grid_places(len(moments), number, paper), 0.0
+            placed, cost = place_grid(len(key_frames), number, paper), 0.0
         else:
-            placed, cost = _lay_out_pages(moments, paper, number, seed, area_scales)
+            placed, cost = _lay_out_pages(key_frames, paper, number, seed, area_scales)
     if bleeding:
-        placed = [(page, _bled(rectangle, paper, sizes[page][1])) for page, rectangle in placed]
+        placed = [(page, _extend_to_edges(rectangle, paper, sizes[page][1])) for page, rectangle in placed]
     if right_to_left:
         placed = [(page, rectangle.mirrored(paper.width)) for page, rectangle in placed]
-    if kind in SLANTED:
-        leaning = slanted(placed, paper, seed)
+    if kind in SLANTED_LAYOUTS:
+        leaning = slant_gutters(placed, paper, seed)
     else:
         leaning = [(page, rectangle, (0, 0)) for page, rectangle in placed]
     panels = tuple(
-        Panel(number, page, rectangle, rectangle, crop(moments[number], rectangle.aspect), leans=leans)
+        Panel(number, page, rectangle, rectangle, crop(key_frames[number], rectangle.aspect), leans=leans)
         for number, (page, rectangle, leans) in enumerate(leaning)
     )
     return PageLayout(panels, tuple(sizes), cost)
 
 
-def _with_insets(
+def _add_insets(
     panels: Sequence[Panel],
-    moments: Sequence[Moment],
+    key_frames: Sequence[KeyFrame],
     paper: Paper,
     insets: Sequence[int],
     right_to_left: bool,
 ) -> list[Panel] | None:
-    """The panels, each followed by its inset; None if one has no calm corner."""
+    """Return the panels, each followed by its inset; None if an inset has no calm corner."""
     found = list[Panel]()
     for each in panels:
-        number = each.moment + 1
+        number = each.key_frame + 1
         if number not in insets:
             found.append(each)
             continue
-        clear = between_leans(each.rectangle, each.leans)
-        shown = moments[number], moments[each.moment]
-        place = inset_place(*shown, each.crop, each.rectangle, clear, paper.width, right_to_left)
+        clear = upright_area(each.rectangle, each.leans)
+        shown = key_frames[number], key_frames[each.key_frame]
+        place = place_inset(*shown, each.crop, each.rectangle, clear, paper.width, right_to_left)
         if place is None:
             return None
         found.append(replace(each, insets=(place,)))
-        found.append(Panel(number, each.page, place, place, crop(moments[number], place.aspect)))
+        found.append(Panel(number, each.page, place, place, crop(key_frames[number], place.aspect)))
     return found
 
 
-def pages_for(panels: int) -> int:
-    """How many pages suit a number of panels.
+def default_pages(panels: int) -> int:
+    """Return the default number of pages for a number of panels.
 
-    >>> [pages_for(panels) for panels in (1, 9, 10, 40)]
+    >>> [default_pages(panels) for panels in (1, 9, 10, 40)]
     [1, 1, 2, 6]
     """
-    fewer = max(1, math.floor(panels / PANELS_PER_PAGE))
-    return min(fewer, fewer + 1, key=lambda pages: abs(math.log(panels / pages / PANELS_PER_PAGE)))
+    fewer = max(1, math.floor(panels / BEST_PANELS_PER_PAGE))
+    return min(fewer, fewer + 1, key=lambda pages: abs(math.log(panels / pages / BEST_PANELS_PER_PAGE)))
 
 
-def _bled(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:
-    """A full-width panel extended to the page edges; any other as it is."""
+def _extend_to_edges(rectangle: Rectangle, paper: Paper, height: int) -> Rectangle:
+    """Extend a full-width panel to the page edges; return any other panel unchanged."""
     inside = paper.inside
     if (rectangle.left, rectangle.right) != (inside.left, inside.right):
         return rectangle
@@ -211,27 +215,27 @@ class _Pages:
     @property
     def shape(self) -> list[tuple[object, ...]]:
         """Which panels form each row, and the tree of its splits without their positions."""
-        return [(row.page, row.moment, row.tree) for row in self.rows]
+        return [(row.page, row.first_panel, row.tree) for row in self.rows]
 
 
 def _lay_out_pages(
-    moments: Sequence[Moment], paper: Paper, pages: int, seed: int, area_scales: Sequence[float]
+    key_frames: Sequence[KeyFrame], paper: Paper, pages: int, seed: int, area_scales: Sequence[float]
 ) -> tuple[list[tuple[int, Rectangle]], float]:
-    """Page and rectangle of each panel, and the cost of the layout without perturbation.
+    """Return page and rectangle of each panel, and the cost of the layout without perturbation.
 
-    Some perturbations are tried for better balanced pages. A seed perturbs the weights a few times; its
-    layout is the first good one whose rows differ from those of the best layout, or at least one with other
-    panels.
+    Some perturbations are tried for better balanced pages. A seed perturbs the weights several times; its
+    layout is the first good one whose rows differ from the rows of the best layout, or else a good one with
+    different panels.
     """
-    sheet = _Sheet(moments, paper, pages, area_scales)
-    is_even = float(np.std([moment.light for moment in moments])) < _EVEN_LIGHT
+    sheet = _Sheet(key_frames, paper, pages, area_scales)
+    is_even = float(np.std([key_frame.light for key_frame in key_frames])) < _MIN_LIGHT_DEVIATION
     attempts = range(1, 1 if is_even else 4)
-    others = (perturbed_weights(_TRIED, number, len(moments), sheet.trees) for number in attempts)
+    others = (perturb_weights(_BALANCE_SEED, number, len(key_frames), sheet.trees) for number in attempts)
     first = [sheet.pages(weights) for weights in (LayoutWeights(), *others)]
     best = chosen = min(first, key=lambda pages: pages.cost)
-    for attempt in range(_ATTEMPTS if seed else 0):
-        tried = sheet.pages(perturbed_weights(seed, attempt, len(moments), sheet.trees))
-        good = tried.cost <= best.cost + GOOD_AT_ALL + GOOD * len(moments)
+    for attempt in range(_MAX_SEED_ATTEMPTS if seed else 0):
+        tried = sheet.pages(perturb_weights(seed, attempt, len(key_frames), sheet.trees))
+        good = tried.cost <= best.cost + MAX_EXTRA_COST + MAX_EXTRA_COST_PER_PANEL * len(key_frames)
         if good and (tried.shape != best.shape or chosen is best and tried.places != best.places):
             chosen = tried
         if chosen.shape != best.shape:
@@ -240,25 +244,25 @@ def _lay_out_pages(
 
 
 class _Sheet:
-    """Finds the best pages by given weights, and their cost by the unperturbed ones."""
+    """Finds the best pages for given weights, and their cost by the unperturbed weights."""
 
     def __init__(
-        self, moments: Sequence[Moment], paper: Paper, pages: int, area_scales: Sequence[float]
+        self, key_frames: Sequence[KeyFrame], paper: Paper, pages: int, area_scales: Sequence[float]
     ) -> None:
-        self.grid, self._columns = _grid(paper)
-        self.trees = [tree for count in range(1, self._columns + 1) for tree in rows(count)]
-        self._moments, self._pages, self._area_scales = moments, pages, np.asarray(area_scales)
+        self.grid, self._columns = _page_grid(paper)
+        self.trees = [tree for count in range(1, self._columns + 1) for tree in list_rows(count)]
+        self._key_frames, self._pages, self._area_scales = key_frames, pages, np.asarray(area_scales)
         self._formula = self._pagination(LayoutWeights())
 
     def _pagination(self, weights: LayoutWeights) -> Pagination:
-        moments, grid = self._moments, self.grid
-        most = min(len(moments), 2 * math.ceil(len(moments) / self._pages))
-        areas = wanted_areas(moments, grid.area.width * grid.area.height, self._pages, weights)
-        panels = panel_costs(moments, areas * self._area_scales, grid.widths(), grid.heights(), weights)
-        return Pagination(panels, grid, weights, _break_costs(moments, weights), most, self._columns)
+        key_frames, grid = self._key_frames, self.grid
+        most = min(len(key_frames), 2 * math.ceil(len(key_frames) / self._pages))
+        areas = wanted_areas(key_frames, grid.area.width * grid.area.height, self._pages, weights)
+        panels = panel_costs(key_frames, areas * self._area_scales, grid.widths(), grid.heights(), weights)
+        return Pagination(panels, grid, weights, _break_costs(key_frames, weights), most, self._columns)
 
     def pages(self, weights: LayoutWeights) -> _Pages:
-        """The best pages by these weights."""
+        """Return the best pages for these weights."""
         pagination = self._pagination(weights) if weights.perturbation else self._formula
         found = pagination.pages(self._pages)
         places = [place for row in found for place in pagination.places(row)]
@@ -266,32 +270,32 @@ class _Sheet:
         return _Pages(found, places, cost)
 
     def _imbalance(self, places: Sequence[Placement]) -> float:
-        """The cost of pages whose dark panels are on one side."""
+        """Return the cost of pages whose dark panels are on one side."""
         cost = 0.0
         for page in range(self._pages):
             panels = [
-                (self._moments[each.moment], self.grid.rectangle(each))
+                (self._key_frames[each.panel], self.grid.rectangle(each))
                 for each in places
                 if each.page == page
             ]
             area = self.grid.area
-            ink = np.array([(1 - moment.light) * place.area for moment, place in panels])
+            ink = np.array([(1 - key_frame.light) * place.area for key_frame, place in panels])
             aside = np.array([np.subtract(place.center, area.center) for _, place in panels])
             aside = aside / (area.width, area.height)
             cost += LayoutWeights.balance * float(np.hypot(*(ink @ aside))) / max(float(ink.sum()), 1e-6)
         return cost
 
 
-def _break_costs(moments: Sequence[Moment], weights: LayoutWeights) -> list[float]:
-    """The cost of a page break before each moment: less between scenes."""
-    pairs = zip(moments, moments[1:], strict=False)
+def _break_costs(key_frames: Sequence[KeyFrame], weights: LayoutWeights) -> list[float]:
+    """Return the cost of a page break before each key frame: less between scenes."""
+    pairs = zip(key_frames, key_frames[1:], strict=False)
     return [0.0, *(weights.scene * (before.scene == after.scene) for before, after in pairs), 0.0]
 
 
-def _grid(paper: Paper) -> tuple[Grid, int]:
-    """The grid of a page, and the most columns of a row: a wide page has more."""
+def _page_grid(paper: Paper) -> tuple[Grid, int]:
+    """Return the grid of a page, and the maximum number of columns in a row: a wide page has more."""
     wide = paper.width / paper.height
-    columns = min(8, max(_COLUMNS, math.ceil(1.2 * wide) + 1))
-    units = _UNITS if columns == _COLUMNS else 4 * columns
-    high = min(48, max(20, round(2 * _UNITS / wide)))
+    columns = min(8, max(_MAX_PORTRAIT_COLUMNS, math.ceil(1.2 * wide) + 1))
+    units = _GRID_COLUMN_UNITS if columns == _MAX_PORTRAIT_COLUMNS else 4 * columns
+    high = min(48, max(20, round(2 * _GRID_COLUMN_UNITS / wide)))
     return Grid(paper.inside, units, high, paper.gutter, paper.row_gutter), columns

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from vidstyle.comic.layout.cost import LayoutWeights
-from vidstyle.comic.layout.slicing import PANEL, Grid, Placement, Tables, Tree, rows
+from vidstyle.comic.layout.slicing import SINGLE_PANEL, Grid, Placement, Tables, Tree, list_rows
 
-_HEIGHTS = 10
-"""Height classes of rows of one panel; the last is half a page and more."""
+_HEIGHT_CLASS_COUNT = 10
+"""Number of height classes of rows of one panel; the last class is half a page or more."""
 
 
 @dataclass(frozen=True)
@@ -20,14 +20,14 @@ class Row:
     """A row of a page.
 
     Attributes:
-        moment: number of the moment in its first panel.
+        first_panel: index of its first panel.
         tree: its panels.
         split: end of its first column, in units; 0 for a single column.
         high: height in units.
         page, row: its page, and its top in units.
     """
 
-    moment: int
+    first_panel: int
     tree: Tree
     split: int
     high: int
@@ -39,15 +39,16 @@ class Pagination:
     """The best rows and pages for panels of known costs.
 
     Pages are filled: the heights of a page's rows add up to its units. For each first panel of a page,
-    each end, each height filled so far and each type of the last row, the least cost is found from those
-    of one row less; then the best page breaks from the costs of all pages that there could be.
+    each end, each height filled so far and each type of the last row, the lowest cost is computed from the
+    costs with one row less; then the best page breaks from the costs of all possible pages.
 
     Args:
         panels: the cost of each panel by its size, see `cost.panel_costs`.
         grid: of a page.
+        weights: of the cost.
         break_costs: the cost of a page break before each panel, and after the last.
         most: maximum number of panels on a page.
-        columns: maximum number of columns of a row.
+        columns: maximum number of columns in a row.
     """
 
     def __init__(
@@ -69,10 +70,10 @@ class Pagination:
         self._filled = self._fill()
 
     def _best_rows(self, count: int) -> np.ndarray:
-        """The lowest cost of a row of `count` panels: first panel x type x units high."""
+        """Return the lowest cost of a row of `count` panels: first panel x type x units high."""
         starts = self._count - count + 1
         best = np.full((starts, len(self._after), self._high + 1), np.inf)
-        for tree in rows(count):
+        for tree in list_rows(count):
             price = self._weights.template(tree, starts)
             if count > 1:
                 first = self._row_types.of(tree.columns, 1, 0)
@@ -81,30 +82,33 @@ class Pagination:
                 continue
             for high in range(1, self._high + 1):
                 row_type = self._row_types.of(1, 0, high)
-                best[:, row_type, high] = self.tables.of(PANEL)[:, -1, high] + price
+                best[:, row_type, high] = self.tables.of(SINGLE_PANEL)[:, -1, high] + price
         return best
 
     def _fill(self) -> list[np.ndarray]:
-        """For each number of panels before it: panels on the page x units filled x type of the last row."""
+        """Return the lowest costs of incomplete pages for each number of preceding panels.
+
+        Each array is panels on the page x units filled x type of the last row.
+        """
         sizes = (self._most + 1, self._high + 1, len(self._after))
         filled = [np.full(sizes, np.inf) for _ in range(self._count + 1)]
-        for moment in range(self._count):
-            # No page holds more panels than there are before.
-            on_page = min(moment, self._most) + 1
-            entry = self._entry(filled[moment][:on_page])
+        for first_panel in range(self._count):
+            # A page contains at most the panels before this one.
+            page_counts = min(first_panel, self._most) + 1
+            entry = self._entry(filled[first_panel][:page_counts])
             for count, best in self._rows.items():
-                if moment + count > self._count or count > self._most:
+                if first_panel + count > self._count or count > self._most:
                     continue
                 row_types = self._row_types.of_rows(count)
-                reached = filled[moment + count][count : count + on_page, :, row_types]
+                reached = filled[first_panel + count][count : count + page_counts, :, row_types]
                 usual = entry[: len(reached), :, row_types]
                 for high in range(1, self._high + 1):
-                    cost = usual[:, : self._high + 1 - high] + best[moment, row_types, high]
+                    cost = usual[:, : self._high + 1 - high] + best[first_panel, row_types, high]
                     np.minimum(reached[:, high:], cost, out=reached[:, high:])
         return filled
 
     def _entry(self, filled: np.ndarray) -> np.ndarray:
-        """The least cost before a row of each type: panels on the page x units filled x type of that row."""
+        """Return the lowest cost before a row of each type: panels on the page x units filled x type."""
         by_type = np.ascontiguousarray(filled.reshape(-1, len(self._after)).T)
         least = [(by_type + after[:, np.newaxis]).min(axis=0) for after in self._after.T]
         entry = np.stack(least, axis=1).reshape(filled.shape)
@@ -112,13 +116,13 @@ class Pagination:
         return entry
 
     def pages(self, count: int) -> list[Row]:
-        """The rows of the best `count` pages."""
+        """Return the rows of the best `count` pages."""
         breaks = self._breaks(count)
         pages = enumerate(pairwise(breaks))
         return [row for page, (start, end) in pages for row in self._rows_of(page, start, end)]
 
     def _breaks(self, count: int) -> list[int]:
-        """The first panel of each page, and the number of panels."""
+        """Return the first panel of each page, and the number of panels."""
         best = np.full((count + 1, self._count + 1), np.inf)
         begun = np.zeros((count + 1, self._count + 1), int)
         best[0, 0] = 0.0
@@ -134,60 +138,63 @@ class Pagination:
         return breaks[::-1]
 
     def _rows_of(self, page: int, start: int, end: int) -> list[Row]:
-        """The rows of a page, found from its end."""
+        """Return the rows of a page, traced back from its end."""
         found, high = [], self._high
         row_type = int(self._filled[end][end - start, high].argmin())
         while end > start:
             row, row_type = self._last_row(page, start, end, high, row_type)
             found.append(row)
-            end, high = row.moment, row.row
+            end, high = row.first_panel, row.row
         return found[::-1]
 
     def _last_row(self, page: int, start: int, end: int, high: int, row_type: int) -> tuple[Row, int]:
-        """The row of a type that ends at a panel and a height, and the type of the row before it."""
+        """Return the row of a type that ends at a panel and a height, and the type of the row before it."""
         choices = []
         for count, best in self._rows.items():
-            moment = end - count
-            if moment < start:
+            first_panel = end - count
+            if first_panel < start:
                 continue
-            before = self._filled[moment][moment - start, :high] + self._after[:, row_type]
+            before = self._filled[first_panel][first_panel - start, :high] + self._after[:, row_type]
             entry = before.min(axis=1)
-            if moment == start:
+            if first_panel == start:
                 entry[0] = 0.0
-            cost = entry + best[moment, row_type, high:0:-1]
+            cost = entry + best[first_panel, row_type, high:0:-1]
             top = int(cost.argmin())
             choices.append((float(cost[top]), count, top, int(before[top].argmin())))
         _, count, top, last = min(choices)
-        moment = end - count
-        tree, split = self._tree(moment, count, row_type, high - top)
-        return Row(moment, tree, split, high - top, page, top), last
+        first_panel = end - count
+        tree, split = self._tree(first_panel, count, row_type, high - top)
+        return Row(first_panel, tree, split, high - top, page, top), last
 
-    def _tree(self, moment: int, count: int, row_type: int, high: int) -> tuple[Tree, int]:
-        """The best tree of a row of a type, and its split."""
+    def _tree(self, first_panel: int, count: int, row_type: int, high: int) -> tuple[Tree, int]:
+        """Return the best tree of a row of a type, and its split."""
         columns, split = self._row_types.split_of(row_type)
         if columns == 1:
-            return PANEL, 0
-        trees = [tree for tree in rows(count) if tree.columns == columns]
+            return SINGLE_PANEL, 0
+        trees = [tree for tree in list_rows(count) if tree.columns == columns]
         costs = [
-            self.tables.by_split(tree)[moment, split - 1, high] + self._weights.template(tree, moment + 1)[-1]
+            self.tables.by_split(tree)[first_panel, split - 1, high]
+            + self._weights.template(tree, first_panel + 1)[-1]
             for tree in trees
         ]
         return trees[int(np.argmin(costs))], split
 
     def places(self, row: Row) -> Iterator[Placement]:
-        """The placements of a row's panels."""
-        whole = Placement(row.moment, row.page, 0, row.row, self._units, row.high)
+        """Yield the placements of a row's panels."""
+        whole = Placement(row.first_panel, row.page, 0, row.row, self._units, row.high)
         return self.tables.places(row.tree, whole, row.split or None)
 
     def cost(self, found: list[Row], places: list[Placement]) -> float:
-        """The cost of pages by these weights."""
-        panels = self.tables.of(PANEL)
-        cost = sum(float(panels[place.moment, place.wide, place.high]) for place in places)
-        cost += sum(float(self._weights.template(row.tree, row.moment + 1)[-1]) for row in found)
+        """Return the cost of pages by these weights."""
+        panels = self.tables.of(SINGLE_PANEL)
+        cost = sum(float(panels[place.panel, place.wide, place.high]) for place in places)
+        cost += sum(float(self._weights.template(row.tree, row.first_panel + 1)[-1]) for row in found)
         row_types = [self._row_types.of(row.tree.columns, row.split, row.high) for row in found]
         for row, other, row_type, next_type in zip(found, found[1:], row_types, row_types[1:], strict=False):
             turned = other.page > row.page
-            cost += self._break_costs[other.moment] if turned else float(self._after[row_type, next_type])
+            cost += (
+                self._break_costs[other.first_panel] if turned else float(self._after[row_type, next_type])
+            )
         return cost
 
 
@@ -196,7 +203,7 @@ class RowTypes:
     """Types of rows on a grid: rows of one panel by height, others by number of columns and first split.
 
     Attributes:
-        columns: maximum number of columns of a row.
+        columns: maximum number of columns in a row.
         wide, high: units of the grid.
     """
 
@@ -208,7 +215,7 @@ class RowTypes:
         return self.of(self.columns, self.wide - 1, 0) + 1
 
     def of(self, columns: int, split: int, high: int) -> int:
-        """The number of the type of a row.
+        """Return the number of the type of a row.
 
         Args:
             columns: number of columns.
@@ -216,30 +223,30 @@ class RowTypes:
             high: units; ignored for several columns.
         """
         if columns == 1:
-            return min(_HEIGHTS - 1, high * 2 * _HEIGHTS // (self.high + 1))
-        return _HEIGHTS + (columns - 2) * (self.wide - 1) + split - 1
+            return min(_HEIGHT_CLASS_COUNT - 1, high * 2 * _HEIGHT_CLASS_COUNT // (self.high + 1))
+        return _HEIGHT_CLASS_COUNT + (columns - 2) * (self.wide - 1) + split - 1
 
     def of_rows(self, count: int) -> slice:
-        """All types that rows of `count` panels may have."""
+        """Return all types that rows of `count` panels may have."""
         if count == 1:
-            return slice(_HEIGHTS)
-        return slice(_HEIGHTS, self.of(min(count, self.columns), self.wide - 1, 0) + 1)
+            return slice(_HEIGHT_CLASS_COUNT)
+        return slice(_HEIGHT_CLASS_COUNT, self.of(min(count, self.columns), self.wide - 1, 0) + 1)
 
     def split_of(self, row_type: int) -> tuple[int, int]:
-        """The columns and the first split of a type; 1 and 0 for a row of one panel."""
-        if row_type < _HEIGHTS:
+        """Return the columns and the first split of a type; 1 and 0 for a row of one panel."""
+        if row_type < _HEIGHT_CLASS_COUNT:
             return 1, 0
-        columns, split = divmod(row_type - _HEIGHTS, self.wide - 1)
+        columns, split = divmod(row_type - _HEIGHT_CLASS_COUNT, self.wide - 1)
         return columns + 2, split + 1
 
     def costs(self, weights: LayoutWeights) -> np.ndarray:
-        """The cost of neighbouring rows: type of the row before x type of the row."""
+        """Return the cost of neighbouring rows: type of the row before x type of the row."""
         row_types = np.arange(len(self))
         columns, split = np.array([self.split_of(row_type) for row_type in range(len(self))]).T
         full, several = (columns[:, None] == 1) & (columns == 1), (columns[:, None] > 1) & (columns > 1)
         apart = np.abs(split[:, None] - split)
         near = 1 - np.minimum(1, apart * 3 / self.wide)
         alike = (1 + near) / 2 * (columns[:, None] == columns) * several
-        heights = 1 - np.minimum(1, np.abs(row_types[:, None] - row_types) * 4 / _HEIGHTS)
+        heights = 1 - np.minimum(1, np.abs(row_types[:, None] - row_types) * 4 / _HEIGHT_CLASS_COUNT)
         cost = weights.monotony * alike + weights.full * full * (1 + heights) / 2
         return cost + several * (weights.cross * (apart == 0) + weights.ragged * (apart == 1))

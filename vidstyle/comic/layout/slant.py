@@ -1,24 +1,24 @@
-"""Slanted gutters: the gap between panels side by side leans, which gives a page pace."""
+"""Slanted gutters: the gap between panels side by side leans, which makes a page more dynamic."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vidstyle.comic.key_frame import Box, Rectangle
 from vidstyle.comic.layout.paper import Paper
-from vidstyle.comic.moment import Box, Rectangle
 
 Leans = tuple[int, int]
-"""How far the top ends of a panel's left and right edge lie to the right of their middles, in pixels; the
-bottom ends lie as far to the left."""
+"""Horizontal offset of the top ends of a panel's left and right edge from their middles, to the right, in
+pixels; the bottom ends are shifted to the left by the same distance."""
 
-_SLOPE, _NARROW = 0.055, 0.1
-"""Lean of a gutter relative to its height, and maximum relative to the narrower panel beside it."""
+_LEAN_HEIGHT_RATIO, _MAX_LEAN_WIDTH_RATIO = 0.055, 0.1
+"""Lean of a gutter relative to its height, and maximum relative to the narrower of its two panels."""
 
 
-def slanted(
+def slant_gutters(
     placed: Sequence[tuple[int, Rectangle]], paper: Paper, seed: int
 ) -> list[tuple[int, Rectangle, Leans]]:
-    """Let the gutters of rows without stacks lean, to either side in turn.
+    """Slant the gutters of rows without stacks, to either side in turn.
 
     Args:
         placed: page and rectangle of each panel.
@@ -38,8 +38,8 @@ def slanted(
         for number, after in zip(across, across[1:], strict=False):
             left, right = placed[number][1], placed[after][1]
             if right.left - left.right == paper.gutter:
-                most = _NARROW * min(left.width, right.width)
-                lean = side * round(min(_SLOPE * left.height, most))
+                most = _MAX_LEAN_WIDTH_RATIO * min(left.width, right.width)
+                lean = side * round(min(_LEAN_HEIGHT_RATIO * left.height, most))
                 leans[number][1] = leans[after][0] = lean
         side = -side if any(leans[number] != [0, 0] for number in row) else side
     return [
@@ -49,7 +49,7 @@ def slanted(
 
 
 def corners(box: Box, leans: Leans) -> list[tuple[float, float]]:
-    """The corners of a panel in a bounding box, clockwise from the upper left."""
+    """Return the corners of a panel in a bounding box, clockwise from the upper left."""
     left, right = box.left + abs(leans[0]), box.right - abs(leans[1])
     return [
         (left + leans[0], box.top),
@@ -59,6 +59,6 @@ def corners(box: Box, leans: Leans) -> list[tuple[float, float]]:
     ]
 
 
-def between_leans(box: Box, leans: Leans) -> Box:
-    """The part of a bounding box that lies wholly in its panel."""
+def upright_area(box: Box, leans: Leans) -> Box:
+    """Return the largest part of a bounding box with vertical edges that is inside its panel."""
     return Box(box.left + 2 * abs(leans[0]), box.top, box.right - 2 * abs(leans[1]), box.bottom)

@@ -6,24 +6,24 @@ import math
 from collections.abc import Sequence
 from statistics import median
 
+from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper
-from vidstyle.comic.moment import Box, Moment, Rectangle
 from vidstyle.comic.output.sheet import Label
 from vidstyle.errors import UsageError
 
-COLUMNS, COLUMNS_WIDE, COLUMNS_STRIP = 3, 5, 2
+PORTRAIT_COLUMNS, LANDSCAPE_COLUMNS, STRIP_COLUMNS = 3, 5, 2
 """Pictures in a row of a portrait page, of a landscape page and of a strip."""
 
-_LINE = 1.6
+_TIME_LINE_HEIGHT = 1.6
 """Height of the line below each picture, in font sizes."""
 
 
-def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int = 0) -> PageLayout:
+def contact_sheet(key_frames: Sequence[KeyFrame], paper: Paper, size: int, head: int = 0) -> PageLayout:
     """Lay out pictures in equal cells, in chronological order.
 
     Args:
-        moments: in chronological order.
+        key frames: in chronological order.
         paper: of each page.
         size: font size in pixels.
         head: pixels to leave free at the top of each page.
@@ -32,28 +32,30 @@ def contact_sheet(moments: Sequence[Moment], paper: Paper, size: int, head: int 
         UsageError: a page has no room for a row.
     """
     wide = paper.width > 1.2 * paper.height
-    columns = COLUMNS_STRIP if paper.is_strip else COLUMNS_WIDE if wide else COLUMNS
+    columns = STRIP_COLUMNS if paper.is_strip else LANDSCAPE_COLUMNS if wide else PORTRAIT_COLUMNS
     width = (paper.inside.width - (columns - 1) * paper.gutter) // columns
-    high = round(width / median(moment.shape[1] / moment.shape[0] for moment in moments))
-    step = high + round(_LINE * size) + paper.row_gutter
-    rows = math.ceil(len(moments) / columns)
+    high = round(width / median(key_frame.shape[1] / key_frame.shape[0] for key_frame in key_frames))
+    step = high + round(_TIME_LINE_HEIGHT * size) + paper.row_gutter
+    rows = math.ceil(len(key_frames) / columns)
     if not paper.is_strip:
         rows = min(rows, (paper.inside.height - head + paper.row_gutter) // step)
     if rows < 1 or width < 1:
-        raise UsageError("storyboard", "the page is too small for a picture", "give a larger --size")
+        raise UsageError("storyboard", "page too small for a picture", "give a larger --size")
     each = rows * columns
     panels = []
-    for number, moment in enumerate(moments):
+    for number, key_frame in enumerate(key_frames):
         row, column = divmod(number % each, columns)
         left, top = paper.margin + column * (width + paper.gutter), paper.margin + head + row * step
-        panels.append(_panel(number, moment, number // each, Rectangle(left, top, left + width, top + high)))
+        panels.append(
+            _panel(number, key_frame, number // each, Rectangle(left, top, left + width, top + high))
+        )
     height = head + 2 * paper.margin + rows * step if paper.is_strip else paper.height
-    return PageLayout(tuple(panels), ((paper.width, height),) * math.ceil(len(moments) / each), 0.0)
+    return PageLayout(tuple(panels), ((paper.width, height),) * math.ceil(len(key_frames) / each), 0.0)
 
 
-def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
-    """The whole picture, at the bottom of its cell and centred horizontally."""
-    height, width = moment.shape
+def _panel(number: int, key_frame: KeyFrame, page: int, cell: Rectangle) -> Panel:
+    """Return the whole picture, at the bottom of its cell and centred horizontally."""
+    height, width = key_frame.shape
     factor = min(cell.width / width, cell.height / height)
     wide, high = max(1, round(width * factor)), max(1, round(height * factor))
     left, top = cell.left + (cell.width - wide) // 2, cell.bottom - high
@@ -61,20 +63,20 @@ def _panel(number: int, moment: Moment, page: int, cell: Rectangle) -> Panel:
     return Panel(number, page, place, place, Box(0, 0, width, height))
 
 
-def time_labels(layout: PageLayout, moments: Sequence[Moment], size: int) -> list[list[Label]]:
-    """The timecodes below the pictures of each page."""
+def time_labels(layout: PageLayout, key_frames: Sequence[KeyFrame], size: int) -> list[list[Label]]:
+    """Return the timecodes below the pictures of each page."""
     pages: list[list[Label]] = [[] for _ in layout.sizes]
     for panel in layout.panels:
         left, _, right, bottom = panel.rectangle
-        time = timecode(moments[panel.moment].time)
+        time = format_timecode(key_frames[panel.key_frame].time)
         pages[panel.page].append(Label(time, (left + right) / 2, bottom + 1.15 * size, size))
     return pages
 
 
-def timecode(seconds: float) -> str:
-    """A time as hours, minutes and seconds, rounded to tenths.
+def format_timecode(seconds: float) -> str:
+    """Format a time as hours, minutes and seconds, rounded to tenths.
 
-    >>> timecode(3.25), timecode(3725.96)
+    >>> format_timecode(3.25), format_timecode(3725.96)
     ('0:03.2', '1:02:06.0')
     """
     tenths = round(seconds * 10)

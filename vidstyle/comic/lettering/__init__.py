@@ -1,1 +1,1 @@
-"""Text on panels: subtitles and their speakers, balloons, captions, titles and fonts."""
+"""Lettering of panels: subtitles and their speakers, balloons, captions, titles and fonts."""

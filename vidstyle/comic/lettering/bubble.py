@@ -12,47 +12,50 @@ from typing import Literal
 
 import numpy as np
 
-from vidstyle.comic.lettering.fonts import Letters, unstressed
-from vidstyle.comic.moment import Box, Point
+from vidstyle.comic.key_frame import Box, Point
+from vidstyle.comic.lettering.fonts import Letters, remove_stress
 
 BubbleKind = Literal["balloon", "burst", "cloud", "whisper", "caption", "band"]
-BALLOONS = "balloon", "burst", "cloud", "whisper"
+BALLOON_KINDS = "balloon", "burst", "cloud", "whisper"
 """The kinds that are round, with the text in the middle."""
 
-LINE_WIDTH = 0.09
-"""Width of the outline, in font sizes."""
-DASH = 0.3
-"""Length of the dashes around what is whispered, and of the gaps between them, in font sizes."""
-LINE = 1.2
-"""Line height, in font sizes."""
-FACE_ROOM = 0.06
-"""Margin around faces that stays free of text, relative to the face."""
-
-_ROUND = 3.2
+# Lines and outlines, in font sizes.
+OUTLINE_WIDTH_RATIO = 0.09
+"""Width of the outline."""
+DASH_LENGTH_RATIO = 0.3
+"""Length of the dashes around a whisper, and of the gaps between them."""
+LINE_HEIGHT_RATIO = 1.2
+"""Distance between baselines."""
+_OUTLINE_EXPONENT = 3.2
 """Exponent of the superellipse around a balloon: 2 is an ellipse, higher is closer to a rectangle."""
-_PADDING = 0.55, 0.5
-"""Horizontal and vertical padding of a balloon's text, in font sizes."""
-_CAPTION_PADDING = 0.5, 0.4
-_TAIL = 0.55
-"""Half the width of a tail's root, in font sizes."""
-_SHORTEST, _AIR = 0.4, 0.1
-"""Minimum length of a tail outside the balloon, and its distance to the face, in font sizes."""
-_LONGEST = 12.0, 0.4
-"""Maximum length of a tail in font sizes, or heights of the face: a longer one might cross somebody else."""
-_TRAIL = 0.62, 0.42, 0.26
-"""Radii of the circles that lead from a thought to its head, in font sizes."""
-_EDGES: dict[BubbleKind, tuple[float, float, bool]] = {
+_BALLOON_PADDING_RATIOS, _CAPTION_PADDING_RATIOS = (0.55, 0.5), (0.5, 0.4)
+"""Horizontal and vertical padding of the text."""
+_EDGE_SHAPES: dict[BubbleKind, tuple[float, float, bool]] = {
     "burst": (1.1, 0.16, True),
     "cloud": (1.5, 0.1, False),
 }
-"""Distance of the points of an edge in font sizes, how far it goes in, and whether it is pointed."""
-_SHAPES = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 19, 24, 30)
+"""Distance between the points of an edge, its relative depth, and whether it is pointed."""
+
+# Tails, in font sizes.
+FACE_MARGIN_RATIO = 0.06
+"""Margin around faces that stays free of text, relative to the face."""
+_HALF_TAIL_WIDTH_RATIO = 0.55
+"""Half the width of a tail's root."""
+_MIN_TAIL_LENGTH_RATIO, _TAIL_FACE_DISTANCE_RATIO = 0.4, 0.1
+"""Minimum length of a tail outside the balloon, and its distance from the face."""
+_MAX_TAIL_LENGTH_RATIOS = 12.0, 0.4
+"""Maximum length of a tail, and in heights of the face: a longer one might cross another person."""
+_THOUGHT_RADIUS_RATIOS = 0.62, 0.42, 0.26
+"""Radii of the circles that lead from a thought to its head."""
+
+# Line breaks.
+_LINE_COUNTS = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 19, 24, 30)
 """Numbers of lines tried."""
-_LONG_WORD = 32
-"""Letters; no more of a word are measured at once, unless they fit."""
-_WIDE = r"[\u2e80-\u9fff\uac00-\ud7af\uf900-\ufaff\uff00-\uffef]"
+_MAX_MEASURED_LETTERS = 32
+"""Maximum number of letters of a word that are measured at once, unless they fit."""
+_WIDE_LETTERS_PATTERN = r"[\u2e80-\u9fff\uac00-\ud7af\uf900-\ufaff\uff00-\uffef]"
 """Characters between which a line may break."""
-_PIECE = re.compile(rf"(\s*)({_WIDE}|(?:(?!{_WIDE})\S)+)")
+_PIECE_PATTERN = re.compile(rf"(\s*)({_WIDE_LETTERS_PATTERN}|(?:(?!{_WIDE_LETTERS_PATTERN})\S)+)")
 
 
 @dataclass(frozen=True)
@@ -65,13 +68,13 @@ class TextBlock:
 
     @cached_property
     def width(self) -> float:
-        """Of the longest line."""
+        """Width of the longest line."""
         return max(self.widths)
 
     @cached_property
     def height(self) -> float:
-        """From the top of the first line to the baseline of the last one."""
-        return self.size * (LINE * (len(self.lines) - 1) + 1)
+        """Height from the top of the first line to the baseline of the last one."""
+        return self.size * (LINE_HEIGHT_RATIO * (len(self.lines) - 1) + 1)
 
 
 @dataclass(frozen=True)
@@ -80,8 +83,9 @@ class Bubble:
 
     Attributes:
         kind: "balloon" for speech, "burst" for shouts and sounds, "cloud" for thoughts, "whisper" with a
-            broken line, "caption" for a box, "band" for a text without a box of its own.
+            dashed outline, "caption" for a box, "band" for a text without its own box.
         box: bounding box without the tail.
+        block: the text.
         tip: end of the tail, or None.
     """
 
@@ -91,52 +95,54 @@ class Bubble:
     tip: Point | None = None
 
     def mirrored(self, axis: float) -> Bubble:
-        """The bubble mirrored left to right on a page of width `axis`."""
+        """Return the bubble mirrored left to right on a page of width `axis`."""
         tip = self.tip and (axis - self.tip[0], self.tip[1])
         return replace(self, box=self.box.mirrored(axis), tip=tip)
 
     @property
     def line_width(self) -> float:
-        """Width of the outline, half of which lies outside the box."""
-        return max(1.0, LINE_WIDTH * self.block.size)
+        """Width of the outline; half of it is outside the box."""
+        return max(1.0, OUTLINE_WIDTH_RATIO * self.block.size)
 
     @cached_property
     def outline(self) -> np.ndarray:
-        """The vertices of the shape, count x 2; those of a tail (root, tip, root) come first."""
+        """The vertices of the shape, count x 2; a tail (root, tip, root) comes first."""
         box = self.box
-        if self.kind not in BALLOONS:
+        if self.kind not in BALLOON_KINDS:
             left, top, right, bottom = box
             return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
         around = _superellipse(box.center, box.width / 2, box.height / 2, 0.15 * self.block.size)
-        if self.kind in _EDGES:
-            around = _edged(around, box.center, self.block.size, *_EDGES[self.kind])
+        if self.kind in _EDGE_SHAPES:
+            around = _indent_edge(around, box.center, self.block.size, *_EDGE_SHAPES[self.kind])
         if self.tip is None or self.kind == "cloud":
             return around
         direction = np.subtract(self.tip, box.center)
         direction = direction / max(float(np.linalg.norm(direction)), 1e-6)
         off = around - box.center
         aside = np.abs(off[:, 0] * direction[1] - off[:, 1] * direction[0])
-        root = (aside <= _TAIL * self.block.size) & (off @ direction > 0)
+        root = (aside <= _HALF_TAIL_WIDTH_RATIO * self.block.size) & (off @ direction > 0)
         first = int(np.argmax(root & ~np.roll(root, 1)))
         turned, count = np.roll(around, -first, axis=0), int(root.sum())
-        # The ends of the root are kept: they give its width.
+        # The ends of the root are kept, as they define its width.
         return np.concatenate([turned[:1], [self.tip], turned[max(1, count - 1) :]])
 
     @property
     def outlines(self) -> list[np.ndarray]:
-        """All shapes to draw, each count x 2: that around the text last; none for a band."""
+        """All shapes to draw, each count x 2: the shape around the text last; empty for a band."""
         return [] if self.kind == "band" else [*self._trail(), self.outline]
 
     def _trail(self) -> Iterator[np.ndarray]:
-        """The circles from a thought to the end of its tail."""
+        """Yield the circles from a thought to the end of its tail."""
         if self.kind != "cloud" or self.tip is None:
             return
         way = np.subtract(self.tip, self.box.center)
         edge = max(
             part for part in np.linspace(0, 1, 200) if _is_in(self.box.center + part * way, self.box, 0)
         )
-        for number, radius in enumerate(_TRAIL):
-            middle = self.box.center + way * (edge + (1 - edge) * (number + 0.8) / len(_TRAIL))
+        for number, radius in enumerate(_THOUGHT_RADIUS_RATIOS):
+            middle = self.box.center + way * (
+                edge + (1 - edge) * (number + 0.8) / len(_THOUGHT_RADIUS_RATIOS)
+            )
             high = radius * self.block.size
             yield _superellipse((middle[0], middle[1]), 1.2 * high, high, 0.15 * self.block.size, 2)
 
@@ -144,16 +150,16 @@ class Bubble:
     def lines(self) -> list[tuple[str, float, float, float]]:
         """Each line with its left end, baseline and width."""
         block, (middle, center) = self.block, self.box.center
-        top, indented = center - block.height / 2, self.box.left + _CAPTION_PADDING[0] * block.size
-        lefts = [middle - width / 2 if self.kind in BALLOONS else indented for width in block.widths]
-        feet = [top + (number * LINE + 0.8) * block.size for number in range(len(block.lines))]
+        top, indented = center - block.height / 2, self.box.left + _CAPTION_PADDING_RATIOS[0] * block.size
+        lefts = [middle - width / 2 if self.kind in BALLOON_KINDS else indented for width in block.widths]
+        feet = [top + (number * LINE_HEIGHT_RATIO + 0.8) * block.size for number in range(len(block.lines))]
         return list(zip(block.lines, lefts, feet, block.widths, strict=True))
 
 
 def _superellipse(
-    middle: Point, wide: float, high: float, step: float, exponent: float = _ROUND
+    middle: Point, wide: float, high: float, step: float, exponent: float = _OUTLINE_EXPONENT
 ) -> np.ndarray:
-    """A superellipse with these half axes: points x 2, about `step` pixels apart."""
+    """Return a superellipse with these half axes: points x 2, about `step` pixels apart."""
     angles = np.linspace(0, 2 * math.pi, 721)
     across, down = np.cos(angles), np.sin(angles)
     x = wide * np.sign(across) * np.abs(across) ** (2 / exponent)
@@ -163,16 +169,16 @@ def _superellipse(
     return np.stack([middle[0] + np.interp(stops, way, x), middle[1] + np.interp(stops, way, y)], axis=1)
 
 
-def _edged(
+def _indent_edge(
     around: np.ndarray, middle: Point, size: int, pitch: float, depth: float, pointed: bool
 ) -> np.ndarray:
-    """An outline drawn in between points: straight to each, or in arcs; the box of both is the same."""
+    """Indent an outline between points: straight to each point, or in arcs; its bounding box stays."""
     way = np.hypot(*(around - np.roll(around, 1, axis=0)).T).cumsum()
     count = max(8, round(float(way[-1]) / (pitch * size)))
     phase = way / way[-1] * count
     part = phase % 1
     if pointed:
-        # Points of uneven length, as drawn by hand.
+        # Points of uneven length look drawn by hand.
         uneven = 0.55 + 0.45 * ((np.floor(phase + 0.5).astype(int) % count * 7) % 5) / 4
         out = np.abs(2 * part - 1) * uneven
     else:
@@ -180,68 +186,78 @@ def _edged(
     return middle + (around - middle) * (1 - depth + depth * out)[:, np.newaxis]
 
 
-def size_of(kind: BubbleKind, block: TextBlock) -> tuple[float, float]:
-    """Width and height of the box around a text, in whole pixels."""
-    across, down = (pad * block.size for pad in (_PADDING if kind in BALLOONS else _CAPTION_PADDING))
+def bubble_size(kind: BubbleKind, block: TextBlock) -> tuple[float, float]:
+    """Return width and height of the box around a text, in whole pixels."""
+    across, down = (
+        pad * block.size
+        for pad in (_BALLOON_PADDING_RATIOS if kind in BALLOON_KINDS else _CAPTION_PADDING_RATIOS)
+    )
     wide, high = block.width / 2 + across, block.height / 2 + down
-    if kind in BALLOONS:
-        scale = _swelling(block, wide, high)
-        if kind in _EDGES:
-            scale /= 1 - _EDGES[kind][1]
+    if kind in BALLOON_KINDS:
+        scale = _outline_scale(block, wide, high)
+        if kind in _EDGE_SHAPES:
+            scale /= 1 - _EDGE_SHAPES[kind][1]
         wide, high = wide * scale, high * scale
     return math.ceil(2 * wide), math.ceil(2 * high)
 
 
-def _swelling(block: TextBlock, wide: float, high: float) -> float:
-    """Factor on the half axes that makes the outline contain the corners of all lines."""
+def _outline_scale(block: TextBlock, wide: float, high: float) -> float:
+    """Return the factor on the half axes with which the outline contains the corners of all lines."""
     scale = 1.0
     for number, width in enumerate(block.widths):
-        top = number * LINE * block.size - block.height / 2
+        top = number * LINE_HEIGHT_RATIO * block.size - block.height / 2
         for y in (top + 0.1 * block.size, top + 0.95 * block.size):
             x = width / 2 + 0.25 * block.size
-            scale = max(scale, ((x / wide) ** _ROUND + (abs(y) / high) ** _ROUND) ** (1 / _ROUND))
+            scale = max(
+                scale,
+                ((x / wide) ** _OUTLINE_EXPONENT + (abs(y) / high) ** _OUTLINE_EXPONENT)
+                ** (1 / _OUTLINE_EXPONENT),
+            )
     return scale
 
 
-def with_face_room(face: Box) -> Box:
-    """A face with the margin that must not be covered."""
-    across, down = FACE_ROOM * face.width, FACE_ROOM * face.height
+def add_face_margin(face: Box) -> Box:
+    """Return a face with the margin that must not be covered."""
+    across, down = FACE_MARGIN_RATIO * face.width, FACE_MARGIN_RATIO * face.height
     return face.padded(across, down, down)
 
 
-def longest_tail(size: int, face: Box) -> float:
-    """Maximum length in pixels of a tail to a face, for words of a font size."""
-    return max(_LONGEST[0] * size, _LONGEST[1] * face.height)
+def max_tail_length(size: int, face: Box) -> float:
+    """Return the maximum length in pixels of a tail to a face, for text of a font size."""
+    return max(_MAX_TAIL_LENGTH_RATIOS[0] * size, _MAX_TAIL_LENGTH_RATIOS[1] * face.height)
 
 
-def with_tail(bubble: Bubble, face: Box, mouth: Point, kept: Sequence[Box]) -> Bubble:
-    """A balloon with a tail towards the mouth, up to the face, if its way is clear.
+def add_tail(bubble: Bubble, face: Box, mouth: Point, kept: Sequence[Box]) -> Bubble:
+    """Add a tail towards the mouth, up to the face, to a balloon if its way is clear.
 
     Args:
+        bubble: returned unchanged if it is no balloon, or if no tail is possible.
+        face: of the speaker.
+        mouth: of the speaker.
         kept: boxes that no tail may cross: faces with their margins, and other balloons.
     """
-    if bubble.kind not in BALLOONS:
+    if bubble.kind not in BALLOON_KINDS:
         return bubble
-    tips = _tips(bubble, mouth, with_face_room(face), kept)
-    longest = longest_tail(bubble.block.size, face) + bubble.box.width / 2
+    tips = _tips(bubble, mouth, add_face_margin(face), kept)
+    longest = max_tail_length(bubble.block.size, face) + bubble.box.width / 2
     if tips and math.dist(tips[-1], bubble.box.center) > longest:
         return bubble
-    # A tail that ends before half its way points at nobody.
+    # A tail that ends before half its way points to no one.
     tails = (replace(bubble, kind="balloon", tip=tip) for tip in reversed(tips[len(tips) // 2 :]))
     return next((replace(bubble, tip=tail.tip) for tail in tails if not _crosses(tail, kept)), bubble)
 
 
 def _tips(bubble: Bubble, mouth: Point, face: Box, kept: Sequence[Box]) -> list[Point]:
-    """Possible tips from the balloon's edge to the face; none if something is in the way."""
+    """Return possible tips from the balloon's edge to the face; empty if something is in the way."""
     start, size = bubble.box.center, bubble.block.size
     tips: list[Point] = []
     for part in np.linspace(0, 1, max(2, math.ceil(math.dist(start, mouth) / 2)))[:-1]:
         tip = start[0] + float(part) * (mouth[0] - start[0]), start[1] + float(part) * (mouth[1] - start[1])
-        if _is_in(tip, bubble.box, _SHORTEST * size):
+        if _is_in(tip, bubble.box, _MIN_TAIL_LENGTH_RATIO * size):
             continue
-        if _is_in(tip, face, _AIR * size):
+        if _is_in(tip, face, _TAIL_FACE_DISTANCE_RATIO * size):
             return tips
-        if any(_is_in(tip, box, _AIR * size) for box in kept):
+        if any(_is_in(tip, box, _TAIL_FACE_DISTANCE_RATIO * size) for box in kept):
             return []
         tips.append(tip)
     return tips
@@ -260,20 +276,20 @@ def _is_in(point: Sequence[float] | np.ndarray, box: Box, room: float) -> bool:
     return left <= point[0] <= right and top <= point[1] <= bottom
 
 
-def shapes(letters: Letters, text: str, size: int, widest: float) -> list[TextBlock]:
-    """The text broken into different numbers of lines, no wider than `widest`; empty if impossible.
+def break_text(letters: Letters, text: str, size: int, widest: float) -> list[TextBlock]:
+    """Break the text into different numbers of lines, no wider than `widest`; empty if impossible.
 
-    The lines of each are as even as their number allows.
+    The lines of each block are as even as their number allows.
     """
     pieces, length = list[tuple[str, float]](), 0.0
     for piece in _pieces(letters, text, size, widest):
         pieces.append(piece)
         length += piece[1]
-        if length > _SHAPES[-1] * widest:
+        if length > _LINE_COUNTS[-1] * widest:
             return []
     blocks: dict[int, TextBlock] = {}
-    for count in _SHAPES:
-        lines = _narrowest(pieces, count, widest)
+    for count in _LINE_COUNTS:
+        lines = _balance_lines(pieces, count, widest)
         if lines is not None and len(lines) not in blocks:
             texts = tuple("".join(part for part, _ in line).strip() for line in lines)
             blocks[len(lines)] = TextBlock(texts, tuple(letters.width(each, size) for each in texts), size)
@@ -281,41 +297,41 @@ def shapes(letters: Letters, text: str, size: int, widest: float) -> list[TextBl
 
 
 def _pieces(letters: Letters, text: str, size: int, widest: float) -> Iterator[tuple[str, float]]:
-    """Unbreakable pieces with the space before them, and their widths; words that are too wide are split."""
-    for match in _PIECE.finditer(text):
+    """Yield unbreakable pieces with the space before them, and their widths; too wide words are split."""
+    for match in _PIECE_PATTERN.finditer(text):
         space, word = match.groups()
         while word:
-            count = _fitting(letters, word, size, widest)
-            if count < len(word) and unstressed(word) != word:
-                word = unstressed(word)
+            count = _count_fitting(letters, word, size, widest)
+            if count < len(word) and remove_stress(word) != word:
+                word = remove_stress(word)
                 continue
             yield space + word[:count], letters.width(space + word[:count], size)
             space, word = "", word[count:]
 
 
-def _fitting(letters: Letters, word: str, size: int, widest: float) -> int:
-    """How many of a word's letters are no wider, at least 1; measures few more letters than these."""
+def _count_fitting(letters: Letters, word: str, size: int, widest: float) -> int:
+    """Return the number of a word's letters that fit, at least 1; measures few more letters than these."""
 
     def width(count: int) -> float:
         return letters.width(word[:count], size)
 
-    most = min(len(word), _LONG_WORD)
+    most = min(len(word), _MAX_MEASURED_LETTERS)
     while most < len(word) and width(most) <= widest:
         most = min(len(word), 2 * most)
     return most if width(most) <= widest else max(1, bisect_right(range(most), widest, key=width) - 1)
 
 
-def _narrowest(
+def _balance_lines(
     pieces: list[tuple[str, float]], count: int, widest: float
 ) -> list[list[tuple[str, float]]] | None:
-    """The pieces in at most `count` lines, as narrow as possible; bisection over the width."""
+    """Return the pieces in at most `count` lines, as narrow as possible; bisection over the width."""
     low, high = max(width for _, width in pieces), widest
-    best = _filled(pieces, high)
+    best = _fill_lines(pieces, high)
     if len(best) > count:
         return None
     for _ in range(12):
         middle = (low + high) / 2
-        tried = _filled(pieces, middle)
+        tried = _fill_lines(pieces, middle)
         if len(tried) <= count:
             best, high = tried, middle
         else:
@@ -323,7 +339,7 @@ def _narrowest(
     return best
 
 
-def _filled(pieces: list[tuple[str, float]], width: float) -> list[list[tuple[str, float]]]:
+def _fill_lines(pieces: list[tuple[str, float]], width: float) -> list[list[tuple[str, float]]]:
     lines: list[list[tuple[str, float]]] = []
     used = 0.0
     for piece in pieces:

@@ -6,32 +6,36 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.lettering.subtitle_lines import Line
-from vidstyle.comic.moment import Moment
 
-REACH = 8.0
-"""Maximum seconds between a line and the moment of its panel."""
-MAX_LINES = 3
+# The limits of a panel.
+MAX_DISTANCE_SECONDS = 8.0
+"""Maximum time between a line and the key frame of its panel."""
+MAX_PANEL_LINES = 3
 """Maximum number of lines in a panel."""
-MAX_LETTERS = 150
+MAX_PANEL_LETTERS = 150
 """Maximum number of letters in a panel, unless a single line has more."""
-EASY_LETTERS = 75
-"""Letters that are read at a glance; more crowd a panel."""
+EASY_PANEL_LETTERS = 75
+"""Number of letters that are read at a glance; more crowd a panel."""
 
-_LEFT_OUT = 4.0
-"""Cost of leaving a line out, half as much more if it is long: above the highest cost of a place."""
-_CROWDED, _WORST = 1.0, 1.5
-"""Cost of twice `EASY_LETTERS`, growing with the square of the excess, and its limit."""
-_FAR, _LATE = 0.5, 0.3
-"""Cost of a line `REACH` away from the moment, and of one that ends before it."""
-_NOBODY = 0.5
-"""Cost of what is said in a picture in which no face is seen."""
-_ONE_SENTENCE = MAX_LETTERS
-"""Parts of a sentence of no more letters are joined."""
-_BREATH = 1.5
-"""Maximum seconds between the parts of a sentence."""
-_DOTS = "…", "..."
-_ENDINGS = tuple('.!?…:"”»)]')
+# The costs of an assignment.
+_OMISSION_COST = 4.0
+"""Cost of omitting a line, up to half as much more if it is long; above the highest cost of a place."""
+_CROWDING_COST, _MAX_CROWDING_COST = 1.0, 1.5
+"""Cost of twice `EASY_PANEL_LETTERS`, growing with the square of the excess, and its limit."""
+_DISTANCE_COST, _LATENESS_COST = 0.5, 0.3
+"""Cost of a line `MAX_DISTANCE_SECONDS` from the key frame, and of a line that ends before it."""
+_NO_FACE_COST = 0.5
+"""Cost of speech in a picture without a visible face."""
+
+# Sentences that continue in the next line.
+_MAX_SENTENCE_LETTERS = MAX_PANEL_LETTERS
+"""Parts of a sentence are joined up to this number of letters."""
+_MAX_SENTENCE_PAUSE_SECONDS = 1.5
+"""Maximum time between the parts of a sentence."""
+_ELLIPSIS_MARKS = "…", "..."
+_SENTENCE_ENDINGS = tuple('.!?…:"”»)]')
 
 
 @dataclass(frozen=True)
@@ -46,51 +50,55 @@ class _Assignment:
     line: Line | None = None
 
 
-def panels_for(lines: Sequence[Line]) -> int:
-    """The number of panels that lines need so that none is crowded."""
-    return math.ceil(sum(len(line.text) for line in lines) / EASY_LETTERS)
+def count_panels(lines: Sequence[Line]) -> int:
+    """Return the number of panels that lines need without crowding."""
+    return math.ceil(sum(len(line.text) for line in lines) / EASY_PANEL_LETTERS)
 
 
-def match(lines: Sequence[Line], moments: Sequence[Moment]) -> tuple[list[list[Line]], int]:
+def assign_lines(lines: Sequence[Line], key_frames: Sequence[KeyFrame]) -> tuple[list[list[Line]], int]:
     """Assign each line to a panel or to none, in order, with the lowest total cost; dynamic programming.
 
-    The cost of a line grows with its distance in time from the panel's moment and is higher after its end,
-    and where what is said has no face; crowded panels and omitted lines cost more. No line is further than
-    `REACH` from its moment, and no panel has more than `MAX_LINES` lines with `MAX_LETTERS` letters. Parts of
-    a short sentence are joined.
+    The cost of a line grows with its distance in time from the panel's key frame, and is higher after its end
+    and for speech without a visible face; crowded panels and omitted lines cost more. No line is further than
+    `MAX_DISTANCE_SECONDS` from its key frame, and no panel has more than `MAX_PANEL_LINES` lines with
+    `MAX_PANEL_LETTERS` letters. Parts of a short sentence are joined.
 
     Args:
-        lines, moments: in the order of time.
+        lines, key_frames: in the order of time.
 
     Returns:
-        The lines of each panel, and the number of lines in all.
+        The lines of each panel, and the total number of lines.
     """
-    joined, states = _joined(lines), [_Assignment(0.0)]
+    joined, states = _join_sentences(lines), [_Assignment(0.0)]
     for line in joined:
-        states = _with_line(states, line, moments)
+        states = _add_line(states, line, key_frames)
     last: _Assignment | None = min(states, key=lambda each: each.cost)
-    panels: list[list[Line]] = [[] for _ in moments]
+    panels: list[list[Line]] = [[] for _ in key_frames]
     while last is not None:
         if last.line is not None:
             panels[last.panel].insert(0, last.line)
         last = last.before
-    if panels and panels[0] and not moments[0].faces:
-        # A voice over a first picture without faces is a narrator's.
+    if panels and panels[0] and not key_frames[0].faces:
+        # A voice over a first picture without faces belongs to a narrator.
         panels[0][0] = replace(panels[0][0], narrated=True)
     return panels, len(joined)
 
 
-def _with_line(states: Sequence[_Assignment], line: Line, moments: Sequence[Moment]) -> list[_Assignment]:
-    """The cheapest states with a further line in any panel, or in none."""
-    near = [number for number, each in enumerate(moments) if _distance(line, each.time) <= REACH]
+def _add_line(states: Sequence[_Assignment], line: Line, key_frames: Sequence[KeyFrame]) -> list[_Assignment]:
+    """Return the cheapest states with another line in any panel, or in none."""
+    near = [
+        number for number, each in enumerate(key_frames) if _distance(line, each.time) <= MAX_DISTANCE_SECONDS
+    ]
     if not near:
         return list(states)
     best: dict[tuple[int, int, int], _Assignment] = {}
     for each in states:
-        omission = _LEFT_OUT * (1 + 0.5 * min(1.0, len(line.text) / MAX_LETTERS))
+        omission = _OMISSION_COST * (1 + 0.5 * min(1.0, len(line.text) / MAX_PANEL_LETTERS))
         tried = [replace(each, cost=each.cost + omission)]
         tried += [
-            after for number in near if (after := _placed(each, line, number, moments[number])) is not None
+            after
+            for number in near
+            if (after := _place_line(each, line, number, key_frames[number])) is not None
         ]
         for after in tried:
             # The content of completed panels no longer matters.
@@ -100,34 +108,36 @@ def _with_line(states: Sequence[_Assignment], line: Line, moments: Sequence[Mome
     return list(best.values())
 
 
-def _placed(before: _Assignment, line: Line, panel: int, moment: Moment) -> _Assignment | None:
-    """The state with the line in a panel; None if that is full, or before an assigned line."""
+def _place_line(before: _Assignment, line: Line, panel: int, key_frame: KeyFrame) -> _Assignment | None:
+    """Return the state with the line in a panel; None if that is full, or before an assigned line."""
     same = panel == before.panel
     letters, count = (before.letters, before.count) if same else (0, 0)
     added = letters + len(line.text)
-    if panel < before.panel or (count and (count == MAX_LINES or added > MAX_LETTERS)):
+    if panel < before.panel or (count and (count == MAX_PANEL_LINES or added > MAX_PANEL_LETTERS)):
         return None
-    cost = _FAR * _distance(line, moment.time) / REACH + _LATE * (moment.time > line.end)
-    cost += _NOBODY * (not line.narrated and not moment.faces)
+    cost = _DISTANCE_COST * _distance(line, key_frame.time) / MAX_DISTANCE_SECONDS + _LATENESS_COST * (
+        key_frame.time > line.end
+    )
+    cost += _NO_FACE_COST * (not line.narrated and not key_frame.faces)
     return _Assignment(
         before.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, before, line
     )
 
 
 def _crowding(letters: int) -> float:
-    return min(_WORST, _CROWDED * max(0.0, letters / EASY_LETTERS - 1) ** 2)
+    return min(_MAX_CROWDING_COST, _CROWDING_COST * max(0.0, letters / EASY_PANEL_LETTERS - 1) ** 2)
 
 
 def _distance(line: Line, time: float) -> float:
     return max(0.0, line.start - time, time - line.end)
 
 
-def _joined(lines: Sequence[Line]) -> list[Line]:
+def _join_sentences(lines: Sequence[Line]) -> list[Line]:
     joined: list[Line] = []
     for line in lines:
         last = joined[-1] if joined else None
         if last is not None and _is_one_sentence(last, line):
-            rest = line.text.lstrip("….") if last.text.endswith(_DOTS) else line.text
+            rest = line.text.lstrip("….") if last.text.endswith(_ELLIPSIS_MARKS) else line.text
             joined[-1] = replace(last, end=line.end, text=f"{last.text} {rest.lstrip()}")
         else:
             joined.append(line)
@@ -135,14 +145,19 @@ def _joined(lines: Sequence[Line]) -> list[Line]:
 
 
 def _is_one_sentence(line: Line, after: Line) -> bool:
-    """Whether one goes on in the other: what begins small, without a speaker of its own, may be anybody's."""
+    """Whether a sentence continues in the next line.
+
+    A line that begins in lower case and has no speaker continues the sentence of any speaker.
+    """
     same = (line.narrated, line.speaker) == (after.narrated, after.speaker)
     begins = after.text.lstrip("*….")[:1]
-    hangs = line.text.endswith(_DOTS) and (after.text.startswith(_DOTS) or begins.islower())
+    hangs = line.text.endswith(_ELLIPSIS_MARKS) and (
+        after.text.startswith(_ELLIPSIS_MARKS) or begins.islower()
+    )
     return (
         (same or not (after.narrated or after.speaker or begins.isupper()))
         and "sound" not in (line.manner, after.manner)
-        and after.start - line.end <= _BREATH
-        and (hangs or not line.text.endswith(_ENDINGS))
-        and len(line.text) + len(after.text) < _ONE_SENTENCE
+        and after.start - line.end <= _MAX_SENTENCE_PAUSE_SECONDS
+        and (hangs or not line.text.endswith(_SENTENCE_ENDINGS))
+        and len(line.text) + len(after.text) < _MAX_SENTENCE_LETTERS
     )

@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from vidstyle.comic.key_frame import KeyFrame, Rectangle
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper
 from vidstyle.comic.lettering.fonts import Letters
-from vidstyle.comic.moment import Moment, Rectangle
 from vidstyle.comic.output.sheet import Label
 
-_TITLE = 2.6
-"""Font size of a title, in font sizes of the comic."""
-_AIR = 0.7
-"""Space below a title, in its font sizes."""
-_NUMBER = 0.45
+_TITLE_FONT_RATIO = 2.6
+"""Font size of a title, relative to the comic's."""
+_TITLE_SPACE_RATIO = 0.7
+"""Space below a title, in font sizes of the title."""
+_MAX_NUMBER_FONT_RATIO = 0.45
 """Maximum font size of a page number, relative to the margin."""
 
 
-def title_of(text: str, paper: Paper, size: int, letters: Letters) -> tuple[Label, int]:
-    """A title centred at the top of the page, and the height that it takes from the panels, in pixels.
+def make_title(text: str, paper: Paper, size: int, letters: Letters) -> tuple[Label, int]:
+    """Return a title centred at the top of the page, and the height in pixels that it takes from the panels.
 
     Args:
         text: reduced in size if it is wider than the panels.
@@ -29,38 +29,40 @@ def title_of(text: str, paper: Paper, size: int, letters: Letters) -> tuple[Labe
         size: font size of the comic in pixels.
         letters: its font.
     """
-    text, wanted = letters.writable(text), round(_TITLE * size)
+    text, wanted = letters.make_writable(text), round(_TITLE_FONT_RATIO * size)
     wide = letters.width(text, wanted)
     room = paper.width - 2 * paper.margin
     fitting = wanted if wide <= room else max(1, int(wanted * room / wide))
     foot = paper.margin + 0.8 * fitting
-    return Label(text, paper.width / 2, foot, fitting, is_bold=True), round(fitting * (0.8 + _AIR))
+    return Label(text, paper.width / 2, foot, fitting, is_bold=True), round(
+        fitting * (0.8 + _TITLE_SPACE_RATIO)
+    )
 
 
-def below_title(paper: Paper, by: int, pages: int) -> Paper:
-    """The paper for the layout: a single page is lower by the title's height; several pages are unchanged."""
+def shrink_paper(paper: Paper, by: int, pages: int) -> Paper:
+    """Return the paper for the layout: a single page loses the title's height, several are unchanged."""
     return replace(paper, height=paper.height - by) if pages == 1 and not paper.is_strip else paper
 
 
-def lowered(layout: PageLayout, moments: Sequence[Moment], paper: Paper, by: int) -> PageLayout:
-    """The layout with the panels of the first page moved or squeezed below a title, gutters unchanged."""
+def move_below_title(layout: PageLayout, key_frames: Sequence[KeyFrame], paper: Paper, by: int) -> PageLayout:
+    """Move or squeeze the panels of the first page below a title, with unchanged gutters."""
     if paper.is_strip or layout.sizes[0][1] < paper.height:
-        panels = [_moved(each, paper, by) for each in layout.panels]
+        panels = [_move(each, paper, by) for each in layout.panels]
         sizes = [(paper.width, layout.sizes[0][1] + by)]
     else:
-        panels = [_squeezed(each, moments, paper, by) if each.page == 0 else each for each in layout.panels]
+        panels = [_squeeze(each, key_frames, paper, by) if each.page == 0 else each for each in layout.panels]
         sizes = list(layout.sizes)
     return replace(layout, panels=tuple(panels), sizes=tuple(sizes))
 
 
-def _moved(panel: Panel, paper: Paper, by: int) -> Panel:
+def _move(panel: Panel, paper: Paper, by: int) -> Panel:
     left, top, right, bottom = panel.rectangle
     # No bleed under the title.
     place = Rectangle(left, max(top, paper.margin) + by, right, bottom + by)
     return replace(panel, rectangle=place, picture=place)
 
 
-def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) -> Panel:
+def _squeeze(panel: Panel, key_frames: Sequence[KeyFrame], paper: Paper, by: int) -> Panel:
     inside, gutter = paper.inside, paper.row_gutter
     factor = (inside.height - by + gutter) / (inside.height + gutter)
 
@@ -71,13 +73,13 @@ def _squeezed(panel: Panel, moments: Sequence[Moment], paper: Paper, by: int) ->
     # Bleed at the sides and at the bottom only, not under the title.
     low = bottom if bottom > inside.bottom else line(bottom + gutter) - gutter
     place = Rectangle(left, line(max(top, inside.top)), right, low)
-    shown = crop(moments[panel.moment], place.aspect)
+    shown = crop(key_frames[panel.key_frame], place.aspect)
     return replace(panel, rectangle=place, picture=place, crop=shown)
 
 
-def numbers(layout: PageLayout, paper: Paper, size: int) -> list[list[Label]]:
-    """Page numbers below the panels, if there are several pages and room in the margin."""
-    letters = min(size, round(_NUMBER * paper.margin))
+def page_numbers(layout: PageLayout, paper: Paper, size: int) -> list[list[Label]]:
+    """Return page numbers below the panels, if there are several pages and room in the margin."""
+    letters = min(size, round(_MAX_NUMBER_FONT_RATIO * paper.margin))
     labels: list[list[Label]] = [[] for _ in layout.sizes]
     for page, (width, height) in enumerate(layout.sizes if len(layout.sizes) > 1 and letters >= 5 else ()):
         if all(each.page != page or each.rectangle.bottom < height for each in layout.panels):

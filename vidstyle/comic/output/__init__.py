@@ -1,1 +1,1 @@
-"""Pages to files: draw the panels, assemble the sheets, encode PNG, PDF, CBZ, SVG or HTML."""
+"""Output of comics: restyled panels, page files, and PNG, JPEG, PDF, CBZ, SVG and HTML."""

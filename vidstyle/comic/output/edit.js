@@ -1,5 +1,5 @@
-// Drag balloons, change words, save the page file with these changes. The program draws the final shapes from
-// that file: here a shape is only moved and stretched.
+// Drag balloons, change words, save the page file with these changes. vidstyle draws the final shapes from that
+// file; this script only moves and stretches them.
 
 const KEY = "[[page.panel.words]]";
 const file = JSON.parse(document.getElementById("page-file").textContent);
@@ -9,7 +9,7 @@ const groups = [...document.querySelectorAll("g[data-place]")];
 const inCapitals = /^font = "comic"$/m.test(head);
 const past = [];
 
-/** The numbers of an attribute, or nothing. */
+/** Parse the numbers of an attribute; undefined if it is missing. */
 const numbers = (text) => text?.split(" ").map(Number);
 
 const bubbles = groups.map((group, number) => ({
@@ -23,7 +23,7 @@ const bubbles = groups.map((group, number) => ({
 }));
 bubbles.forEach((bubble) => Object.assign(bubble, { first: bubble.place, wordsBefore: bubble.words }));
 
-/** The corners of a shape that moves with its words, and stretches with them; a tail's end stays. */
+/** Return the corners of a shape moved and stretched with its words; the tip of a tail stays. */
 function outline(bubble, points) {
   const [left, top, right, bottom] = bubble.first;
   const [x, y, xx, yy] = bubble.place;
@@ -33,7 +33,7 @@ function outline(bubble, points) {
     corners.push([x + across * (xx - x), y + down * (yy - y)]);
   }
   if (!bubble.tip || bubble.group.matches(".cloud")) return corners;
-  // The second corner is the tail's end, between its roots; those are found anew on the side of that end.
+  // The second corner is the tip of the tail, between its roots, which are recomputed on the side of the tip.
   corners.splice(1, 1);
   const { tip } = bubble;
   const [middle, half] = [[(x + xx) / 2, (y + yy) / 2], Math.hypot(points[0] - points[4], points[1] - points[5]) / 2];
@@ -50,7 +50,7 @@ function outline(bubble, points) {
 
 function draw(bubble) {
   const around = bubble.shapes.at(-1);
-  // The circles of a thought stay where they are.
+  // The circles of a thought do not move.
   if (around) around[0].setAttribute("points", outline(bubble, around[1]).join(" "));
   const [text] = bubble.group.querySelectorAll("text");
   const size = Number(text.getAttribute("font-size"));
@@ -75,7 +75,7 @@ function draw(bubble) {
   );
 }
 
-/** Give a bubble other words or another place; what it had can be had again. */
+/** Change the words or the place of a bubble, with undo. */
 function change(bubble, next) {
   past.push([bubble, { place: bubble.place, words: bubble.words }]);
   Object.assign(bubble, next);
@@ -83,7 +83,7 @@ function change(bubble, next) {
   undo.disabled = false;
 }
 
-/** The place around the same middle, stretched as the words are. */
+/** Return the place around the same centre, stretched like the words. */
 function stretched(bubble, words) {
   const extent = (text) => [Math.max(...text.split("\n").map((line) => line.length)), text.split("\n").length];
   const [[wide, high], [newWide, newHigh]] = [extent(bubble.wordsBefore), extent(words)];
@@ -123,7 +123,7 @@ function edit(bubble) {
   });
 }
 
-/** A place moved by so much, at most to the edge of its page. */
+/** Return a place moved by a distance, at most to the edge of its page. */
 function within(group, place, by) {
   const { width, height } = group.ownerSVGElement.viewBox.baseVal;
   const [x, y] = [width, height].map((side, at) => Math.min(side - place[at + 2], Math.max(-place[at], by[at])));
@@ -168,7 +168,7 @@ function key(bubble, event) {
   event.preventDefault();
 }
 
-/** The page file as it is now; what was not changed stays to the byte. */
+/** Return the edited page file; unchanged entries are copied byte for byte. */
 function saved() {
   const texts = bubbles.map((bubble) => {
     const { text, words } = entries[bubble.number];

@@ -1,4 +1,4 @@
-"""Renders panels: their pictures are restyled at the size at which they are printed."""
+"""Panel rendering: pictures are restyled at the size at which they are printed."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.film import Film
+from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
 from vidstyle.comic.layout.layout import PageLayout
-from vidstyle.comic.layout.paper import INCH
-from vidstyle.comic.layout.storyboard import timecode
-from vidstyle.comic.lettering.fonts import Letters, unstressed
-from vidstyle.comic.moment import Box, Moment, Rectangle
+from vidstyle.comic.layout.paper import MM_PER_INCH
+from vidstyle.comic.layout.storyboard import format_timecode
+from vidstyle.comic.lettering.fonts import Letters, remove_stress
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
@@ -24,38 +24,40 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import Style
 
-LINES = 720
-"""The reference height of styles that declare none, in pixels."""
-HEIGHT = 90.0
-"""The height on paper, in millimetres, that corresponds to a style's reference height."""
-FINEST = 0.8
-"""The factor on lengths in small panels; finer dots would need more pixels than a page has by default."""
+DEFAULT_STYLE_HEIGHT_PX = 720
+"""Reference height of styles that declare none."""
+STYLE_HEIGHT_MM = 90.0
+"""Height on paper that corresponds to a style's reference height."""
+MIN_LENGTH_FACTOR = 0.8
+"""Factor on lengths in small panels; finer dots would need more pixels than a page has by default."""
 
-_RGB = Encoding(full_range=True, step=(1, 1))
+_RGB_ENCODING = Encoding(full_range=True, step=(1, 1))
 
 
-def on_paper(style: Style, height: int, width: int, dpi: float) -> Style:
-    """The style with lengths that are constant on paper, whatever the size of the picture.
+def scale_to_paper(style: Style, height: int, width: int, dpi: float) -> Style:
+    """Return the style with lengths that are constant on paper, independent of the picture's size.
 
     The reference height of a style corresponds to 9 cm: with 720 lines, 5 pixels are 0.63 mm at every
-    resolution, and down to 0.5 mm in smaller panels, where faces are smaller.
+    resolution, and down to 0.5 mm in smaller panels, whose faces are smaller.
 
     Args:
         style: not changed.
         height, width: of the picture to restyle, in pixels.
         dpi: pixels per inch.
     """
-    usual = HEIGHT * dpi / INCH
-    printed = usual * min(1.0, max(FINEST, math.sqrt(min(height, width) / usual)))
-    lines = style.height or LINES
+    usual = STYLE_HEIGHT_MM * dpi / MM_PER_INCH
+    printed = usual * min(1.0, max(MIN_LENGTH_FACTOR, math.sqrt(min(height, width) / usual)))
+    lines = style.height or DEFAULT_STYLE_HEIGHT_PX
     # A still needs no temporal smoothing.
     return replace(style, height=min(height, width) * lines / printed, steady=0.0)
 
 
 class PanelRenderer(Closing):
-    """Renders panels, using the styles in turn; a context manager.
+    """Renders panels, using the styles in rotation; a context manager.
 
     Args:
+        styles: of the panels.
+        dpi: pixels per inch.
         device: as for `open_renderer`.
     """
 
@@ -81,17 +83,17 @@ class PanelRenderer(Closing):
         shown, style = cut_out(color, window, picture.width, picture.height), next(self._styles)
         if style.is_plain:
             return shown
-        style = on_paper(style, picture.height, picture.width, self._dpi)
+        style = scale_to_paper(style, picture.height, picture.width, self._dpi)
         if self._backend is None:
             self._backend = open_renderer(style, self._device)
         else:
             self._backend.change_style(style)
-        # A copy, as the memory of the result may be used again.
-        return np.array(to_rgb(self._backend.run(Picture.from_array(shown), None, _RGB, rgb=True)))
+        # A copy, as the renderer may reuse the memory of the result.
+        return np.array(to_rgb(self._backend.run(Picture.from_array(shown), None, _RGB_ENCODING, rgb=True)))
 
 
 def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarray:
-    """A part of a picture, H x W x 3 uint8, at another size."""
+    """Return a part of a picture, H x W x 3 uint8, at another size."""
     tall, wide = color.shape[:2]
     left, top = max(0, math.floor(window.left)), max(0, math.floor(window.top))
     right, bottom = min(wide, math.ceil(window.right)), min(tall, math.ceil(window.bottom))
@@ -106,11 +108,15 @@ class PagePlan:
     """A complete comic before it is drawn.
 
     Attributes:
+        key_frames: the key frames shown.
+        layout: the panels of each page.
         labels: the labels of each page.
+        letters: the font.
+        dpi: pixels per inch.
         right_to_left: reading order.
     """
 
-    moments: Sequence[Moment]
+    key_frames: Sequence[KeyFrame]
     layout: PageLayout
     labels: Sequence[list[Label]]
     letters: Letters
@@ -118,7 +124,7 @@ class PagePlan:
     right_to_left: bool = False
 
 
-def drawn(
+def draw_pages(
     plan: PagePlan,
     film: Film,
     renderer: PanelRenderer,
@@ -128,26 +134,26 @@ def drawn(
     """Draw pages one at a time, so that only one page and one frame are in memory.
 
     Args:
-        plan: what to draw.
+        plan: the comic to draw.
         film: source of the frames.
         renderer: draws the panels.
-        frames: folder to save the frames to as well, or None.
+        frames: folder to which the frames are saved as well, or None.
         on_panel: called before each panel with its index and the number of panels.
     """
     panels = plan.layout.panels
-    colors = film.frames_at(plan.moments[each.moment].time for each in panels)
+    colors = film.frames_at(plan.key_frames[each.key_frame].time for each in panels)
     for page, (width, height) in enumerate(plan.layout.sizes):
         sheet = Sheet(width, height, plan.dpi, plan.letters, labels=plan.labels[page])
         sheet.right_to_left = plan.right_to_left
         for number, each in enumerate(panels):
             if each.page == page:
                 on_panel(number, len(panels))
-                color, moment = next(colors), plan.moments[each.moment]
+                color, key_frame = next(colors), plan.key_frames[each.key_frame]
                 if frames:
-                    frames.save(color, moment)
-                shown = renderer.panel(moment.picture(color), each.crop, each.picture)
-                said = " / ".join(unstressed(" ".join(bubble.block.lines)) for bubble in each.bubbles)
-                note = ": ".join(filter(None, [timecode(moment.time), said]))
+                    frames.save(color, key_frame)
+                shown = renderer.panel(key_frame.picture(color), each.crop, each.picture)
+                said = " / ".join(remove_stress(" ".join(bubble.block.lines)) for bubble in each.bubbles)
+                note = ": ".join(filter(None, [format_timecode(key_frame.time), said]))
                 sheet.panels.append(
                     RenderedPanel(each.rectangle, each.picture, shown, each.bubbles, note, each.leans)
                 )

@@ -12,10 +12,10 @@ from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 
+from vidstyle.comic.key_frame import Point, Rectangle
 from vidstyle.comic.layout.slant import corners
-from vidstyle.comic.lettering.bubble import DASH, Bubble
-from vidstyle.comic.lettering.fonts import runs, thickness
-from vidstyle.comic.moment import Point, Rectangle
+from vidstyle.comic.lettering.bubble import DASH_LENGTH_RATIO, Bubble
+from vidstyle.comic.lettering.fonts import split_stress, thickness
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
 if TYPE_CHECKING:
@@ -24,32 +24,32 @@ if TYPE_CHECKING:
 JPEG_QUALITY = 92
 """Quality of JPEG images in all formats, 1 to 100."""
 
-PAPER, INK = 255, 0
+PAPER_LEVEL, INK_LEVEL = 255, 0
 """Gray levels."""
 
-_LARGER = 4
+_SUPERSAMPLING_FACTOR = 4
 """Supersampling factor of outlines."""
 
 
 def png(sheets: Iterable[Sheet], title: str) -> bytes:
-    """A PNG file of a single page, with its resolution."""
+    """Encode a single page as a PNG file with its resolution."""
     (sheet,) = sheets
-    return _encoded(page_image(sheet), "PNG", dpi=(sheet.dpi, sheet.dpi))
+    return _encode(page_image(sheet), "PNG", dpi=(sheet.dpi, sheet.dpi))
 
 
 def jpeg(sheets: Iterable[Sheet], title: str) -> bytes:
-    """A JPEG file of a single page, with its resolution."""
+    """Encode a single page as a JPEG file with its resolution."""
     (sheet,) = sheets
     dpi = round(sheet.dpi)
-    # Subsampled chroma would wash out coloured dots and strokes. Not with `optimize`: Pillow then fails where
-    # a page of dots needs more than a byte for each pixel.
-    return _encoded(page_image(sheet), "JPEG", quality=JPEG_QUALITY, subsampling=0, dpi=(dpi, dpi))
+    # Subsampled chroma would wash out coloured dots and strokes. With `optimize`, Pillow fails if a page of
+    # dots needs more than one byte per pixel.
+    return _encode(page_image(sheet), "JPEG", quality=JPEG_QUALITY, subsampling=0, dpi=(dpi, dpi))
 
 
 def cbz(sheets: Iterable[Sheet], title: str) -> bytes:
-    """A ZIP archive of JPEG pages for comic readers, with constant dates, so that it is reproducible.
+    """Encode JPEG pages as a ZIP archive for comic readers, with constant dates, so that it is reproducible.
 
-    ComicInfo.xml in it says the title, the number of pages and the reading order.
+    Its ComicInfo.xml states the title, the number of pages and the reading order.
     """
     file, number, backwards = BytesIO(), 0, False
     with ZipFile(file, "w", ZIP_STORED) as archive:
@@ -64,25 +64,25 @@ def cbz(sheets: Iterable[Sheet], title: str) -> bytes:
 
 
 def pdf(sheets: Iterable[Sheet], title: str) -> bytes:
-    """A PDF file of all pages, without dates, so that it is reproducible."""
+    """Encode all pages as a PDF file, without dates, so that it is reproducible."""
     (first, dpi), *rest = [(page_image(sheet), sheet.dpi) for sheet in sheets]
     pages = {"save_all": True, "append_images": [image for image, _ in rest], "resolution": dpi}
     quality = {"quality": JPEG_QUALITY, "subsampling": 0}
     notes = {"title": title or None, "producer": "vidstyle", "creationDate": None, "modDate": None}
-    return _encoded(first, "PDF", **pages, **quality, **notes)
+    return _encode(first, "PDF", **pages, **quality, **notes)
 
 
-def _encoded(image: Image, kind: str, **options: Any) -> bytes:
+def _encode(image: Image, kind: str, **options: Any) -> bytes:
     file = BytesIO()
     image.save(file, kind, **options)
     return file.getvalue()
 
 
 def page_image(sheet: Sheet) -> Image:
-    """The page as an RGB image of Pillow at the size of the sheet."""
+    """Return the page as an RGB image of Pillow at the size of the sheet."""
     from PIL import Image, ImageDraw
 
-    canvas = np.full((sheet.height, sheet.width, 3), PAPER, np.uint8)
+    canvas = np.full((sheet.height, sheet.width, 3), PAPER_LEVEL, np.uint8)
     for panel in sheet.panels:
         _draw_panel(canvas, panel)
     image = Image.fromarray(canvas)
@@ -92,31 +92,38 @@ def page_image(sheet: Sheet) -> Image:
             size = bubble.block.size
             font, bold = sheet.letters.font(size), thickness(size)
             for text, left, foot, _ in bubble.lines:
-                for part, stressed in runs(text):
+                for part, stressed in split_stress(text):
                     place, width = (left, foot), bold * stressed
-                    draw.text(place, part, font=font, fill=(INK,) * 3, anchor="ls", stroke_width=width)
+                    draw.text(place, part, font=font, fill=(INK_LEVEL,) * 3, anchor="ls", stroke_width=width)
                     left += font.getlength(part)
     for label in sheet.labels:
         place, font = (label.middle, label.foot), sheet.letters.font(label.size)
         width = label.thickness
-        draw.text(place, label.text, font=font, fill=(INK,) * 3, anchor="ms", stroke_width=width)
+        draw.text(place, label.text, font=font, fill=(INK_LEVEL,) * 3, anchor="ms", stroke_width=width)
     return image
 
 
 def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
     rectangle = panel.rectangle
     paper = canvas[rectangle.top : rectangle.bottom, rectangle.left : rectangle.right].copy()
-    _fill(canvas, rectangle, INK)
+    _fill(canvas, rectangle, INK_LEVEL)
     if panel.band:
-        _fill(canvas, panel.band, PAPER)
+        _fill(canvas, panel.band, PAPER_LEVEL)
     _fill(canvas, panel.picture, panel.color)
     if panel.leans != (0, 0):
         drawn = canvas[rectangle.top : rectangle.bottom, rectangle.left : rectangle.right]
         outer, inner = (
-            _masks((np.array(corners(box, panel.leans)) - rectangle[:2]) * _LARGER, paper.shape, 0, 0)[0]
+            _masks(
+                (np.array(corners(box, panel.leans)) - rectangle[:2]) * _SUPERSAMPLING_FACTOR,
+                paper.shape,
+                0,
+                0,
+            )[0]
             for box in (rectangle, panel.inside)
         )
-        drawn[:] = np.rint(paper * (1 - outer) + INK * (outer - outer * inner) + drawn * (outer * inner))
+        drawn[:] = np.rint(
+            paper * (1 - outer) + INK_LEVEL * (outer - outer * inner) + drawn * (outer * inner)
+        )
     for bubble in panel.bubbles:
         for outline in bubble.outlines:
             _draw_outline(canvas, bubble, outline)
@@ -133,29 +140,38 @@ def _draw_outline(canvas: np.ndarray, bubble: Bubble, points: np.ndarray) -> Non
     left, top = (max(0, math.floor(low) - room) for low in points.min(axis=0))
     right, bottom = (math.ceil(high) + room for high in points.max(axis=0))
     part = canvas[top : min(height, bottom), left : min(width, right)]
-    dash = DASH * bubble.block.size * _LARGER if bubble.kind == "whisper" else 0.0
-    body, line = _masks((points - (left, top)) * _LARGER, part.shape, bubble.line_width * _LARGER, dash)
-    part[:] = np.rint(part * (1 - np.maximum(body, line)) + np.minimum(body, 1 - line) * PAPER)
+    dash = DASH_LENGTH_RATIO * bubble.block.size * _SUPERSAMPLING_FACTOR if bubble.kind == "whisper" else 0.0
+    body, line = _masks(
+        (points - (left, top)) * _SUPERSAMPLING_FACTOR,
+        part.shape,
+        bubble.line_width * _SUPERSAMPLING_FACTOR,
+        dash,
+    )
+    part[:] = np.rint(part * (1 - np.maximum(body, line)) + np.minimum(body, 1 - line) * PAPER_LEVEL)
 
 
 def _masks(points: np.ndarray, shape: tuple[int, ...], line_width: float, dash: float) -> list[np.ndarray]:
-    """Coverage of each pixel by the polygon, and by its line: H x W x 1, 0..1.
+    """Return the coverage of each pixel by the polygon, and by its line: H x W x 1, 0..1.
 
-    `dash`: length of the line's dashes and gaps in pixels; 0: it is unbroken.
+    `dash`: length of the line's dashes and gaps in pixels; 0: a solid line.
     """
     from PIL import Image, ImageDraw
 
     corners = [(float(x), float(y)) for x, y in points]
-    masks = [Image.new("L", (shape[1] * _LARGER, shape[0] * _LARGER)) for _ in range(2)]
+    masks = [
+        Image.new("L", (shape[1] * _SUPERSAMPLING_FACTOR, shape[0] * _SUPERSAMPLING_FACTOR)) for _ in range(2)
+    ]
     body, line = map(ImageDraw.Draw, masks)
     body.polygon(corners, fill=255)
     for piece in _dashes([*corners, *corners[:2]], dash):
         line.line(piece, fill=255, width=max(1, round(line_width)), joint="curve")
-    return [np.asarray(mask.reduce(_LARGER), np.float32)[..., np.newaxis] / 255 for mask in masks]
+    return [
+        np.asarray(mask.reduce(_SUPERSAMPLING_FACTOR), np.float32)[..., np.newaxis] / 255 for mask in masks
+    ]
 
 
 def _dashes(corners: list[Point], dash: float) -> Iterator[list[Point]]:
-    """The pieces of a line that are drawn."""
+    """Yield the pieces of a line that are drawn."""
     if not dash:
         yield corners
         return

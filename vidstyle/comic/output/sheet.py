@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.slant import Leans
 from vidstyle.comic.lettering.bubble import Bubble
 from vidstyle.comic.lettering.fonts import Letters, thickness
-from vidstyle.comic.moment import Rectangle
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,10 @@ class RenderedPanel:
     """A panel: a border that fills its rectangle, a picture inside it, and text above the picture.
 
     Attributes:
+        rectangle: on the page.
+        picture: rectangle of the picture.
         color: the picture, H x W x 3 uint8, of the size of `picture`.
+        bubbles: its text.
         note: description of the picture for screen readers.
         leans: see `slant`.
     """

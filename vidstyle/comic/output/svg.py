@@ -1,4 +1,4 @@
-"""Pages as SVG, alone or in a web page: panels are pictures; balloons and captions are shapes and text."""
+"""Pages as SVG, alone or in a web page: panels are images; balloons and captions are shapes and text."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from string import Template
 import cv2
 import numpy as np
 
-from vidstyle.comic.layout.paper import INCH
+from vidstyle.comic.key_frame import Rectangle
+from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.slant import corners
-from vidstyle.comic.lettering.bubble import DASH, Bubble
-from vidstyle.comic.lettering.fonts import runs, thickness
-from vidstyle.comic.moment import Rectangle
+from vidstyle.comic.lettering.bubble import DASH_LENGTH_RATIO, Bubble
+from vidstyle.comic.lettering.fonts import split_stress, thickness
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 
-_TEMPLATE, _SCRIPT = (Path(__file__).with_name(name) for name in ("strip.html", "edit.js"))
+_TEMPLATE_PATH, _SCRIPT_PATH = (Path(__file__).with_name(name) for name in ("strip.html", "edit.js"))
 
 
 def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
-    """A self-contained web page of all sheets, one below the other, no wider than the window.
+    """Encode all sheets as a self-contained web page, one below the other, no wider than the window.
 
-    Balloons can be dragged on it and words changed, and the page file with these changes saved.
+    On it, balloons can be dragged, words changed, and the page file with these changes saved.
 
     Args:
         sheets: pages.
         title: of the comic.
-        page_file: the file that can be edited, see `page_file`; empty: nothing can be.
+        page_file: the file that can be edited, see `page_file`; empty: nothing can be edited.
     """
     drawn = list(sheets)
     before = accumulate((len(sheet.panels) for sheet in drawn), initial=0)
@@ -42,9 +42,12 @@ def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
         for number, (sheet, count) in enumerate(zip(drawn, before, strict=False))
     )
     width = max(sheet.width for sheet in drawn)
-    page, code = Template(_TEMPLATE.read_text(encoding="utf-8")), _SCRIPT.read_text(encoding="utf-8")
+    page, code = (
+        Template(_TEMPLATE_PATH.read_text(encoding="utf-8")),
+        _SCRIPT_PATH.read_text(encoding="utf-8"),
+    )
     digest = b64encode(sha256(code.encode()).digest()).decode("ascii")
-    # A JSON text within a page must not end its element.
+    # JSON in a page must not contain the end tag of its element.
     data = json.dumps(page_file).replace("<", "\\u003c")
     return page.substitute(
         title=escape(title or "Comic"),
@@ -57,21 +60,22 @@ def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
 
 
 def svg(sheets: Iterable[Sheet], title: str) -> bytes:
-    """An SVG file of a single page."""
+    """Encode a single page as an SVG file."""
     (sheet,) = sheets
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{svg_element(sheet, title)}'.encode()
 
 
 def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = True) -> str:
-    """The sheet as an `svg` element of its size on paper.
+    """Return the sheet as an `svg` element of its size on paper.
 
     Args:
         sheet: a page.
+        title: of the comic.
         before: number of panels before it in the document.
         with_font: whether to embed the font; one element of a document does.
     """
     fonts = escape(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
-    wide, high = (f"{length * INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
+    wide, high = (f"{length * MM_PER_INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
     rows = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}"'
         f' viewBox="0 0 {sheet.width} {sheet.height}" font-family="{fonts}">',
@@ -86,7 +90,7 @@ def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = Tru
 
 
 def _font_face(sheet: Sheet) -> str:
-    """The font, embedded if its licence allows that."""
+    """Return the font, embedded if its licence allows that."""
     font = sheet.letters.free_font
     if font is None:
         return ""
@@ -141,7 +145,7 @@ def _bubble(bubble: Bubble) -> Iterator[str]:
     place = " ".join(f"{side:.10g}" for side in bubble.box)
     tip = f' data-tip="{bubble.tip[0]:.10g} {bubble.tip[1]:.10g}"' if bubble.tip else ""
     yield f'<g class="{bubble.kind}" data-place="{place}"{tip}>'
-    dash = DASH * bubble.block.size
+    dash = DASH_LENGTH_RATIO * bubble.block.size
     dashes = f' stroke-dasharray="{dash:.1f}"' if bubble.kind == "whisper" else ""
     for outline in bubble.outlines:
         yield (
@@ -160,10 +164,10 @@ def _bubble(bubble: Bubble) -> Iterator[str]:
 
 
 def _runs(text: str, size: int) -> str:
-    """A line with what is stressed in bold."""
+    """Return a line with stressed words in bold."""
     bold = f'<tspan stroke="#000" stroke-width="{2 * thickness(size)}">'
     return "".join(
-        f"{bold}{escape(part)}</tspan>" if stressed else escape(part) for part, stressed in runs(text)
+        f"{bold}{escape(part)}</tspan>" if stressed else escape(part) for part, stressed in split_stress(text)
     )
 
 

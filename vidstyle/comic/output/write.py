@@ -1,4 +1,4 @@
-"""Write pages to files, in the format that the extension names."""
+"""Output of pages to files, in the format that the suffix names."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vidstyle.comic.layout.storyboard import timecode
-from vidstyle.comic.moment import Moment
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.output.raster import cbz, jpeg, pdf, png
 from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import html, svg
@@ -25,24 +25,24 @@ from vidstyle.media.write.images import is_numbered, numbered_path
 _Encoder = Callable[[Iterable[Sheet], str], bytes]
 """Encodes pages as the content of a file with a title."""
 
-_STRIP = ".html"
-"""The format that suits one long page, in which words and places can be changed."""
-_FORMATS: dict[str, _Encoder] = {
+_STRIP_SUFFIX = ".html"
+"""The format for one long page, in which words and places can be changed."""
+_PAGE_ENCODERS: dict[str, _Encoder] = {
     ".png": png,
     ".jpg": jpeg,
     ".jpeg": jpeg,
     ".pdf": pdf,
     ".cbz": cbz,
     ".svg": svg,
-    _STRIP: partial(html, page_file=""),
+    _STRIP_SUFFIX: partial(html, page_file=""),
 }
-"""Output formats by the extension of the file."""
-_MULTI_PAGE = ".pdf", ".cbz", _STRIP
-"""Formats whose files hold all pages."""
+"""Output formats by the suffix of the file."""
+_MULTI_PAGE_SUFFIXES = ".pdf", ".cbz", _STRIP_SUFFIX
+"""Formats whose files contain all pages."""
 
 
 class Output:
-    """The file, or files, that pages are written to.
+    """The file or files to which pages are written.
 
     Attributes:
         target: its name.
@@ -50,40 +50,40 @@ class Output:
     """
 
     def __init__(self, target: Path, source: str, overwrite: bool) -> None:
-        """Check the target before there are pages.
+        """Check the target before the pages are made.
 
         Raises:
-            UsageError: unknown extension, the file exists, or it is the source.
+            UsageError: unknown suffix, the file exists, or it is the source.
             OutputError: its folder is missing or not writable.
         """
-        if target.suffix.lower() not in _FORMATS:
-            remedy = f"end its name in {', '.join(list(_FORMATS)[:-1])} or {list(_FORMATS)[-1]}"
+        if target.suffix.lower() not in _PAGE_ENCODERS:
+            remedy = f"end its name in {', '.join(list(_PAGE_ENCODERS)[:-1])} or {list(_PAGE_ENCODERS)[-1]}"
             raise UsageError(target, "cannot be a comic page", remedy)
-        self.is_strip = target.suffix.lower() == _STRIP
+        self.is_strip = target.suffix.lower() == _STRIP_SUFFIX
         self.target, self._source, self._overwrite = target, source, overwrite
         if not is_numbered(target.name):
             with atomic_file(target, source, overwrite):
                 pass
 
     def write(self, sheets: Iterable[Sheet], pages: int, title: str, page_file: str = "") -> list[Path]:
-        """Write all pages; a page with a file of its own is written as soon as it is drawn.
+        """Write all pages; in formats with one file per page, each page is written when it is drawn.
 
         Args:
             sheets: the pages.
-            pages: how many.
+            pages: number of pages.
             title: of the comic.
-            page_file: what a strip saves that was edited.
+            page_file: the page file that an edited strip saves.
 
         Raises:
             UsageError: one of the files exists.
             OutputError: one cannot be written.
         """
         kind = self.target.suffix.lower()
-        encode = partial(html, page_file=page_file) if kind == _STRIP else _FORMATS[kind]
-        is_single = kind in _MULTI_PAGE
+        encode = partial(html, page_file=page_file) if kind == _STRIP_SUFFIX else _PAGE_ENCODERS[kind]
+        is_single = kind in _MULTI_PAGE_SUFFIXES
         targets = [self.target] if is_single else page_names(self.target, pages)
         with ExitStack() as files:
-            # All targets are checked before the first page is drawn, which takes long.
+            # All targets are checked before the first page is drawn, as drawing is slow.
             writers = [
                 files.enter_context(atomic_file(target, self._source, self._overwrite)) for target in targets
             ]
@@ -96,7 +96,7 @@ class Output:
 
 
 def page_names(target: Path, pages: int) -> list[Path]:
-    """The name of each page's file.
+    """Return the name of each page's file.
 
     >>> [path.name for path in page_names(Path("a.png"), 2)], page_names(Path("p%02d.jpg"), 1)[0].name
     (['a-1.png', 'a-2.png'], 'p01.jpg')
@@ -108,23 +108,23 @@ def page_names(target: Path, pages: int) -> list[Path]:
     return [numbered_path(str(target), number) for number in range(1, pages + 1)]
 
 
-TABLE = "frames.csv"
+TABLE_NAME = "frames.csv"
 
 
 class Frames(Closing):
-    """A folder that frames are saved to, one after another; a context manager.
+    """A folder to which frames are saved, one after another; a context manager.
 
     Raises:
-        UsageError: a file exists and may not be replaced.
-        OutputError: the folder cannot be made or written to.
+        UsageError: a file exists and must not be replaced.
+        OutputError: the folder cannot be created or written to.
     """
 
     def __init__(self, folder: Path, count: int, overwrite: bool) -> None:
-        """`count`: how many frames there will be."""
+        """`count`: number of frames."""
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            reason = f"cannot be made ({error.strerror})"
+            reason = f"cannot be created ({error.strerror})"
             raise OutputError(folder, reason, "choose another folder") from error
         digits = max(2, len(str(count)))
         self._names = [f"frame-{number:0{digits}}.png" for number in range(1, count + 1)]
@@ -132,22 +132,22 @@ class Frames(Closing):
         with ExitStack() as files:
             self._writers = [
                 files.enter_context(atomic_file(folder / name, overwrite=overwrite))
-                for name in [*self._names, TABLE]
+                for name in [*self._names, TABLE_NAME]
             ]
-            self._files = files.pop_all()
+            self._list_font_files = files.pop_all()
 
     def close(self) -> None:
-        self._files.close()
+        self._list_font_files.close()
 
-    def save(self, color: np.ndarray, moment: Moment) -> None:
-        """Save the next frame, H x W x 3 uint8; after the last one, the table."""
+    def save(self, color: np.ndarray, key_frame: KeyFrame) -> None:
+        """Save the next frame, H x W x 3 uint8; after the last one, also save the table."""
         number = len(self._rows)
         done, content = cv2.imencode(".png", color[..., ::-1])
         assert done
         self._writers[number - 1](content.tobytes())
-        time = f"{moment.time:.3f}", timecode(moment.time)
-        weight = f"{moment.importance:.3f}"
-        self._rows.append((str(number), self._names[number - 1], *time, str(moment.scene + 1), weight))
+        time = f"{key_frame.time:.3f}", format_timecode(key_frame.time)
+        weight = f"{key_frame.importance:.3f}"
+        self._rows.append((str(number), self._names[number - 1], *time, str(key_frame.scene + 1), weight))
         if number == len(self._names):
             table = StringIO()
             csv.writer(table, lineterminator="\n").writerows(self._rows)

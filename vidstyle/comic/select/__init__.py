@@ -1,1 +1,1 @@
-"""Choose the key frames: scoring, the choice itself, and the options of both."""
+"""Selection of key frames: scores, choice and framing."""

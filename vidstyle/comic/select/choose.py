@@ -1,4 +1,4 @@
-"""Choose key frames: scores relative to the film, and the candidates with the best total."""
+"""Choice of key frames: scores relative to the film, and the candidates with the best total."""
 
 from __future__ import annotations
 
@@ -7,84 +7,103 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.analyze.action import unlike
+from vidstyle.comic.analyze.action import subject_difference
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.analyze.similarity import DIFFERENT, SIMILAR, similarity
+from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, SAME_SIMILARITY, similarity
 
-MIN_PANELS, MAX_PANELS = 1, 40
-"""Range of the number of panels."""
-MAX_CANDIDATES = 400
-"""Maximum number of candidates considered, or twice that of panels: the best of each part of the film."""
-LOOKBACK = 12
-"""Number of preceding panels that each one is compared with: two pages."""
-PANELS_PER_PAGE = 6
-"""If the number of panels is free, no two of so many successive ones look nearly the same."""
+# The number of panels, and of candidates among which they are chosen.
+MIN_DEFAULT_PANELS, MAX_DEFAULT_PANELS = 1, 40
+"""Range of the default number of panels."""
+MAX_POOL_CANDIDATES = 400
+"""Maximum number of candidates considered, or twice the number of panels: the best of each part."""
+DISTINCT_PANELS = 6
+"""If the number of panels is free, no two of this many successive panels look nearly the same: a page."""
+MIN_MOVING_PANELS = 3
+"""With fewer panels, a film with motion is shown by frames at regular intervals, however alike they look."""
+BEAT_SECONDS, _MAX_BEAT_PANELS = 0.9, 5
+"""Interval of these frames, and their maximum number."""
+_MIN_FILM_MOTION = 0.02
+"""Motion above which a film is not still."""
 
-FEW = 3
-"""With fewer panels a film that moves is told by moments of its shots, however alike they look."""
-BEAT, _BEATS = 0.9, 5
-"""Seconds of film for each such moment, and their maximum number."""
-_MOVES = 0.02
-"""Motion above which something happens in a film."""
+# Costs of pairs of panels, relative to the scores of frames, which are 0..1.
+_FORCED_SCORE, _TOO_CLOSE_COST = 1000.0, 50.0
+"""Score of a requested frame, and cost of two frames too close together in time.
 
-_FORCED, _TOO_CLOSE = 1000.0, 50.0
-"""Score of a requested frame, and cost of two frames too close together in time. Each outweighs the sum of
-all terms after it."""
-_SIMILAR, _SAME = 2.0, 20.0
-"""Costs of two neighbours that look nearly the same, and of two equal ones. Scores are 0..1, so that this
-happens only if there are no other frames."""
-_FADES = 3
-"""Distance in panels at which that cost is half as high."""
-_SAME_SCENE, _PACE = 0.2, 0.25
+Each outweighs the sum of all terms after it.
+"""
+_MIN_PANEL_SECONDS = 0.4
+"""Minimum time between two panels."""
+_SIMILAR_COST, _EQUAL_COST = 2.0, 20.0
+"""Costs of two neighbours that look nearly the same, and of two equal ones.
+
+As scores are 0..1, such neighbours are chosen only if there are no other frames.
+"""
+LOOKBACK_PANELS = 12
+"""Number of preceding panels with which each one is compared: two pages."""
+_SIMILAR_HALF_PANELS = 3
+"""Distance in panels at which the cost of similarity is half as high."""
+_SAME_SCENE_COST, _UNEVEN_PACE_WEIGHT = 0.2, 0.25
 """Cost of staying in a scene, and weight of an uneven pace."""
-_MIN_GAP = 0.4
-"""Minimum seconds between two panels."""
+_MOVED_SUBJECT_WEIGHT = 0.5
+"""How much less alike two frames are whose subject has moved elsewhere."""
 
-_KIN = 0.65
+# Scores of frames.
+_FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
+"""Weights of the rank of a frame's sharpness in the film and in its scene."""
+_CLARITY_WEIGHT, _FACE_WEIGHT, _SCENE_WEIGHT = 0.6, 0.25, 0.3
+"""Weights of clarity, of the largest face and of the value of the scene."""
+_MIN_GROUP_INTERSECTION = 0.65
 """Scenes with a higher histogram intersection form a group, such as the shots of a speaker in a dialogue."""
-_MIXED, _BLURRED, _SOFT, _SOFTEST = 1.0, 0.5, 0.8, 0.4
-"""Cost of a blend of two shots; maximum cost of blur; the share of the median sharpness below which a frame
-is blurred (close-ups of faces have few edges), and that share in a scene that is soft throughout."""
-_EMPTY = 0.35
+_TRANSITION_COST = 1.0
+"""Cost of a blend of two shots."""
+_MAX_BLUR_COST = 0.5
+"""Maximum cost of blur."""
+_MIN_SHARPNESS_RATIO, _MIN_SOFT_SCENE_RATIO = 0.8, 0.4
+"""A frame is blurred below this fraction of the median sharpness; the second value is for soft scenes.
+
+The fractions are below 1 as close-ups of faces have few edges.
+"""
+_MIN_CLARITY = 0.35
 """Clarity below which sharpness counts less, as there is little to see."""
-_MOVING, _WILD = 0.5, 0.6
-"""Maximum cost of motion, and the motion from which it applies: motion blur beyond what edges show."""
-_SPEAKER = 0.4
-"""Score of a frame with a face while somebody speaks."""
-_ACTION, _CUT_OFF = 0.3, 0.3
-"""Score of a subject that moves, and maximum cost of one that the picture's edge cuts off."""
-_ELSEWHERE = 0.5
-"""How much less alike two frames are whose subject is elsewhere."""
-_LARGE_FACE = 0.12
-"""A face that covers this share of the picture scores as high as any larger one."""
+_MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
+"""Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
+_SPEAKER_SCORE = 0.4
+"""Score of a frame with a face while someone speaks."""
+_ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.3
+"""Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
+_FULL_SCORE_FACE_SHARE = 0.12
+"""Share of the picture from which a larger face scores no higher."""
 
 
 def default_panels(scenes: int, seconds: float) -> int:
-    """The default number of panels of a film: it grows with scenes and duration, ever more slowly.
+    """Return the default number of panels of a film; it grows with scenes and duration, ever more slowly.
 
     >>> default_panels(1, 5), default_panels(26, 70), default_panels(1500, 7200)
     (3, 12, 40)
     """
-    return min(MAX_PANELS, max(MIN_PANELS, round(1.5 * math.sqrt(scenes) + math.log2(1 + seconds / 4))))
+    return min(
+        MAX_DEFAULT_PANELS,
+        max(MIN_DEFAULT_PANELS, round(1.5 * math.sqrt(scenes) + math.log2(1 + seconds / 4))),
+    )
 
 
 def choose(
     survey: Survey,
     forced: Sequence[Candidate],
     panels: int | None,
-    least: int = 0,
+    min_panels: int = 0,
     spoken: Sequence[tuple[float, float]] = (),
 ) -> list[Candidate]:
-    """The frames to show, in chronological order.
+    """Choose the frames to show, in chronological order.
 
     Args:
-        survey: the candidates; blank ones are left out, and if there are others damaged ones and those from
-            which the subject of their shot is gone.
+        survey: the candidates. Blank ones are ignored; damaged ones, and those that the subject of their
+            shot has left, are chosen only if there are no others.
         forced: requested frames, which are always chosen.
-        panels: how many in all; None: `default_panels`, fewer where pictures would look the same, but of a
-            film that moves at least a few.
-        least: minimum number where `panels` is None.
-        spoken: start and end of what is said, in seconds: then faces are wanted.
+        panels: total number of panels; None: `default_panels`, or fewer if pictures would look the same, but
+            at least a few if the film moves.
+        min_panels: minimum number if `panels` is None.
+        spoken: start and end of speech in seconds: frames with faces are preferred there.
     """
     clear = [each for each in survey.candidates if not each.blank]
     seen = [each for each in clear if not each.damaged] or clear
@@ -93,67 +112,78 @@ def choose(
     pool = sorted([*forced, *(each for each in seen if each.time not in times)], key=lambda each: each.time)
     if not pool:
         return []
-    values = scores(pool, scene_values(survey)) + [_FORCED * each.forced for each in pool]
-    values += [_SPEAKER * bool(each.faces and _is_within(each.time, spoken)) for each in pool]
-    kept = _thinned(pool, values, survey, max(MAX_CANDIDATES, 2 * (panels or 0)))
+    values = scores(pool, scene_values(survey)) + [_FORCED_SCORE * each.forced for each in pool]
+    values += [_SPEAKER_SCORE * bool(each.faces and _is_in_spans(each.time, spoken)) for each in pool]
+    kept = _keep_best_per_part(pool, values, survey, max(MAX_POOL_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
     like, places = _likeness(pool), _places(pool, survey)
-    wanted, beats = _wanted(survey, like, len(forced), panels, least), _beats(survey, len(pool))
+    wanted, beats = (
+        _count_panels(survey, like, len(forced), panels, min_panels),
+        _count_beats(survey, len(pool)),
+    )
     while True:
-        few = wanted < FEW and panels is None
+        few = wanted < MIN_MOVING_PANELS and panels is None
         wanted = max(wanted, beats) if few else wanted
-        chosen = _best(values, _steps(pool, places, wanted), _similarity_costs(like), places, wanted)
-        if few or panels is not None or wanted <= max(1, len(forced)) or not _has_doubles(like, chosen):
+        chosen = _find_best_path(
+            values, _steps(pool, places, wanted), _similarity_costs(like), places, wanted
+        )
+        if few or panels is not None or wanted <= max(1, len(forced)) or not _has_repeats(like, chosen):
             return [pool[number] for number in chosen]
         wanted -= 1
 
 
-def _is_within(time: float, spans: Sequence[tuple[float, float]]) -> bool:
+def _is_in_spans(time: float, spans: Sequence[tuple[float, float]]) -> bool:
     return any(start <= time <= end for start, end in spans)
 
 
 def _likeness(pool: Sequence[Candidate]) -> np.ndarray:
-    """Similarity of frames, N x N; less of those before a still camera whose subject is elsewhere."""
+    """Return the similarity of frames, N x N; lower for a still camera whose subject is in another place."""
     like = similarity([each.thumbnail for each in pool])
     for first, one in enumerate(pool):
         for second, other in enumerate(pool[:first]):
             if one.action and other.action and one.scene == other.scene:
-                like[[first, second], [second, first]] -= _ELSEWHERE * unlike(one.action, other.action)
+                like[[first, second], [second, first]] -= _MOVED_SUBJECT_WEIGHT * subject_difference(
+                    one.action, other.action
+                )
     return like
 
 
-def _beats(survey: Survey, most: int) -> int:
-    """How many moments tell a film of which few pictures differ: 1 where nothing moves."""
-    moves = not survey.is_folder and any(each.motion > _MOVES for each in survey.candidates)
-    return max(1, min(_BEATS, most, round(survey.seconds / BEAT))) if moves else 1
+def _count_beats(survey: Survey, most: int) -> int:
+    """Return the number of panels of a film with few different pictures: 1 if nothing moves."""
+    moves = not survey.is_folder and any(each.motion > _MIN_FILM_MOTION for each in survey.candidates)
+    return max(1, min(_MAX_BEAT_PANELS, most, round(survey.seconds / BEAT_SECONDS))) if moves else 1
 
 
-def _wanted(survey: Survey, like: np.ndarray, forced: int, panels: int | None, least: int) -> int:
+def _count_panels(survey: Survey, like: np.ndarray, forced: int, panels: int | None, min_panels: int) -> int:
     if panels is not None:
         return min(len(like), max(forced, panels))
     distinct: list[int] = []
     for number in range(len(like)):
-        if not (like[number, distinct[-PANELS_PER_PAGE:]] > SIMILAR).any():
+        if not (like[number, distinct[-DISTINCT_PANELS:]] > SAME_SIMILARITY).any():
             distinct.append(number)
-    usual = MAX_PANELS if survey.is_folder else default_panels(len(survey.scene_starts), survey.seconds)
-    return max(forced, min(max(usual, least), MAX_PANELS, len(distinct)))
+    usual = (
+        MAX_DEFAULT_PANELS if survey.is_folder else default_panels(len(survey.scene_starts), survey.seconds)
+    )
+    return max(forced, min(max(usual, min_panels), MAX_DEFAULT_PANELS, len(distinct)))
 
 
-def _has_doubles(like: np.ndarray, chosen: Sequence[int]) -> bool:
-    """Whether two frames within `PANELS_PER_PAGE` successive panels look nearly the same."""
-    near = np.tri(len(chosen), k=PANELS_PER_PAGE - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
-    return bool((like[np.ix_(chosen, chosen)] > SIMILAR)[near].any())
+def _has_repeats(like: np.ndarray, chosen: Sequence[int]) -> bool:
+    """Whether two frames within `DISTINCT_PANELS` successive panels look nearly the same."""
+    near = np.tri(len(chosen), k=DISTINCT_PANELS - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
+    return bool((like[np.ix_(chosen, chosen)] > SAME_SIMILARITY)[near].any())
 
 
 def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
-    """Position in the film, 0..1: the mean of those by time and by scene, so that short scenes count, too."""
+    """Return positions in the film, 0..1: the mean of time and scene, so that short scenes count too."""
     times = np.array([each.time for each in pool]) / max(survey.seconds, 1e-6)
     scenes = np.array([each.scene + 0.5 for each in pool]) / len(survey.scene_starts)
     return np.clip((times + (scenes if len(survey.scene_starts) > 1 else times)) / 2, 0, 1)
 
 
-def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most: int) -> np.ndarray:
-    """The indices of the candidates considered: the best of each part of the film."""
+def _keep_best_per_part(
+    pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most: int
+) -> np.ndarray:
+    """Return the indices of the candidates considered: the best of each part of the film."""
     parts = np.minimum((_places(pool, survey) * most / 2).astype(int), most // 2 - 1)
     kept: dict[int, list[int]] = {}
     for number in np.argsort(-values, kind="stable"):
@@ -163,57 +193,57 @@ def _thinned(pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most
     return np.array(sorted(number for part in kept.values() for number in part))
 
 
-def _best(
+def _find_best_path(
     values: np.ndarray, steps: np.ndarray, prices: np.ndarray, places: np.ndarray, wanted: int
 ) -> list[int]:
-    """The indices of the best `wanted` candidates, by dynamic programming over time.
+    """Return the indices of the best `wanted` candidates, by dynamic programming over time.
 
-    Maximizes the sum of values and steps less the prices of pairs. As prices depend on several earlier
-    choices, this is a beam search that keeps the best path to each candidate, which is nearly optimal.
+    Maximizes the sum of values and steps minus the prices of pairs. As prices depend on several earlier
+    choices, this is a beam search that keeps the best path to each candidate; its result is nearly optimal.
 
     Args:
         values: the score of each candidate.
         steps: the score of going from one candidate (row) to a later one (column).
         prices: the cost of two candidates as neighbours.
         places: see `_places`.
-        wanted: how many.
+        wanted: number of candidates to choose.
     """
-    totals = values - _PACE * (2 * wanted * places - 1).clip(-2, 2) ** 2 / 4
+    totals = values - _UNEVEN_PACE_WEIGHT * (2 * wanted * places - 1).clip(-2, 2) ** 2 / 4
     ways = np.arange(len(values))[:, np.newaxis]
     for _ in range(wanted - 1):
         reached = totals[:, np.newaxis] + steps
-        for back, shown in enumerate(ways[:, : -LOOKBACK - 1 : -1].T):
-            reached -= prices[shown] / (1 + back / _FADES)
+        for back, shown in enumerate(ways[:, : -LOOKBACK_PANELS - 1 : -1].T):
+            reached -= prices[shown] / (1 + back / _SIMILAR_HALF_PANELS)
         last = reached.argmax(axis=0)
         totals = reached.max(axis=0) + values
         ways = np.hstack([ways[last], np.arange(len(values))[:, np.newaxis]])
-    totals = totals - _PACE * (2 * wanted * (1 - places) - 1).clip(-2, 2) ** 2 / 4
+    totals = totals - _UNEVEN_PACE_WEIGHT * (2 * wanted * (1 - places) - 1).clip(-2, 2) ** 2 / 4
     return [int(number) for number in ways[totals.argmax()]]
 
 
 def _similarity_costs(like: np.ndarray) -> np.ndarray:
-    """The cost of showing pictures next to each other, by their similarity: N x N."""
-    nearly = ((like - DIFFERENT) / (SIMILAR - DIFFERENT)).clip(0, 1)
-    quite = ((like - SIMILAR) / (1 - SIMILAR)).clip(0, 1)
-    return _SIMILAR * nearly**2 + (_SAME - _SIMILAR) * quite**2
+    """Return the cost of showing pictures next to each other, by their similarity: N x N."""
+    nearly = ((like - DIFFERENT_SIMILARITY) / (SAME_SIMILARITY - DIFFERENT_SIMILARITY)).clip(0, 1)
+    quite = ((like - SAME_SIMILARITY) / (1 - SAME_SIMILARITY)).clip(0, 1)
+    return _SIMILAR_COST * nearly**2 + (_EQUAL_COST - _SIMILAR_COST) * quite**2
 
 
 def _steps(pool: Sequence[Candidate], places: np.ndarray, wanted: int) -> np.ndarray:
-    """The score of going from one candidate (row) to a later one (column); minus infinity to others."""
+    """Return the score of going from one candidate (row) to a later one (column); others are -infinity."""
     times = np.array([each.time for each in pool])
     scenes = np.array([each.scene for each in pool])
-    gap = min(_MIN_GAP, (times[-1] - times[0]) / (2 * wanted))
+    gap = min(_MIN_PANEL_SECONDS, (times[-1] - times[0]) / (2 * wanted))
     pace = ((places[np.newaxis] - places[:, np.newaxis]) * wanted - 1).clip(-2, 2)
     scores = (
-        -_TOO_CLOSE * (times[np.newaxis] - times[:, np.newaxis] < gap)
-        - _SAME_SCENE * (scenes[np.newaxis] == scenes[:, np.newaxis])
-        - _PACE * pace**2
+        -_TOO_CLOSE_COST * (times[np.newaxis] - times[:, np.newaxis] < gap)
+        - _SAME_SCENE_COST * (scenes[np.newaxis] == scenes[:, np.newaxis])
+        - _UNEVEN_PACE_WEIGHT * pace**2
     )
     return np.where(np.triu(np.ones(scores.shape, bool), 1), scores, -np.inf)
 
 
 def scene_values(survey: Survey) -> np.ndarray:
-    """The importance of each scene, 0..1, the most important one 1; high for long and rare scenes.
+    """Return the importance of each scene, 0..1, the most important one 1; high for long and rare scenes.
 
     L log(1/W), where L is the length of the scene and W the share of its group of scenes in the film
     (Uchihashi et al. 1999).
@@ -228,7 +258,7 @@ def scene_values(survey: Survey) -> np.ndarray:
 
 
 def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
-    """For each scene, the index of the first scene that looks like it."""
+    """Return, for each scene, the index of the first scene that looks like it."""
     histograms = np.zeros((count, len(candidates[0].histogram)) if candidates else (count, 1), np.float32)
     for each in candidates:
         histograms[each.scene] += each.histogram
@@ -236,60 +266,62 @@ def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
     kinds = np.arange(count)
     for scene in range(1, count):
         shared = np.minimum(histograms[:scene], histograms[scene]).sum(axis=1)
-        if shared.max() > _KIN:
+        if shared.max() > _MIN_GROUP_INTERSECTION:
             kinds[scene] = kinds[int(shared.argmax())]
     return kinds
 
 
 def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
-    """The score of each frame, mostly 0..1.
+    """Return the score of each frame, mostly 0..1.
 
     Args:
+        pool: the frames.
         scenes: the value of each scene, 0..1.
     """
     sharp = np.array([each.sharpness for each in pool])
     clarity = np.array([each.clarity for each in pool])
-    shown = clarity >= min(_EMPTY, float(clarity.max()))
-    usual = float(np.median(sharp[shown]))
-    best = {
+    is_clear = clarity >= min(_MIN_CLARITY, float(clarity.max()))
+    median = float(np.median(sharp[is_clear]))
+    sharpest_by_scene = {
         scene: max(each.sharpness for each in pool if each.scene == scene)
         for scene in {each.scene for each in pool}
     }
-    sharpest = np.array([best[each.scene] for each in pool])
-    beside = sharp / np.maximum(sharpest, 1e-6)
-    wanted = np.minimum(_SOFT * usual, np.maximum(sharpest, _SOFTEST * usual))
-    rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
+    sharpest = np.array([sharpest_by_scene[each.scene] for each in pool])
+    scene_rank = sharp / np.maximum(sharpest, 1e-6)
+    wanted = np.minimum(_MIN_SHARPNESS_RATIO * median, np.maximum(sharpest, _MIN_SOFT_SCENE_RATIO * median))
+    film_rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
     return (
-        (0.15 * rank + 0.25 * beside) * np.minimum(1, clarity / _EMPTY)
-        + 0.6 * clarity
-        + 0.25 * np.array([face_share(each) for each in pool])
-        + 0.3 * np.sqrt(scenes[[each.scene for each in pool]])
-        - _MOVING * np.minimum(1, [each.motion / _WILD for each in pool])
+        (_FILM_RANK_WEIGHT * film_rank + _SCENE_RANK_WEIGHT * scene_rank)
+        * np.minimum(1, clarity / _MIN_CLARITY)
+        + _CLARITY_WEIGHT * clarity
+        + _FACE_WEIGHT * np.array([face_share(each) for each in pool])
+        + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
+        - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
         + np.array([_action_value(each) for each in pool])
-        - _MIXED * np.array([each.in_transition for each in pool])
-        - _BLURRED * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
+        - _TRANSITION_COST * np.array([each.in_transition for each in pool])
+        - _MAX_BLUR_COST * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
     )
 
 
 def _action_value(candidate: Candidate) -> float:
     if candidate.action is None or candidate.faces:
-        return _ACTION / 2
-    return _ACTION * candidate.action.share - _CUT_OFF * candidate.action.cut
+        return _ACTION_SCORE / 2
+    return _ACTION_SCORE * candidate.action.share - _MAX_CUT_SUBJECT_COST * candidate.action.cut
 
 
 def face_share(candidate: Candidate) -> float:
-    """The area of the largest face relative to that in a close-up, 0..1."""
+    """Return the area of the largest face relative to a face in a close-up, 0..1."""
     if not candidate.faces:
         return 0.0
     height, width = candidate.shape
-    return min(1.0, candidate.faces[0].area / (height * width) / _LARGE_FACE)
+    return min(1.0, candidate.faces[0].area / (height * width) / _FULL_SCORE_FACE_SHARE)
 
 
 def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
-    """The importance of each chosen frame, 0..1, the most important one 1.
+    """Return the importance of each chosen frame, 0..1, the most important one 1.
 
-    A scene's value is divided among its frames; the rest depends on what they show. Requested frames are
-    more important.
+    The value of a scene is divided among its frames; the rest depends on the content of the frame. Requested
+    frames are more important.
     """
     scenes = scene_values(survey)
     counts = np.bincount([each.scene for each in chosen], minlength=len(scenes))

@@ -1,4 +1,4 @@
-"""A key frame and its boxes: plain data that selection hands to layout."""
+"""A key frame and the boxes in it: plain data that selection passes to layout."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Length = TypeVar("Length", bound=float)
 
 
 class Box(NamedTuple, Generic[Length]):
-    """A rectangle in pixels of the upright picture or of a page; right and bottom lie outside.
+    """A rectangle in pixels of the upright picture or of a page; `right` and `bottom` are exclusive.
 
     >>> Box(0, 0, 4, 2).union(Box(3, 1, 5, 5))
     Box(left=0, top=0, right=5, bottom=5)
@@ -26,12 +26,12 @@ class Box(NamedTuple, Generic[Length]):
 
     @property
     def width(self) -> Length:
-        """Never below 0."""
+        """The width, at least 0."""
         return cast(Length, max(0, self.right - self.left))
 
     @property
     def height(self) -> Length:
-        """Never below 0."""
+        """The height, at least 0."""
         return cast(Length, max(0, self.bottom - self.top))
 
     @property
@@ -40,7 +40,7 @@ class Box(NamedTuple, Generic[Length]):
 
     @property
     def aspect(self) -> float:
-        """Width by height."""
+        """Width divided by height."""
         return self.width / self.height
 
     @property
@@ -48,17 +48,17 @@ class Box(NamedTuple, Generic[Length]):
         return (self.left + self.right) / 2, (self.top + self.bottom) / 2
 
     def union(self, other: Box) -> Box:
-        """The smallest box that holds both."""
+        """Return the smallest box that contains both."""
         return Box(*map(min, self[:2], other[:2]), *map(max, self[2:], other[2:]))
 
     def intersection(self, other: Box) -> Box:
-        """The common part, of area 0 if there is none."""
+        """Return the common part; its area is 0 if the boxes do not overlap."""
         left, top = map(max, self[:2], other[:2])
         right, bottom = map(min, self[2:], other[2:])
         return Box(left, top, max(left, right), max(top, bottom))
 
     def contains(self, other: Box) -> bool:
-        """Whether the other box lies inside.
+        """Whether this box contains the other.
 
         >>> Box(0, 0, 4, 2).contains(Box(1, 0, 4, 2)), Box(0, 0, 4, 2).contains(Box(1, 0, 5, 2))
         (True, False)
@@ -66,58 +66,58 @@ class Box(NamedTuple, Generic[Length]):
         return self.union(other) == self
 
     def scaled(self, factor: float) -> Box:
-        """The box in a picture scaled by a factor."""
+        """Return the same box for a picture that is scaled by `factor`."""
         return Box(*(side * factor for side in self))
 
     def moved(self, right: float, down: float) -> Box:
-        """The box moved by so many pixels."""
+        """Return the box moved by `right` and `down` pixels."""
         return Box(self.left + right, self.top + down, self.right + right, self.bottom + down)
 
     def padded(self, aside: float, above: float, below: float) -> Box:
-        """The box enlarged by so many pixels on both sides, above and below."""
+        """Return the box enlarged by `aside` pixels on both sides, `above` at the top and `below` below."""
         return Box(self.left - aside, self.top - above, self.right + aside, self.bottom + below)
 
     def mirrored(self, axis: float) -> Box:
-        """The box mirrored left to right in a picture of width `axis`."""
+        """Return the box mirrored left to right in a picture of width `axis`."""
         return Box(axis - self.right, self.top, axis - self.left, self.bottom)
 
 
 Rectangle = Box[int]
-"""A part of a page, in whole pixels."""
+"""An area of a page, in whole pixels."""
 
 
 Point = tuple[float, float]
-"""Across and down, in pixels."""
+"""Horizontal and vertical position in pixels."""
 
-_MOUTH = 0.75
-"""How far down a face its mouth is."""
+_MOUTH_HEIGHT_RATIO = 0.75
+"""Vertical position of the mouth in a face, relative to the face's height."""
 
 
 def usual_mouth(face: Box) -> Point:
-    """Where a face usually has its mouth."""
-    return face.center[0], face.top + _MOUTH * face.height
+    """Return the position where a face usually has its mouth."""
+    return face.center[0], face.top + _MOUTH_HEIGHT_RATIO * face.height
 
 
 Framing = Literal["usual", "wide", "near"]
-"""How much of its picture a panel shows: what suits it, as much as it can, or a part that counts most."""
+"""How much of its picture a panel shows: a suitable part, as much as possible, or only the main part."""
 
 
 @dataclass(frozen=True)
-class Moment:
-    """A key frame of the film, to be shown by a panel.
+class KeyFrame:
+    """A key frame of the film, shown by one panel.
 
     Attributes:
         time: presentation time of the frame in seconds.
         shape: height and width of the picture, upright, with square pixels and without letterbox bars.
-        importance: 0..1, relative to the most important moment; 0 before moments are chosen.
+        importance: 0..1, relative to the most important key frame; 0 before key frames are chosen.
         saliency: box around the salient area, in pixels of that picture.
         faces: boxes of the faces, the largest first.
-        scene: number of its scene, from 0.
-        blobs: boxes of small objects that stand out, which no panel edge should cut.
-        offset: left and top of the picture in its frame, above 0 where there are letterbox bars.
-        framing: whether the panel shows it from afar or from near, where moments look alike.
-        mouths: where the mouths of faces are, as far as that is known.
-        light: how light the picture is on average, 0..1.
+        scene: index of its scene.
+        blobs: boxes of small conspicuous objects that no panel edge should cut.
+        offset: left and top of the picture in its frame, greater than 0 if the frame has letterbox bars.
+        framing: whether the panel shows a wide view or a close-up, if key frames look alike.
+        mouths: positions of the mouths of those faces for which they are known.
+        light: mean luma of the picture, 0..1.
     """
 
     time: float
@@ -133,10 +133,10 @@ class Moment:
     light: float = 0.5
 
     def mouth(self, face: Box) -> Point:
-        """Where the mouth of a face is, or usually is."""
+        """Return the mouth of a face: its detected position, or else its usual one."""
         return self.mouths.get(face) or usual_mouth(face)
 
     def picture(self, frame: np.ndarray) -> np.ndarray:
-        """The picture in its frame, H x W x 3."""
+        """Return the picture without letterbox bars from its frame, H x W x 3."""
         left, top = self.offset
         return frame[top : top + self.shape[0], left : left + self.shape[1]]

@@ -1,4 +1,4 @@
-"""Generated moments for the tests of comic layout."""
+"""Generated key frames for the tests of comic layout."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from fractions import Fraction
 
 import numpy as np
 
-from vidstyle.comic.moment import Box, Moment
+from vidstyle.comic.key_frame import Box, KeyFrame
 
 LANDSCAPE, PORTRAIT, SQUARE, WIDE = (1080, 1920), (1920, 1080), (900, 900), (332, 800)
 
 
-def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LANDSCAPE,)) -> list[Moment]:
-    """So many moments; half of them have one to three faces, which may overlap."""
+def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LANDSCAPE,)) -> list[KeyFrame]:
+    """Return `count` key frames; half of them have one to three faces, which may overlap."""
     random = np.random.default_rng(seed)
-    moments, scene = [], 0
+    key_frames, scene = [], 0
     for number in range(count):
         height, width = shapes[random.integers(len(shapes))]
         saliency = random_box(random, width, height, 0.2 * np.array([width, height]), 3.0)
@@ -26,22 +26,22 @@ def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LAND
         ]
         by_size = tuple(sorted(faces, key=lambda face: -face.area))
         scene += int(random.random() < 0.5)
-        moments.append(
-            Moment(Fraction(number * 3), (height, width), random.random(), saliency, by_size, scene)
+        key_frames.append(
+            KeyFrame(Fraction(number * 3), (height, width), random.random(), saliency, by_size, scene)
         )
-    most = max(moment.importance for moment in moments)
-    return [replace(moment, importance=moment.importance / most) for moment in moments]
+    most = max(key_frame.importance for key_frame in key_frames)
+    return [replace(key_frame, importance=key_frame.importance / most) for key_frame in key_frames]
 
 
 def random_box(random: np.random.Generator, width: int, height: int, least: np.ndarray, times: float) -> Box:
-    """A box within a picture, of `least` x 1 to `times`."""
+    """Return a box within a picture, of `least` x 1 to `times`."""
     wide, high = least * random.uniform(1, times)
     left, top = random.uniform(0, width - wide), random.uniform(0, height - high)
     return Box(left, top, left + wide, top + high)
 
 
-def even_film(count: int, shape: tuple[int, int] = LANDSCAPE) -> list[Moment]:
-    """Moments of which none stands out: each a scene, with the saliency in the middle."""
+def even_film(count: int, shape: tuple[int, int] = LANDSCAPE) -> list[KeyFrame]:
+    """Return key frames of equal importance: each is a scene, with the saliency in the middle."""
     height, width = shape
     middle = Box(width * 0.35, height * 0.3, width * 0.65, height * 0.7)
-    return [Moment(Fraction(number), shape, 0.5, middle, (), number) for number in range(count)]
+    return [KeyFrame(Fraction(number), shape, 0.5, middle, (), number) for number in range(count)]
