@@ -5,11 +5,10 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import numpy as np
 from vidstyle.core.installed import version_of
 from vidstyle.core.kernels.compiler_pool import CompilerPool, Kernel
 from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, dry_run
-from vidstyle.core.user_cache import user_cache
+from vidstyle.core.kernels.object_files import load, store
 from vidstyle.errors import log
 
 _lock = threading.Lock()
@@ -46,7 +45,7 @@ def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., 
     with _lock:
         if name in _ordered:
             code = None
-        elif (code := _stored(name)) is None:
+        elif (code := load(name)) is None:
             _order_with_others(name, (compiled, kinds))
     code = code or _delivered(_ordered[name])
     with _lock:
@@ -59,12 +58,12 @@ def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
     named = (compiled, *(kind for kind in kinds if isinstance(kind, Compiled)))
     files = (_file_digest(file) for file in sorted(set().union(*(each.source_files() for each in named))))
     parts = "\n".join([_platform(), repr((kinds, compiled.fastmath, compiled.noalias)), *files])
-    return f"{compiled.function.__name__}_{hashlib.sha256(parts.encode()).hexdigest()[:24]}"
+    return f"{compiled.function.__name__}_{hashlib.sha256(parts.encode()).hexdigest()}"
 
 
 @functools.cache
 def _platform() -> str:
-    here = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    here = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), object.__basicsize__
     compilers = version_of("numba"), llvm.llvm_version_info
     return repr((*here, *compilers, _file_digest(str(Path(__file__).with_name("compiler.py")))))
 
@@ -91,33 +90,6 @@ def _c_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> list[Any]:
     return types
 
 
-# --- Object files ---
-
-
-def _file(name: str) -> Path:
-    return user_cache() / "kernels" / f"{name}.o"
-
-
-def _stored(name: str) -> bytes | None:
-    try:
-        return _file(name).read_bytes()
-    except OSError:
-        return None
-
-
-def _store(name: str, code: bytes) -> None:
-    """Best effort: where nothing may be written, kernels are compiled each time."""
-    file = _file(name)
-    unfinished = file.with_suffix(f".{os.getpid()}")
-    with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            unfinished.write_bytes(code)
-            unfinished.replace(file)
-        finally:
-            unfinished.unlink(missing_ok=True)
-
-
 class _Engine:
     """Links object files into this process."""
 
@@ -141,7 +113,7 @@ _engine = functools.cache(_Engine)
 
 # --- Compilation ---
 
-_compilers = CompilerPool(_store)
+_compilers = CompilerPool(store)
 _ordered: dict[str, Future[bytes]] = {}
 """The object files that are being compiled, or have been."""
 
@@ -151,7 +123,7 @@ def _order_with_others(name: str, kernel: Kernel) -> None:
     missing = {name: kernel}
     for each in _needed_soon():
         other = object_name(*each)
-        if other not in _ordered and not _file(other).exists():
+        if other not in _ordered and load(other) is None:
             missing[other] = each
     for name, kernel in missing.items():
         _ordered[name] = Future()
