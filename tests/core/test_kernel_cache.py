@@ -6,6 +6,8 @@ import os
 import stat
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -123,9 +125,11 @@ print("done")
 """
 
 
-def run(script: str, *arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+def run(
+    script: str, *arguments: object, folder: Path = ROOT, **environment: str
+) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", script, *map(str, arguments)]
-    return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, cwd=ROOT)
+    return subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, cwd=folder)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="makes pipes and links")
@@ -141,15 +145,25 @@ def test_damaged_and_foreign_files_are_compiled_again_and_replaced(count, tmp_pa
     ]
 
 
-def test_a_cache_of_another_user_is_not_loaded(tmp_path, monkeypatch, caplog):
-    """And one that others may write to: what lies there would be executed."""
-    folder = tmp_path / "vidstyle" / "kernels"
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    tmp_path.chmod(0o755)
+@pytest.fixture
+def cache(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A cache folder that others may enter; those of pytest are closed, so that nobody can write to them."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder:
+        Path(folder).chmod(0o755)
+        monkeypatch.setenv("XDG_CACHE_HOME", folder)
+        monkeypatch.setattr(object_files, "_reported", set())
+        yield Path(folder)
+        object_files._trusted.cache_clear()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="about owners and modes of files")
+def test_a_cache_that_others_may_write_to_is_not_loaded(cache, caplog):
+    folder = cache / "vidstyle" / "kernels"
     object_files.store("kernel", b"code")
     assert object_files.load("kernel") == b"code"
-    assert stat.S_IMODE(folder.stat().st_mode) == 0o700 and not exposure_of(folder)
-    for each, mode in ((folder, 0o770), (folder, 0o703), (folder.parent, 0o775), (tmp_path, 0o777)):
+    assert stat.S_IMODE(folder.stat().st_mode) == stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
+    folder.parent.chmod(0o755)
+    for each, mode in ((folder, 0o770), (folder, 0o1707), (folder.parent, 0o775), (cache, 0o757)):
         before = stat.S_IMODE(each.stat().st_mode)
         each.chmod(mode)
         object_files._trusted.cache_clear()
@@ -157,11 +171,84 @@ def test_a_cache_of_another_user_is_not_loaded(tmp_path, monkeypatch, caplog):
         caplog.clear()
         assert object_files.load("kernel") is None
         assert object_files.load("kernel") is None
+        reason = f"{each} is writable by other users"
         assert [record.getMessage() for record in caplog.records] == [
-            f"{each} is writable by other users: kernels are not loaded from {folder}, "
-            f"but compiled in each run; {object_files.REMEDY}"
+            f"{reason}: kernels are not loaded from {folder}, but compiled in each run; {object_files.REMEDY}"
         ]
-        assert f"not used, as {each} is writable by other users" in object_files.cache_state()
+        assert f"not used, as {reason}" in object_files.cache_state()
+        object_files.store("kernel", b"other code")  # to a temporary folder
+        assert object_files.load("kernel") == b"other code"
+        (object_files._folder() / "kernel.o").unlink()
         each.chmod(before)
     object_files._trusted.cache_clear()
     assert object_files.load("kernel") == b"code"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="about owners and modes of files")
+def test_a_folder_of_another_user_is_exposed(cache):
+    if os.geteuid() == 0:
+        folder = cache / "kernels"
+        folder.mkdir(0o700)
+        os.chown(folder, 65534, 65534)
+    else:
+        folder = Path("/usr")
+    assert exposure_of(folder) == f"{folder} belongs to another user"
+    link = cache / "link"
+    link.symlink_to(folder)
+    assert exposure_of(link) == f"{link} belongs to another user"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="about owners and modes of files")
+def test_a_sticky_folder_above_the_cache_keeps_it(cache):
+    """As /tmp does: others add files there, but cannot replace ours."""
+    cache.chmod(0o1777)
+    assert not exposure_of(cache / "vidstyle" / "kernels")
+    (cache / "vidstyle").mkdir(0o755)
+    assert not exposure_of(cache / "vidstyle" / "kernels")
+
+
+def test_a_cache_that_cannot_be_written_is_reported_once(cache, caplog):
+    (cache / "vidstyle").write_text("a file in place of the folder")
+    for _ in range(2):
+        object_files.store("kernel", b"code")
+        assert object_files.load("kernel") is None
+    [notice] = (record.getMessage() for record in caplog.records)
+    assert notice.startswith(f"{cache / 'vidstyle' / 'kernels'} cannot be written (")
+    assert notice.endswith(f": kernels are compiled again in each run; {object_files.REMEDY}")
+    assert "not writable" in object_files.cache_state()
+
+
+def test_the_state_of_the_cache_counts_sound_and_damaged_files(cache):
+    folder = cache / "vidstyle" / "kernels"
+    assert object_files.cache_state() == f"{folder} (0 kernels)"
+    object_files.store("one", b"code")
+    object_files.store("other", b"code")
+    assert object_files.cache_state() == f"{folder} (2 kernels)"
+    (folder / "other.o").replace(folder / "foreign.o")
+    assert object_files.cache_state() == f"{folder} (1 kernels, 1 damaged or of other versions)"
+
+
+def test_a_user_without_a_home_gets_a_temporary_cache(tmp_path):
+    """A number without an entry in the list of users, as `docker run --user 1234` has, and no HOME."""
+    script = """
+import os, sys
+os.path.expanduser = lambda path: path  # what it does there
+import logging
+logging.basicConfig(format="%(message)s", stream=sys.stdout)
+from vidstyle.core.user_cache import user_cache
+print(user_cache() == user_cache(), user_cache().is_dir(), user_cache())
+"""
+    environment = {"XDG_CACHE_HOME": "relative", "LOCALAPPDATA": "", "PYTHONPATH": str(ROOT)}
+    ran = run(script, folder=tmp_path, **environment)
+    notice, facts = ran.stdout.splitlines()
+    assert notice.startswith("this user has no home folder") and "XDG_CACHE_HOME" in notice
+    same, exists, folder = facts.split(maxsplit=2)
+    assert (same, exists, Path(folder).exists()) == ("True", "True", False), ran.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_relative_path_in_the_environment_is_ignored(monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.delenv("LOCALAPPDATA", raising=False)
+    assert user_cache().is_relative_to(tmp_path)
