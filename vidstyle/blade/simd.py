@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.blade.structure_tensor import LANES
+from vidstyle.core.kernels import compiled
 from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.intrinsic import Intrinsic
 
@@ -67,6 +68,28 @@ class PixelBlockIntrinsic(Intrinsic):
     ) -> None:  # fmt: skip
         counts = [each.count for each in sides.type.elements]
         _Emitter(builder, counts, (bank, bins, luma, out), (row, column)).emit(low, high)
+
+
+@compiled(fastmath=True)
+def _filter_pixel_block(bank, bins, luma, row, column, sides, low, high, out):  # type: ignore[no-untyped-def]
+    size, shared, together = len(sides[0]), len(sides[1]), len(sides[2])
+    width = size - 1 if size == LANES + 1 else -(-size // LANES) * LANES
+    for down in range(shared * together):
+        for x in range(column, column + LANES):
+            chosen, total = bank[bins[down // shared, x // shared]], np.float32(0)
+            for y in range(size):
+                window = luma[(row + down + y) % luma.shape[0], x : x + size]
+                for i in range(min(width, size)):
+                    total += chosen[y * width + i] * window[i]
+                if width < size:
+                    total += chosen[size * width + y] * window[width]
+            out[down, x] = _clip(total, low, high)
+
+
+@compiled
+def _clip(value, low, high):  # type: ignore[no-untyped-def]
+    above = value if value > low else low
+    return above if above < high else high
 
 
 class _Emitter:
@@ -245,4 +268,4 @@ class _Emitter:
         return self._ir.Constant(self._integer, number) if isinstance(number, int) else number
 
 
-filter_pixel_block: Any = PixelBlockIntrinsic()
+filter_pixel_block: Any = PixelBlockIntrinsic(_filter_pixel_block)

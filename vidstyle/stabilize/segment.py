@@ -9,6 +9,9 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+import numpy as np
+
+from vidstyle.core.kernels import Compiled, compiled
 from vidstyle.core.kernels.intrinsic import Intrinsic
 
 SEGMENT = 16
@@ -35,7 +38,8 @@ class SegmentIntrinsic(Intrinsic):
         place, pitch: integers; the distance from one row to the next.
     """
 
-    def __init__(self, rows: int) -> None:
+    def __init__(self, rows: int, plain: Compiled[..., None]) -> None:
+        super().__init__(plain)
         self._rows = rows
 
     def emit(  # type: ignore[override]
@@ -101,6 +105,34 @@ class _Emitter:
 GROUP = 4
 """Rows that are moved alike, of which most samples are read once instead of twice."""
 
-take_segment: Any = SegmentIntrinsic(1)
-take_segments: Any = SegmentIntrinsic(GROUP)
+
+@compiled
+def _take_segment(samples, first, stride, weights, lines, place, pitch):  # type: ignore[no-untyped-def]
+    line, below = lines.reshape(lines.size), first + stride
+    of_sample, of_right, of_below, of_both = weights
+    for x in range(SEGMENT):
+        one, right = samples[first + x], samples[first + x + 1]
+        lower, both = samples[below + x], samples[below + x + 1]
+        if samples.itemsize == 2:
+            line[place + x] = (
+                1 + _upper_half(one, of_sample) + _upper_half(right, of_right)
+                + _upper_half(lower, of_below) + _upper_half(both, of_both)
+            )  # fmt: skip
+        else:
+            line[place + x] = one * of_sample + right * of_right + lower * of_below + both * of_both
+
+
+@compiled
+def _upper_half(sample, weight):  # type: ignore[no-untyped-def]
+    return np.uint16(np.uint32(np.uint32(sample) * np.uint32(weight)) >> np.uint32(16))
+
+
+@compiled
+def _take_segments(samples, first, stride, weights, lines, place, pitch):  # type: ignore[no-untyped-def]
+    for row in range(GROUP):
+        _take_segment(samples, first + row * stride, stride, weights, lines, place + row * pitch, pitch)
+
+
+take_segment: Any = SegmentIntrinsic(1, _take_segment)
+take_segments: Any = SegmentIntrinsic(GROUP, _take_segments)
 """For `GROUP` rows."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+import numpy as np
+
+from vidstyle.core.kernels.declare import compiled
 from vidstyle.core.kernels.intrinsic import Intrinsic
 
 LANES = 8
@@ -47,6 +50,17 @@ class AddNeighbors(Intrinsic):
             total = builder.fadd(total, product)
             at, weight = builder.add(at, step), builder.add(weight, emitter.number(LANES))
         builder.store(total, emitter.address(out.data, place, emitter.floats)).align = 4
+
+
+@compiled
+def _add_neighbors(  # type: ignore[no-untyped-def]
+    line, start, step, offsets, weights, tap, windows, taps, out, place
+):
+    for lane in range(LANES):
+        total = out[place + lane] if tap else np.float32(0)
+        for each in range(tap, tap + len(taps)):
+            total += weights[each, lane] * line[start + step * each + offsets[lane]]
+        out[place + lane] = total
 
 
 class _Emitter:
@@ -92,4 +106,4 @@ class _Emitter:
         return result
 
 
-add_neighbors: Any = AddNeighbors()
+add_neighbors: Any = AddNeighbors(_add_neighbors)

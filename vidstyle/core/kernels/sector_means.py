@@ -5,6 +5,9 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+import numpy as np
+
+from vidstyle.core.kernels.declare import compiled
 from vidstyle.core.kernels.intrinsic import Intrinsic
 
 SECTORS, CHANNELS = 8, 4
@@ -70,6 +73,50 @@ class MeanOfSectors(Intrinsic):
         low = emitter.load(sums.data, first, LANES)
         high = emitter.load(sums.data, builder.add(first, emitter.number(LANES)), LANES)
         emitter.store(emitter.mean(low, high, squarings.type.count - 1), out.data, place)
+
+
+@compiled
+def _sector_sums(pixels, at, offsets, weights, first, last, out, place):  # type: ignore[no-untyped-def]
+    for lane in range(2 * LANES):
+        out[place + lane] = 0
+    for number in range(first, last):
+        for column in range(HALF):
+            start = at + offsets[number, column]
+            opposite = at - CHANNELS - offsets[number, column]
+            for each in range(HALF):
+                weight = weights[number, column, each]
+                swapped = (weight << np.int32(16)) | ((weight >> np.int32(16)) & np.int32(0xFFFF))
+                sector = each if each >= column else each + HALF
+                for channel in range(CHANNELS):
+                    own, other = CHANNELS * sector + channel, CHANNELS * ((sector + HALF) % SECTORS) + channel
+                    out[place + own] += _product_of_pairs(weight, pixels[start + channel])
+                    out[place + other] += _product_of_pairs(swapped, pixels[opposite + channel])
+
+
+@compiled
+def _product_of_pairs(one, other):  # type: ignore[no-untyped-def]
+    low = np.int32(np.int16(one)) * np.int32(np.int16(other))
+    return np.int32(low + (one >> np.int32(16)) * (other >> np.int32(16)))
+
+
+@compiled(fastmath=True)
+def _mean_of_sectors(sums, first, squarings, out, place):  # type: ignore[no-untyped-def]
+    one, zero, whole = np.float32(1), np.float32(0), np.float32(0)
+    scale, square_scale = np.float32(1 / (WHOLE * LEVELS)), np.float32(1 / (WHOLE * SQUARE_LEVELS))
+    red, green, blue = zero, zero, zero
+    for sector in range(SECTORS):
+        i = first + CHANNELS * sector
+        reds, greens, blues = sums[i] * scale, sums[i + 1] * scale, sums[i + 2] * scale
+        square = sums[i + 3] * square_scale + np.float32(MIDDLE_SQUARE)
+        variance = max(square - reds * reds - greens * greens - blues * blues, zero) * np.float32(255)
+        for _ in range(len(squarings) - 1):
+            variance *= variance
+        share = one / (one + variance)
+        whole, red = whole + share, red + share * reds
+        green, blue = green + share * greens, blue + share * blues
+    middle = np.float32((LOWEST + HIGHEST) / 2)
+    out[place], out[place + 1] = red / whole + middle, green / whole + middle
+    out[place + 2] = blue / whole + middle
 
 
 class _Emitter:
@@ -193,5 +240,5 @@ class _Emitter:
         return [group + lane for group in range(0, LANES, CHANNELS) for lane in lanes]
 
 
-sector_sums: Any = SectorSums()
-mean_of_sectors: Any = MeanOfSectors()
+sector_sums: Any = SectorSums(_sector_sums)
+mean_of_sectors: Any = MeanOfSectors(_mean_of_sectors)
