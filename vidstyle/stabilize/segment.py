@@ -34,7 +34,7 @@ class SegmentIntrinsic(Intrinsic):
             caller makes sure that `SEGMENT` + 1 samples follow each.
         weights: a tuple of four: of a sample, right of it, below, and below on the right; float32, or
             65536ths in uint16, of a sum of at most 65535.
-        lines: of the same type, contiguous, written from number `place` on.
+        lines: of the same type, contiguous rows, written from number `place` on.
         place, pitch: integers; the distance from one row to the next.
     """
 
@@ -108,18 +108,19 @@ GROUP = 4
 
 @compiled
 def _take_segment(samples, first, stride, weights, lines, place, pitch):  # type: ignore[no-untyped-def]
-    line, below = lines.reshape(lines.size), first + stride
+    below, width = first + stride, lines.shape[1]
     of_sample, of_right, of_below, of_both = weights
     for x in range(SEGMENT):
         one, right = samples[first + x], samples[first + x + 1]
         lower, both = samples[below + x], samples[below + x + 1]
+        row, column = (place + x) // width, (place + x) % width
         if samples.itemsize == 2:
-            line[place + x] = (
+            lines[row, column] = (
                 1 + _upper_half(one, of_sample) + _upper_half(right, of_right)
                 + _upper_half(lower, of_below) + _upper_half(both, of_both)
             )  # fmt: skip
         else:
-            line[place + x] = one * of_sample + right * of_right + lower * of_below + both * of_both
+            lines[row, column] = one * of_sample + right * of_right + lower * of_below + both * of_both
 
 
 @compiled

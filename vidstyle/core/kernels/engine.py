@@ -5,17 +5,15 @@ from __future__ import annotations
 import llvmlite.binding as llvm
 
 
-class Engine:
-    """Machine code that was linked into this process.
+def processor() -> tuple[object, ...]:
+    """Return what machine code is made for, and by which LLVM."""
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), llvm.llvm_version_info
 
-    Attributes:
-        processor: what machine code is made for, and by which LLVM.
-    """
+
+class Engine:
+    """Machine code that was linked into this process."""
 
     def __init__(self) -> None:
-        self.processor = (
-            llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), llvm.llvm_version_info
-        )  # fmt: skip
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
         self._machine = llvm.Target.from_default_triple().create_target_machine(jit=True)

@@ -73,9 +73,13 @@ def _address(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> int:
         return _engine().add(name, code)
 
 
+def _engine_module() -> Any:
+    return importlib.import_module("vidstyle.core.kernels.engine")
+
+
 @functools.cache
 def _engine() -> Any:
-    return importlib.import_module("vidstyle.core.kernels.engine").Engine()
+    return _engine_module().Engine()
 
 
 # --- Without Numba's private interface ---
@@ -123,7 +127,7 @@ def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
 def _platform() -> str:
     here = Path(__file__)
     files = (_file_digest(str(here.with_name(each))) for each in COMPILER_FILES)
-    return repr((_engine().processor, version_of("numba"), object.__basicsize__, *files))
+    return repr((_engine_module().processor(), version_of("numba"), object.__basicsize__, *files))
 
 
 @functools.cache

@@ -85,7 +85,7 @@ def _sector_sums(pixels, at, offsets, weights, first, last, out, place):  # type
             opposite = at - CHANNELS - offsets[number, column]
             for each in range(HALF):
                 weight = weights[number, column, each]
-                swapped = (weight << np.int32(16)) | ((weight >> np.int32(16)) & np.int32(0xFFFF))
+                swapped = np.int32((weight << np.int32(16)) | ((weight >> np.int32(16)) & np.int32(0xFFFF)))
                 sector = each if each >= column else each + HALF
                 for channel in range(CHANNELS):
                     own, other = CHANNELS * sector + channel, CHANNELS * ((sector + HALF) % SECTORS) + channel
