@@ -19,4 +19,4 @@ def test_plain_progress_begins_with_the_first_frame(
         show(Progress(2, 0.1, 4.0, duration=8.0))
         show(Progress(0, 1.0, 5.0, duration=4.0, step="read"))
     lines = capsys.readouterr().err.splitlines()
-    assert lines == ["vidstyle: 1%, frame 2, 0.5 fps, 0.02 x, 5:16 left", "vidstyle: 25%, read, 0:15 left"]
+    assert lines == ["vidstyle: 1%, frame 2, 0.5 fps, 0.03 x, 5:16 left", "vidstyle: 25%, read, 0:15 left"]

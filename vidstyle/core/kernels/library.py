@@ -23,7 +23,7 @@ from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, Compi
 from vidstyle.core.kernels.object_files import load, store
 from vidstyle.errors import log
 
-COMPILER_FILES = ("compiler.py", "intrinsic.py")
+COMPILER_FILES = ("compiler.py", "intrinsic.py", "vectors.py")
 """What machine code depends on besides the files of a kernel and of all that it calls."""
 
 _lock = threading.Lock()
@@ -116,7 +116,7 @@ def _supported_numba() -> str:
 
 
 def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
-    """A name that changes with all that the machine code depends on."""
+    """Return a name that changes with all that the machine code depends on."""
     named = (compiled, *(kind for kind in kinds if isinstance(kind, Compiled)))
     files = (_file_digest(file) for file in sorted(set().union(*(each.source_files() for each in named))))
     parts = "\n".join([_platform(), repr((kinds, compiled.fastmath, compiled.noalias)), *files])
