@@ -6,11 +6,10 @@ import os
 import platform
 import sys
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import vidstyle
-from vidstyle.core.user_cache import user_cache
+from vidstyle.core.kernels.object_files import cache_state
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.device.devices import Device, choose, list_devices
 from vidstyle.media.codecs import decoder_devices, encoders, ffmpeg_version
@@ -34,7 +33,7 @@ def diagnose() -> dict[str, Any]:
         "gpu": _gpus(),
         "device auto": choose("auto").notice,
         "cameras": device_names(),
-        "kernel cache": _kernel_cache(),
+        "kernel cache": cache_state(),
     }
 
 
@@ -67,9 +66,3 @@ def _memory() -> str:
     except (AttributeError, ValueError, OSError):  # not on Windows
         return "unknown"
     return f"{size / 2**30:.1f} GiB"
-
-
-def _kernel_cache() -> str:
-    folder: Path = user_cache()
-    there = next(path for path in (folder, *folder.parents) if path.exists())
-    return f"{folder}{'' if os.access(there, os.W_OK) else ' (not writable: kernels are compiled each time)'}"

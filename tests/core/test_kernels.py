@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import threading
+from concurrent.futures import Future
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -245,12 +246,18 @@ def test_the_cache_is_with_the_users_other_caches(monkeypatch, tmp_path):
     assert user_cache() == tmp_path / "vidstyle"
 
 
-def test_who_waits_at_a_terminal_is_told_that_it_compiles(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("terminal", [False, True])
+def test_who_waits_is_told_once_that_a_style_is_being_prepared(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for terminal in (False, True):
-        with Reporting():
-            monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
-            library.announce()
-            library.announce()
-        assert capsys.readouterr().err.count("preparing kernels, once for each style") == terminal
+    """Soon at a terminal, later in a log."""
+    monkeypatch.setattr(library, "_first_wait", lambda: 0)  # long ago
+    library.announce.cache_clear()
+    code: Future[bytes] = Future()
+    with Reporting():
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+        library.announce(only_on_terminal=True)
+        assert bool(capsys.readouterr().err) == terminal
+        threading.Timer(0.05, code.set_result, [b"code"]).start()
+        assert library._delivered(code) == b"code"
+    assert capsys.readouterr().err.count("vidstyle: preparing this style, once") == (not terminal)

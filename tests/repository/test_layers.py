@@ -28,7 +28,9 @@ HOMES = {
     "aiohttp": "web live explore design",
     "av": "media",
     "click": "cli",
+    "llvmlite": "core",
     "moderngl": "gpu",
+    "numba": "core",
     "rich": "cli",
     "tomlkit": "style",
 }

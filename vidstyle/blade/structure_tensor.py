@@ -17,8 +17,6 @@ import numpy as np
 from vidstyle.blade.bins import CURVE, Bins
 from vidstyle.core.kernels import LINE, aligned_parts, compiled, index_at, rounded_up
 
-LANES = 8
-"""Pixels that are filtered together in vector registers."""
 STRIP = 256
 """The most columns of pixels for which a kernel keeps products: 8 rows fill half a first-level cache."""
 PAIRS_AT_ONCE = 5

@@ -55,7 +55,7 @@ class Drafts:
         content = json.dumps(asdict(Draft(table, text, str(file or ""), when)))
         partial = self._path.with_name(f"{self._path.name}.{os.getpid()}")
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._path.parent.mkdir(0o700, parents=True, exist_ok=True)
             partial.write_text(content, encoding="utf-8")
             os.replace(partial, self._path)
         except OSError as error:

@@ -1,22 +1,18 @@
-"""Compiles kernels with Numba; only here it is imported.
+"""Compiles kernels to object files: the only module that uses what Numba does not document.
 
-Run as a program it reads requests from standard input and writes object files to standard output.
+Where it fails, as with a Numba whose inside has changed, `plain_numba` takes its place.
 """
 
 from __future__ import annotations
 
-import contextlib
-import gc
-import importlib
-import pickle
-import sys
+import inspect
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 from llvmlite import binding, ir
-from numba.core import config, types
+from numba.core import cgutils, config, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
@@ -25,10 +21,13 @@ from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.typing import signature
 from numba.core.typing.templates import AbstractTemplate
+from numba.extending import intrinsic as numba_intrinsic
+from numba.extending import typeof_impl
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
-from vidstyle.core.kernels.declare import ArgumentType, Compiled
+from vidstyle.core.kernels.declare import ArgumentType, Compiled, KernelError
+from vidstyle.core.kernels.intrinsic import Intrinsic
 
 SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
 PROCESSOR = binding.get_host_cpu_features()
@@ -47,12 +46,12 @@ def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) 
     """An object file with the C function `name`: it takes flattened arguments and returns whether it failed.
 
     Raises:
-        TypeError: if the function cannot be compiled, as with an array of its own, or needs Numba's run time.
+        KernelError: if the function makes an array of its own, or needs something else of Numba's run time.
     """
     try:
         result = _compile(compiled, tuple(map(_type, kinds)))
     except NumbaError as error:
-        raise TypeError(f"{compiled.function.__qualname__} cannot be compiled: {error}") from error
+        raise KernelError(f"{compiled.function.__qualname__} cannot be compiled: {error}") from error
     context = cpu_target.target_context
     library = context.codegen().create_library(name)
     library.add_linking_library(result.library)
@@ -63,7 +62,7 @@ def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) 
     final = library._final_module
     needed = [each.name for each in final.functions if each.is_declaration and _is_run_time(each.name)]
     if needed:
-        raise TypeError(f"{compiled.function.__qualname__} needs {', '.join(needed)}, which only Numba has")
+        raise KernelError(f"{compiled.function.__qualname__} needs {', '.join(needed)}, which only Numba has")
     return bytes(context.codegen()._tm.emit_object(final))
 
 
@@ -71,10 +70,44 @@ def _is_run_time(symbol: str) -> bool:
     return symbol.startswith(("NRT_", "numba_", "Py"))
 
 
-def callee_type(compiled: Compiled) -> types.Function:
-    """The type of a kernel that another one calls: calling it compiles it."""
+def emit_object_files_only() -> None:
+    """Make no machine code of parts and of wholes that nobody runs in this process: a fifth of the time."""
+    JITCodeLibrary._finalize_specific = lambda library: None  # type: ignore[method-assign]
+
+
+@typeof_impl.register(Compiled)
+def _callee(compiled: Compiled, _: object = None) -> types.Function:
+    """Return the type of a kernel that another one calls: calling it compiles it."""
     cpu_target.typing_context.refresh()
     return _callee_type(compiled)
+
+
+@typeof_impl.register(Intrinsic)
+def _intrinsic_type(intrinsic: Intrinsic, _: object) -> types.Type:
+    declared, context = _declared(intrinsic), cpu_target.typing_context
+    context.refresh()  # registers the intrinsic
+    return context.resolve_value_type(declared)
+
+
+@cache
+def _declared(intrinsic: Intrinsic) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        arguments = zip(signature.args, values, strict=True)
+        intrinsic.emit(builder, *(_fields(context, builder, *each) for each in arguments))
+        return context.get_dummy_value()
+
+    def typed(context: Any, *kinds: types.Type) -> Any:
+        return types.void(*kinds), emit
+
+    names = inspect.signature(intrinsic.emit).parameters  # Numba takes the builder's place for its context's
+    typed.__signature__ = inspect.Signature(list(names.values()))  # type: ignore[attr-defined]
+    return numba_intrinsic(typed)
+
+
+def _fields(context: Any, builder: Any, kind: types.Type, value: Any) -> Any:
+    """Return the fields of an array, or any other value itself."""
+    is_array = isinstance(kind, types.Array)
+    return cgutils.create_struct_proxy(kind)(context, builder, value) if is_array else value
 
 
 @cache
@@ -105,7 +138,7 @@ def _compile(compiled: Compiled, arguments: tuple[types.Type, ...]) -> Any:
 
 def _type(kind: ArgumentType) -> types.Type:
     if isinstance(kind, Compiled):
-        return callee_type(kind)
+        return _callee(kind)
     if not isinstance(kind, tuple):
         return SCALARS[kind]
     if not isinstance(kind[0], np.dtype):
@@ -173,20 +206,3 @@ def _flat(kind: types.Type) -> list[types.Type]:
     if isinstance(kind, types.BaseTuple):
         return [each for item in kind.types for each in _flat(item)]
     return [] if isinstance(kind, types.Function) else [kind]
-
-
-def main() -> None:
-    """Answer the requests on standard input, until it ends."""
-    gc.disable()  # what Numba makes lives as long as the process
-    # It would make machine code of each part and of the whole, which nobody runs here: a fifth of the time.
-    JITCodeLibrary._finalize_specific = lambda library: None  # type: ignore[method-assign]
-    with contextlib.suppress(EOFError, KeyboardInterrupt):
-        while True:
-            name, module, function, kinds = pickle.load(sys.stdin.buffer)
-            kernel = getattr(importlib.import_module(module), function)
-            pickle.dump(object_code(name, kernel, kinds), sys.stdout.buffer)
-            sys.stdout.flush()
-
-
-if __name__ == "__main__":
-    main()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import pickle
 import subprocess
@@ -15,6 +14,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from vidstyle.core.bands import CORES
+from vidstyle.core.kernels.compiler_process import compile_here
 from vidstyle.core.kernels.declare import ArgumentType, Compiled
 from vidstyle.errors import log
 
@@ -89,9 +89,7 @@ class _CompilerProcess:
             except (OSError, EOFError) as error:
                 log.debug("%s is compiled in this process: %s", function, error)
                 self.close()
-        compiler: Any = importlib.import_module("vidstyle.core.kernels.compiler")
-        code: bytes = compiler.object_code(name, compiled, kinds)
-        return code
+        return compile_here(name, compiled, kinds)
 
     def close(self) -> None:
         """End the process."""
@@ -108,15 +106,17 @@ class _CompilerProcess:
         assert self._running.stdin and self._running.stdout
         pickle.dump(request, self._running.stdin)
         self._running.stdin.flush()
-        code: bytes = pickle.load(self._running.stdout)
-        return code
+        answer: bytes | Exception = pickle.load(self._running.stdout)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
 
     @staticmethod
     def _started() -> subprocess.Popen[bytes]:
         # As an entry of sys.path "" is the working folder, where what is compiled may come from.
         path = [each or os.curdir for each in sys.path]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(path)}
-        command = [sys.executable, "-P", "-m", "vidstyle.core.kernels.compiler"]
+        command = [sys.executable, "-P", "-m", "vidstyle.core.kernels.compiler_process"]
         pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
         # In a session of its own, so that Ctrl-C ends the program, and not its compilers first.
         return subprocess.Popen(command, env=environment, start_new_session=True, **pipes)

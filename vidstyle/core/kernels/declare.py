@@ -19,9 +19,20 @@ from typing import Any, Generic, ParamSpec, TypeVar, overload
 
 import numpy as np
 
+from vidstyle.core.kernels.intrinsic import Intrinsic
+
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 Kept = TypeVar("Kept", bound=np.ndarray | tuple[np.ndarray, ...])
+
+
+class KernelError(TypeError):
+    """A kernel cannot be compiled, by whatever compiler, or not for arguments of these types."""
+
+
+class CompilerError(Exception):
+    """No kernel can be compiled to an object file with this Numba; the text is the reason."""
+
 
 SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.float32: ctypes.c_float}
 """What a kernel takes besides arrays, and tuples of all of these."""
@@ -75,11 +86,6 @@ class Compiled(Generic[Arguments, Result]):
     def __reduce__(self) -> str:
         return self.function.__qualname__
 
-    @property
-    def _numba_type_(self) -> Any:
-        """Numba's protocol for globals that are called from compiled code."""
-        return importlib.import_module("vidstyle.core.kernels.compiler").callee_type(self)
-
     def source_files(self) -> set[str]:
         """The files of the function and of all that it calls."""
         own = {self.function.__code__.co_filename}
@@ -89,7 +95,7 @@ class Compiled(Generic[Arguments, Result]):
     def _callees(self) -> list[Any]:
         """Kernels and intrinsics that it names."""
         named = map(self.function.__globals__.get, self.function.__code__.co_names)
-        return [item for item in named if hasattr(type(item), "_numba_type_") and item is not self]
+        return [item for item in named if isinstance(item, Compiled | Intrinsic) and item is not self]
 
 
 @overload

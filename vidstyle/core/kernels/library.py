@@ -5,22 +5,26 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import os
+import importlib
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 
 from vidstyle.core.installed import version_of
 from vidstyle.core.kernels.compiler_pool import CompilerPool, Kernel
-from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, dry_run
-from vidstyle.core.user_cache import user_cache
+from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, CompilerError, KernelError, dry_run
+from vidstyle.core.kernels.object_files import load, store
 from vidstyle.errors import log
+
+COMPILER_FILES = ("compiler.py", "intrinsic.py", "vectors.py")
+"""What machine code depends on besides the files of a kernel and of all that it calls."""
 
 _lock = threading.Lock()
 _rehearsals: list[Callable[[], object]] = []
@@ -41,32 +45,89 @@ def rehearsing(rehearsal: Callable[[], object]) -> Iterator[None]:
 
 
 def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., object]:
-    """The machine code of a kernel; it takes the flattened arguments."""
-    name, types = object_name(compiled, kinds), _c_types(compiled, kinds)
+    """Return the machine code of a kernel; it takes the flattened arguments.
+
+    Raises:
+        KernelError: it cannot be compiled for these arguments.
+    """
+    types = _c_types(compiled, kinds)
+    if not _needs_plain_numba:
+        try:
+            return ctypes.CFUNCTYPE(ctypes.c_bool, *types)(_address(compiled, kinds))
+        except KernelError:
+            raise
+        except (CompilerError, ImportError, AttributeError, TypeError, RuntimeError) as error:
+            _use_plain_numba(error)
+    return _plain_numba().entry(compiled, kinds)
+
+
+def _address(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> int:
+    name = object_name(compiled, kinds)
     with _lock:
         if name in _ordered:
             code = None
-        elif (code := _stored(name)) is None:
+        elif (code := load(name)) is None:
             _order_with_others(name, (compiled, kinds))
     code = code or _delivered(_ordered[name])
     with _lock:
-        address = _engine().add(name, code)
-    return ctypes.CFUNCTYPE(ctypes.c_bool, *types)(address)
+        return _engine().add(name, code)
+
+
+def _engine_module() -> Any:
+    return importlib.import_module("vidstyle.core.kernels.engine")
+
+
+@functools.cache
+def _engine() -> Any:
+    return _engine_module().Engine()
+
+
+# --- Without Numba's private interface ---
+
+_needs_plain_numba = False
+
+
+def _use_plain_numba(error: Exception) -> None:
+    """From now on, and say so once."""
+    global _needs_plain_numba
+    with _lock:
+        if _needs_plain_numba:
+            return
+        _plain_numba().install()
+        _needs_plain_numba = True
+    reason = str(error) if isinstance(error, CompilerError) else f"{type(error).__name__}: {error}"
+    log.warning(
+        "kernels are slower, and compiled in each run, as Numba %s is not supported (%s); install %s",
+        version_of("numba"), reason, _supported_numba(),
+    )  # fmt: skip
+
+
+def _plain_numba() -> Any:
+    return importlib.import_module("vidstyle.core.kernels.plain_numba")
+
+
+def _supported_numba() -> str:
+    with suppress(metadata.PackageNotFoundError):
+        return next(each for each in metadata.requires("vidstyle") or () if each.startswith("numba"))
+    return "another one"
+
+
+# --- Names ---
 
 
 def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
-    """A name that changes with all that the machine code depends on."""
+    """Return a name that changes with all that the machine code depends on."""
     named = (compiled, *(kind for kind in kinds if isinstance(kind, Compiled)))
     files = (_file_digest(file) for file in sorted(set().union(*(each.source_files() for each in named))))
     parts = "\n".join([_platform(), repr((kinds, compiled.fastmath, compiled.noalias)), *files])
-    return f"{compiled.function.__name__}_{hashlib.sha256(parts.encode()).hexdigest()[:24]}"
+    return f"{compiled.function.__name__}_{hashlib.sha256(parts.encode()).hexdigest()}"
 
 
 @functools.cache
 def _platform() -> str:
-    here = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    compilers = version_of("numba"), llvm.llvm_version_info
-    return repr((*here, *compilers, _file_digest(str(Path(__file__).with_name("compiler.py")))))
+    here = Path(__file__)
+    files = (_file_digest(str(here.with_name(each))) for each in COMPILER_FILES)
+    return repr((_engine_module().processor(), version_of("numba"), object.__basicsize__, *files))
 
 
 @functools.cache
@@ -87,61 +148,13 @@ def _c_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> list[Any]:
             types.append(SCALARS[kind])
         elif not isinstance(kind, Compiled):
             name = compiled.function.__name__
-            raise TypeError(f"{name} takes arrays, numbers, kernels and tuples, not {kind.__name__}")
+            raise KernelError(f"{name} takes arrays, numbers, kernels and tuples, not {kind.__name__}")
     return types
-
-
-# --- Object files ---
-
-
-def _file(name: str) -> Path:
-    return user_cache() / "kernels" / f"{name}.o"
-
-
-def _stored(name: str) -> bytes | None:
-    try:
-        return _file(name).read_bytes()
-    except OSError:
-        return None
-
-
-def _store(name: str, code: bytes) -> None:
-    """Best effort: where nothing may be written, kernels are compiled each time."""
-    file = _file(name)
-    unfinished = file.with_suffix(f".{os.getpid()}")
-    with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            unfinished.write_bytes(code)
-            unfinished.replace(file)
-        finally:
-            unfinished.unlink(missing_ok=True)
-
-
-class _Engine:
-    """Links object files into this process."""
-
-    def __init__(self) -> None:
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
-        self._machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
-        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
-        self._added: set[str] = set()
-
-    def add(self, name: str, code: bytes) -> int:
-        if name not in self._added:
-            self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-            self._engine.finalize_object()
-            self._added.add(name)
-        return int(self._engine.get_function_address(name))
-
-
-_engine = functools.cache(_Engine)
 
 
 # --- Compilation ---
 
-_compilers = CompilerPool(_store)
+_compilers = CompilerPool(store)
 _ordered: dict[str, Future[bytes]] = {}
 """The object files that are being compiled, or have been."""
 
@@ -151,7 +164,7 @@ def _order_with_others(name: str, kernel: Kernel) -> None:
     missing = {name: kernel}
     for each in _needed_soon():
         other = object_name(*each)
-        if other not in _ordered and not _file(other).exists():
+        if other not in _ordered and load(other) is None:
             missing[other] = each
     for name, kernel in missing.items():
         _ordered[name] = Future()
@@ -171,15 +184,24 @@ def _needed_soon() -> list[Kernel]:
     return list(needed)
 
 
+ANNOUNCEMENTS = (1.0, True), (3.0, False)
+"""Seconds since the first wait after which the wait is announced, and whether only on a terminal."""
+
+
 def _delivered(code: Future[bytes]) -> bytes:
-    try:
-        return code.result(timeout=1)
-    except TimeoutError:
-        announce()
+    for seconds, only_on_terminal in ANNOUNCEMENTS:
+        with suppress(TimeoutError):
+            return code.result(timeout=max(_first_wait() + seconds - time.monotonic(), 0))
+        announce(only_on_terminal)
     return code.result()
 
 
-def announce() -> None:
-    """Only on a terminal, where somebody waits."""
-    what = {"only_on_terminal": True, "once": True}
-    log.info("preparing kernels, once for each style", extra=what)
+@functools.cache
+def _first_wait() -> float:
+    return time.monotonic()
+
+
+@functools.cache
+def announce(only_on_terminal: bool) -> None:
+    """Say why there is no picture yet; in a log only where it takes long."""
+    log.info("preparing this style, once", extra={"only_on_terminal": only_on_terminal, "once": True})

@@ -5,7 +5,11 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+import numpy as np
+
+from vidstyle.core.kernels.declare import compiled
 from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.vectors import VectorEmitter
 
 SECTORS, CHANNELS = 8, 4
 HALF = SECTORS // 2
@@ -22,6 +26,8 @@ MIDDLE_SQUARE, SQUARE_LEVELS = 3.375, 9708
 
 class SectorSums(Intrinsic):
     """`sector_sums(pixels, at, offsets, weights, first, last, out, place)` for kernels.
+
+    Gain: `kuwahara` of 1280 x 720 on one core is 20 times as fast as with the plain form.
 
     Two pixels side by side are read as one vector of pairs of codes, as processors multiply numbers of 16
     bits and add them in pairs. For all numbers first..last - 1 and the four columns of `offsets`, the pair
@@ -43,14 +49,16 @@ class SectorSums(Intrinsic):
         self, builder: Any, pixels: Any, at: Any, offsets: Any, weights: Any, first: Any, last: Any,
         out: Any, place: Any,
     ) -> None:  # fmt: skip
-        emitter = _Emitter(builder)
+        emitter = _SectorEmitter(builder)
         low, high = emitter.sums((pixels.data, at), offsets.data, weights.data, (first, last))
         emitter.store(low, out.data, place)
-        emitter.store(high, out.data, builder.add(place, emitter.number(LANES)))
+        emitter.store(high, out.data, builder.add(place, emitter.index(LANES)))
 
 
 class MeanOfSectors(Intrinsic):
     """`mean_of_sectors(sums, first, squarings, out, place)` for kernels.
+
+    Gain: `kuwahara` of 1280 x 720 on one core is 1.4 times as fast as with the plain form.
 
     A mean of the means of red, green and blue in eight sectors, each weighted by 1 / (1 + (255 v) ^ (2 ^ n)),
     where v is the sector's variance, summed over channels. Apart from the sums: so a processor works on
@@ -66,58 +74,98 @@ class MeanOfSectors(Intrinsic):
     def emit(  # type: ignore[override]
         self, builder: Any, sums: Any, first: Any, squarings: Any, out: Any, place: Any
     ) -> None:
-        emitter = _Emitter(builder)
-        low = emitter.load(sums.data, first, LANES)
-        high = emitter.load(sums.data, builder.add(first, emitter.number(LANES)), LANES)
+        emitter = _SectorEmitter(builder)
+        low = emitter.load(sums.data, first, emitter.integers(LANES))
+        high = emitter.load(sums.data, builder.add(first, emitter.index(LANES)), emitter.integers(LANES))
         emitter.store(emitter.mean(low, high, squarings.type.count - 1), out.data, place)
 
 
-class _Emitter:
+@compiled
+def _sector_sums(pixels, at, offsets, weights, first, last, out, place):  # type: ignore[no-untyped-def]
+    for lane in range(2 * LANES):
+        out[place + lane] = 0
+    for number in range(first, last):
+        for column in range(HALF):
+            start = at + offsets[number, column]
+            opposite = at - CHANNELS - offsets[number, column]
+            for each in range(HALF):
+                weight = weights[number, column, each]
+                swapped = np.int32((weight << np.int32(16)) | ((weight >> np.int32(16)) & np.int32(0xFFFF)))
+                sector = each if each >= column else each + HALF
+                for channel in range(CHANNELS):
+                    own, other = CHANNELS * sector + channel, CHANNELS * ((sector + HALF) % SECTORS) + channel
+                    out[place + own] += _product_of_pairs(weight, pixels[start + channel])
+                    out[place + other] += _product_of_pairs(swapped, pixels[opposite + channel])
+
+
+@compiled
+def _product_of_pairs(one, other):  # type: ignore[no-untyped-def]
+    low = np.int32(np.int16(one)) * np.int32(np.int16(other))
+    return np.int32(low + (one >> np.int32(16)) * (other >> np.int32(16)))
+
+
+@compiled(fastmath=True)
+def _mean_of_sectors(sums, first, squarings, out, place):  # type: ignore[no-untyped-def]
+    one, zero, whole = np.float32(1), np.float32(0), np.float32(0)
+    scale, square_scale = np.float32(1 / (WHOLE * LEVELS)), np.float32(1 / (WHOLE * SQUARE_LEVELS))
+    red, green, blue = zero, zero, zero
+    for sector in range(SECTORS):
+        i = first + CHANNELS * sector
+        reds, greens, blues = sums[i] * scale, sums[i + 1] * scale, sums[i + 2] * scale
+        square = sums[i + 3] * square_scale + np.float32(MIDDLE_SQUARE)
+        variance = max(square - reds * reds - greens * greens - blues * blues, zero) * np.float32(255)
+        for _ in range(len(squarings) - 1):
+            variance *= variance
+        share = one / (one + variance)
+        whole, red = whole + share, red + share * reds
+        green, blue = green + share * greens, blue + share * blues
+    middle = np.float32((LOWEST + HIGHEST) / 2)
+    out[place], out[place + 1] = red / whole + middle, green / whole + middle
+    out[place + 2] = blue / whole + middle
+
+
+class _SectorEmitter(VectorEmitter):
     """Emits the loop over samples, and what follows from its sums.
 
     In vectors, each group of four lanes is a sector, from 0 or 4 on.
     """
 
-    def __init__(self, builder: Any) -> None:
-        self._ir: Any = importlib.import_module("llvmlite.ir")
-        self._builder, self._integer, self._float = builder, self._ir.IntType(32), self._ir.FloatType()
-
     def sums(
         self, pixel: tuple[Any, Any], offsets: Any, weights: Any, numbers: tuple[Any, Any]
     ) -> tuple[Any, Any]:
         """Sums of codes in the sectors 0 to 3, and 4 to 7."""
-        numba: Any = importlib.import_module("numba.core.cgutils")
-        builder, vector = self._builder, self._ir.VectorType(self._integer, LANES)
-        totals = [numba.alloca_once(builder, vector) for _ in range(2 * HALF)]
+        cgutils: Any = importlib.import_module("numba.core.cgutils")
+        builder, vector = self.builder, self.integers(LANES)
+        totals = [cgutils.alloca_once(builder, vector) for _ in range(2 * HALF)]
         for total in totals:
             builder.store(vector([0] * LANES), total)
-        opposite, half = builder.sub(pixel[1], self.number(CHANNELS)), vector([16] * LANES)
-        with numba.for_range_slice(builder, *numbers, self.number(1), inc=True) as (number, _):
-            first = builder.mul(number, self.number(HALF))
-            listed = self.load(weights, builder.mul(first, self.number(HALF)), HALF * HALF)
+        opposite, half = builder.sub(pixel[1], self.index(CHANNELS)), vector([16] * LANES)
+        with cgutils.for_range_slice(builder, *numbers, self.index(1), inc=True) as (number, _):
+            first = builder.mul(number, self.index(HALF))
+            listed = self.load(weights, builder.mul(first, self.index(HALF)), self.integers(HALF * HALF))
             for column in range(HALF):
-                weight = self._lanes(
+                weight = self.permute(
                     listed, listed, [column * HALF + lane // CHANNELS for lane in range(LANES)]
                 )
                 swapped = builder.or_(builder.shl(weight, half), builder.lshr(weight, half))
-                offset = builder.load(builder.gep(offsets, [builder.add(first, self.number(column))]))
+                offset = builder.load(builder.gep(offsets, [builder.add(first, self.index(column))]))
                 self._add_pair(pixel[0], builder.add(pixel[1], offset), weight, totals[column])
                 self._add_pair(pixel[0], builder.sub(opposite, offset), swapped, totals[HALF + column])
         low, high = builder.load(totals[0]), builder.load(totals[HALF])
         for column in range(1, HALF):
             one, other = builder.load(totals[column]), builder.load(totals[HALF + column])
             crossing = [lane + LANES * (lane // CHANNELS < column) for lane in range(LANES)]
-            low = builder.add(low, self._lanes(one, other, crossing))
-            high = builder.add(high, self._lanes(other, one, crossing))
+            low = builder.add(low, self.permute(one, other, crossing))
+            high = builder.add(high, self.permute(other, one, crossing))
         return low, high
 
     def mean(self, low: Any, high: Any, squarings: int) -> Any:
         """Red, green and blue of the mean over all sectors, three lanes."""
-        builder, fast = self._builder, ["fast"]
+        builder, fast = self.builder, ["fast"]
         means = [self._means(sums) for sums in (low, high)]
         # In place of squares -1, which makes sums over a sector's lanes negative variances, and of shares.
         replaced = [lane + LANES * (lane % CHANNELS == CHANNELS - 1) for lane in range(LANES)]
-        signed = [self._lanes(each, self._constant(-1.0), replaced) for each in means]
+        signed = [self.permute(each, self._constant(-1.0), replaced) for each in means]
         products = [builder.fmul(*pair, flags=fast) for pair in zip(means, signed, strict=True)]
         # In each group of lanes that of a low sector, twice, and of a high one.
         pairs = [self._groups(lane, lane + 2, LANES + lane, LANES + lane + 2) for lane in (0, 1)]
@@ -126,51 +174,34 @@ class _Emitter:
         variance = builder.fsub(self._constant(MIDDLE_SQUARE), negative, flags=fast)
         shares = self._shares(builder.fmul(variance, self._constant(255.0), flags=fast), squarings)
         parts = [
-            builder.fmul(self._lanes(shares, shares, self._groups(*[lane] * CHANNELS)), each, flags=fast)
+            builder.fmul(self.permute(shares, shares, self._groups(*[lane] * CHANNELS)), each, flags=fast)
             for lane, each in zip((0, 2), signed, strict=True)
         ]
         total = builder.fadd(*parts, flags=fast)
         for lanes in (LANES // 2, LANES // 4):
             total = self._added(total, total, list(range(lanes)), list(range(lanes, 2 * lanes)))
-        whole = builder.fneg(self._lanes(total, total, [CHANNELS - 1] * 3))
-        mean = builder.fdiv(self._lanes(total, total, [0, 1, 2]), whole)
+        whole = builder.fneg(self.permute(total, total, [CHANNELS - 1] * 3))
+        mean = builder.fdiv(self.permute(total, total, [0, 1, 2]), whole)
         return builder.fadd(mean, self._constant((LOWEST + HIGHEST) / 2, 3))
-
-    def number(self, value: int) -> Any:
-        """An index."""
-        return self._ir.Constant(self._ir.IntType(64), value)
-
-    def load(self, data: Any, start: Any, count: int) -> Any:
-        """Integers of an array, a vector."""
-        pointer = self._ir.VectorType(self._integer, count).as_pointer()
-        values = self._builder.load(self._builder.bitcast(self._builder.gep(data, [start]), pointer))
-        values.align = 4
-        return values
-
-    def store(self, values: Any, data: Any, start: Any) -> None:
-        """Write a vector into an array."""
-        address = self._builder.bitcast(self._builder.gep(data, [start]), values.type.as_pointer())
-        self._builder.store(values, address).align = 4
 
     def _add_pair(self, pixels: Any, start: Any, weight: Any, total: Any) -> None:
         """Written so that LLVM finds the instruction that adds products of 16 bits in pairs."""
-        builder = self._builder
-        channels = self.load(pixels, start, CHANNELS)
-        pair = self._lanes(channels, channels, [lane % CHANNELS for lane in range(LANES)])
-        halves = self._ir.VectorType(self._ir.IntType(16), 2 * LANES)
-        wide = self._ir.VectorType(self._integer, 2 * LANES)
+        builder = self.builder
+        channels = self.load(pixels, start, self.integers(CHANNELS))
+        pair = self.permute(channels, channels, [lane % CHANNELS for lane in range(LANES)])
+        halves, wide = self.integers(2 * LANES, bits=16), self.integers(2 * LANES)
         product = builder.mul(*(builder.sext(builder.bitcast(each, halves), wide) for each in (weight, pair)))
-        even, odd = (self._lanes(product, product, list(range(half, 2 * LANES, 2))) for half in (0, 1))
+        even, odd = (self.permute(product, product, list(range(half, 2 * LANES, 2))) for half in (0, 1))
         builder.store(builder.add(builder.load(total), builder.add(even, odd)), total)
 
     def _means(self, sums: Any) -> Any:
         """Differences from the middles of codes."""
-        floats = self._ir.VectorType(self._float, LANES)
+        floats = self.floats(LANES)
         scales = [1 / (WHOLE * levels) for levels in (LEVELS, LEVELS, LEVELS, SQUARE_LEVELS)] * HALF
-        return self._builder.fmul(self._builder.sitofp(sums, floats), floats(scales), flags=["fast"])
+        return self.builder.fmul(self.builder.sitofp(sums, floats), floats(scales), flags=["fast"])
 
     def _shares(self, variance: Any, squarings: int) -> Any:
-        builder, fast, one, zero = self._builder, ["fast"], self._constant(1.0), self._constant(0.0)
+        builder, fast, one, zero = self.builder, ["fast"], self._constant(1.0), self._constant(0.0)
         if squarings == 0:  # rounding may leave it below 0
             variance = builder.select(builder.fcmp_ordered("<", variance, zero), zero, variance)
         for _ in range(squarings):
@@ -178,14 +209,10 @@ class _Emitter:
         return builder.fdiv(one, builder.fadd(one, variance, flags=fast), flags=fast)
 
     def _added(self, one: Any, other: Any, first: list[int], second: list[int]) -> Any:
-        return self._builder.fadd(self._lanes(one, other, first), self._lanes(one, other, second))
+        return self.builder.fadd(self.permute(one, other, first), self.permute(one, other, second))
 
     def _constant(self, value: float, lanes: int = LANES) -> Any:
-        return self._ir.Constant(self._ir.VectorType(self._float, lanes), [value] * lanes)
-
-    def _lanes(self, one: Any, other: Any, numbers: list[int]) -> Any:
-        mask = self._ir.Constant(self._ir.VectorType(self._ir.IntType(32), len(numbers)), numbers)
-        return self._builder.shuffle_vector(one, other, mask)
+        return self.ir.Constant(self.floats(lanes), [value] * lanes)
 
     @staticmethod
     def _groups(*lanes: int) -> list[int]:
@@ -193,5 +220,5 @@ class _Emitter:
         return [group + lane for group in range(0, LANES, CHANNELS) for lane in lanes]
 
 
-sector_sums: Any = SectorSums()
-mean_of_sectors: Any = MeanOfSectors()
+sector_sums: Any = SectorSums(_sector_sums)
+mean_of_sectors: Any = MeanOfSectors(_mean_of_sectors)

@@ -10,7 +10,8 @@ import numpy as np
 from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.declare import Compiled, compiled
 from vidstyle.core.kernels.indices import look_up_at
-from vidstyle.core.kernels.neighbors import LANES, add_neighbors
+from vidstyle.core.kernels.neighbors import add_neighbors
+from vidstyle.core.kernels.vectors import LANES
 
 Taps = tuple[np.ndarray, np.ndarray]
 """For each sample the first of the places that it is the sum of, count int64, and the weights of that one and

@@ -1,0 +1,22 @@
+"""Progress on standard error."""
+
+from __future__ import annotations
+
+import pytest
+
+from vidstyle.cli import display
+from vidstyle.cli.reporting import Reporting
+from vidstyle.pipeline.progress import Progress
+
+
+def test_plain_progress_begins_with_the_first_frame(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before it, nothing is known; what a job of several steps does is."""
+    monkeypatch.setattr(display, "LINE_SECONDS", 0)
+    with Reporting(), display.display("plain") as show:
+        show(Progress(0, 0.0, 3.0, duration=8.0))
+        show(Progress(2, 0.1, 4.0, duration=8.0))
+        show(Progress(0, 1.0, 5.0, duration=4.0, step="read"))
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == ["vidstyle: 1%, frame 2, 0.5 fps, 0.03 x, 5:16 left", "vidstyle: 25%, read, 0:15 left"]
