@@ -69,7 +69,7 @@ def test_31_and_32_a_signal_closes_the_film(long_clip: Path, tmp_path: Path, num
     _, said = process.communicate(timeout=LONG)
     assert process.returncode == exit_code, said
     partial = tmp_path / "out.partial.mp4"
-    assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.json", partial.name]
+    assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.jsonl", partial.name]
     told = [event["text"] for event in messages(said.splitlines())]
     assert len(told) == 1 and str(partial) in told[0]
     # Far from all: it did not go on.
