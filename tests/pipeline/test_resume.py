@@ -19,10 +19,10 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
 from vidstyle.media.frame import Frame
 from vidstyle.media.write import atomic, film_writer, run_record
-from vidstyle.media.write.resume_source import frames_in
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.media.write.images import PictureWriter
 from vidstyle.media.write.memory import write_film
+from vidstyle.media.write.resume_source import frames_in
 from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.render import render
@@ -225,7 +225,9 @@ def test_a_film_that_the_run_has_not_left_is_refused(
     interrupt(100, film, target)
     change(film, left, target)
     content = left.read_bytes()
-    with pytest.raises(UsageError, match=r"out.partial.* exists and is not an unfinished output of this name"):
+    with pytest.raises(
+        UsageError, match=r"out.partial.* exists and is not an unfinished output of this name"
+    ):
         render(film, target, "plain", **options)
     assert left.read_bytes() == content and not target.exists()
 

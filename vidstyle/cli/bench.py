@@ -62,7 +62,9 @@ def bench(
     from vidstyle.media.write.atomic import atomic_file
 
     def measured() -> str:
-        return _film(film, frames, as_json, **options) if film else _parts(sizes, bandwidth, as_json, **options)
+        return (
+            _film(film, frames, as_json, **options) if film else _parts(sizes, bandwidth, as_json, **options)
+        )
 
     if output is None:
         click.echo(measured(), nl=False)

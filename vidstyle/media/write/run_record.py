@@ -99,7 +99,7 @@ class RunRecord:
         raise AssertionError
 
     def _create(self) -> FileLock | None:
-        """The lock on a new record, which has its first line as soon as it has its name; None if one exists."""
+        """The lock on a new record, which gets its name together with its first line; None if one exists."""
         path, _ = create_temporary(self.path, _line(self._first_entry))
         try:
             lock = FileLock(path)

@@ -150,4 +150,3 @@ def lock_owner(path: Path) -> str | None:
         return None if Path("/proc/locks").exists() else "another run"
     numbers = [fields[4] for fields in found if fields[5].endswith(f":{inode}")]
     return f"process {numbers[0]}" if numbers else None
-
