@@ -15,7 +15,7 @@ from vidstyle.errors import log
 
 READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
 """The demuxers of the formats that are written here and can be read back."""
-Format = tuple[str, int, int]
+VideoFormat = tuple[str, int, int]
 """Codec, and width and height in pixels."""
 LENGTH_PREFIXED = ("h264", "hevc")
 """Codecs whose units have their lengths before them in files, and start codes as they come from encoders."""
@@ -105,7 +105,7 @@ def _whole_packets(container: av.container.InputContainer) -> Iterator[av.Packet
             yield packet
 
 
-def _stamps(path: Path) -> tuple[Format | None, Fraction, list[PacketTimes]]:
+def _stamps(path: Path) -> tuple[VideoFormat | None, Fraction, list[PacketTimes]]:
     """Format, unit of time in seconds, and all packets of pictures, as far as they can be read."""
     found, tick, stamps = None, Fraction(1), []
     try:
@@ -121,7 +121,7 @@ def _stamps(path: Path) -> tuple[Format | None, Fraction, list[PacketTimes]]:
     return found, tick, stamps
 
 
-def video_format(stream: av.VideoStream) -> Format:
+def video_format(stream: av.VideoStream) -> VideoFormat:
     """What a film must have in common with the one that it continues."""
     context = stream.codec_context
     return context.codec.canonical_name, context.width, context.height

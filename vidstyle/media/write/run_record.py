@@ -32,7 +32,7 @@ CHECKPOINT_SECONDS = 0.25
 """Minimum time between two checkpoints of a file."""
 READ_BYTES = 2**20
 
-Entry = dict[str, Any]
+RecordEntry = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class RunRecord:
         self.path, self._target = record_path(target), target
         self.is_left, self._is_held = False, True
         self.parts: Mapping[str, str] = {}
-        self.entries: list[Entry] = []
+        self.entries: list[RecordEntry] = []
         try:
             self._lock = self._claim()
             if self.is_left:
@@ -142,7 +142,7 @@ class RunRecord:
                 self.parts, self.entries = entry["parts"], entries[number + 1 :]
 
     @property
-    def _first_entry(self) -> Entry:
+    def _first_entry(self) -> RecordEntry:
         return {"unfinished output of vidstyle": self._target.name}
 
     def append(self, **entry: object) -> None:
@@ -152,11 +152,10 @@ class RunRecord:
             OutputError: the record was removed or replaced.
             OSError: it cannot be written.
         """
-        if not self._lock.identity.is_at(self.path):
+        if not (self._is_held and self._lock.identity.is_at(self.path)):
             raise OutputError(self._target, f"{self.path.name} was removed or replaced while it was written")
         # So this line is whole even if an earlier run was killed amid the line before.
-        with open(self.path, "ab", buffering=0) as file:
-            file.write(b"\n" + _line(entry))
+        self._lock.append(self.path, b"\n" + _line(entry))
 
     def begin(self, parts: Mapping[str, str]) -> None:
         """Record what a new run is made of; what an earlier run has recorded no longer counts."""
@@ -264,7 +263,7 @@ def _line(entry: Mapping[str, object]) -> bytes:
     return json.dumps(entry).encode()
 
 
-def read_entries(path: Path) -> list[Entry]:
+def read_entries(path: Path) -> list[RecordEntry]:
     """The lines of a record that are JSON objects; none if it is not a file, or too large.
 
     Raises:

@@ -121,7 +121,8 @@ class FileLock:
             BlockingIOError: another run has locked it.
             OSError: it cannot be opened for writing.
         """
-        descriptor = os.open(path, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+        descriptor = os.open(path, os.O_RDWR | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0))
+        self._descriptor = descriptor
         self._close = weakref.finalize(self, os.close, descriptor)
         self.identity = FileIdentity.of(os.fstat(descriptor))
         if sys.platform == "win32":
@@ -134,6 +135,14 @@ class FileLock:
             raise
         except OSError as error:
             log.debug("%s: cannot be locked (%s)", path, error)
+
+    def append(self, path: Path, content: bytes) -> None:
+        """Add to the file, which is at `path`; raises OSError."""
+        if sys.platform == "win32":  # which could not remove the file if it stayed open
+            with path.open("ab", buffering=0) as file:
+                file.write(content)
+        else:
+            os.write(self._descriptor, content)
 
     def release(self) -> None:
         """Let others have it."""
