@@ -202,10 +202,11 @@ def cut_off(film: Path, left: Path, whole: Path) -> None:
     os.truncate(left, left.stat().st_size - 20000)
 
 
-def other_end(film: Path, left: Path, whole: Path) -> None:
-    """The last third is that of another file."""
-    content = left.read_bytes()
-    left.write_bytes(content[: len(content) * 2 // 3] + bytes(len(content) // 3))
+def later_byte(film: Path, left: Path, whole: Path) -> None:
+    """A byte of a picture after the first group is another."""
+    content = bytearray(left.read_bytes())
+    content[len(content) * 2 // 3] ^= 1
+    left.write_bytes(content)
 
 
 def other_byte(film: Path, left: Path, whole: Path) -> None:
@@ -232,6 +233,26 @@ def test_a_film_that_the_run_has_not_left_is_refused(
     assert left.read_bytes() == content and not target.exists()
 
 
+@pytest.mark.parametrize("ending", [".mp4", ".mov"])
+def test_a_whole_film_that_has_not_got_its_name_is_continued(film, tmp_path, monkeypatch, ending):
+    """Its index is first already, so that it no longer has the bytes that were written to it."""
+
+    def kill(file: atomic.PartialFile) -> None:
+        file.release()
+        raise KeyboardInterrupt
+
+    target = tmp_path / f"out{ending}"
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.PartialFile, "finish", kill)
+        patch.setattr(FilmWriter, "abandon", lambda writer: writer.partial)
+        with pytest.raises(KeyboardInterrupt):
+            render(film, target, "plain")
+    assert frames_in(tmp_path / f"out.partial{ending}") == SHOTS * SHOT
+    summary = render(film, target, "plain", resume=True)
+    assert summary.kept == SHOT * (SHOTS - 1) and len(video(target)) == SHOTS * SHOT
+    assert os.listdir(tmp_path) == [target.name]
+
+
 def test_a_film_without_its_index_is_refused_unless_told_so(film, tmp_path, interrupt: Interrupt):
     target, left = tmp_path / "out.mp4", tmp_path / "out.partial.mp4"
     interrupt(100, film, target)
@@ -244,7 +265,7 @@ def test_a_film_without_its_index_is_refused_unless_told_so(film, tmp_path, inte
     assert os.listdir(tmp_path) == [target.name]
 
 
-@pytest.mark.parametrize("change", [cut_off, other_end])
+@pytest.mark.parametrize("change", [cut_off, later_byte])
 def test_a_damaged_film_is_continued_before_the_damage(
     film, tmp_path, interrupt: Interrupt, monkeypatch, change
 ):
@@ -257,6 +278,8 @@ def test_a_damaged_film_is_continued_before_the_damage(
     assert 0 < summary.kept < 90 and summary.frames == SHOTS * SHOT
     before, after = shown(whole), shown(target)
     assert [time for time, _ in after] == [time for time, _ in before]
+    for (_, one), (_, other) in zip(before[: summary.kept], after, strict=False):
+        assert np.array_equal(one, other)
     for (_, one), (_, other) in zip(before, after, strict=True):
         assert np.abs(one - other.astype(int)).mean() < 2
     assert sorted(os.listdir(tmp_path)) == sorted([whole.name, target.name])

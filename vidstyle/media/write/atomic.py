@@ -196,6 +196,7 @@ class PartialFile(OutputFile):
         try:
             if convert(self.path, other):
                 self._check_owned()
+                self.record.add_written(other, self.path.name)
                 os.replace(other, self.path)
                 self._identity = identity
         finally:

@@ -14,7 +14,7 @@ from vidstyle.media.read.sequence import is_pattern, is_wild, numbered_files
 from vidstyle.media.write.atomic import OutputFile
 from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.encoder import encoder_frame
-from vidstyle.media.write.run_record import RunRecord, earlier_run
+from vidstyle.media.write.run_record import RunRecord, earlier_run, is_written
 
 NUMBER = re.compile(r"%(0?\d*)d")
 """Where the number goes in a pattern."""
@@ -80,10 +80,9 @@ class PictureWriter(Writer):
 
     def _count_written(self, record: RunRecord) -> int:
         """How many pictures, from the first on, are those that an earlier run has written."""
-        written = {str(entry.get("picture")) for entry in record.entries}
+        written = record.written()
         for number in itertools.count():
-            path = numbered_path(str(self.target), number + 1)
-            if not path.exists() or _signature(path, path.name) not in written:
+            if not is_written(numbered_path(str(self.target), number + 1), written):
                 return number
         raise AssertionError
 
@@ -111,7 +110,7 @@ class PictureWriter(Writer):
 
     def _finish_file(self, file: OutputFile) -> None:
         if self._record is not None:
-            self._record.append(picture=_signature(file.path, file.target.name))
+            self._record.add_written(file.path, file.target.name)
         file.finish()
         self._written, self._file, self.partial = file.target, None, None
 
@@ -147,12 +146,6 @@ class PictureWriter(Writer):
         context.thread_count = 1  # each further thread would delay a picture
         packets = context.encode(encoder_frame(frame, self._plan)) + context.encode(None)
         return b"".join(bytes(packet) for packet in packets)
-
-
-def _signature(file: Path, name: str) -> str:
-    """What tells a written picture from any other file that has its name."""
-    status = file.stat()
-    return f"{status.st_size} {status.st_mtime_ns} {name}"
 
 
 def is_numbered(target: str) -> bool:

@@ -172,12 +172,22 @@ class RunRecord:
             raise
         return path, identity
 
+    def add_written(self, path: Path, name: str) -> None:
+        """Record a complete file that is about to be renamed; raises OSError."""
+        self.append(written=_signature(path, name))
+
+    def written(self) -> set[str]:
+        """What the earlier run has added with `add_written`, for `is_written`."""
+        return {str(entry.get("written")) for entry in self.entries}
+
     def verified_bytes(self, path: Path) -> int | None:
         """How many leading bytes of a file are as the earlier run has written them.
 
         Returns:
             None if the file is another one, 0 if only its header is known.
         """
+        if is_written(path, self.written()):
+            return path.stat().st_size
         marks = sorted(mark for entry in self.entries if (mark := entry.get("checkpoint")) and _is_mark(mark))
         found = None
         with path.open("rb") as file:
@@ -246,6 +256,16 @@ class Checkpoints:
         except OSError as error:
             log.debug("%s: %s", self._record.path, error)
         self._file.close()  # Windows could not rename it otherwise
+
+
+def is_written(path: Path, written: set[str]) -> bool:
+    """Whether a file is one of those that a run has written, by its size and time of modification."""
+    return path.exists() and _signature(path, path.name) in written
+
+
+def _signature(path: Path, name: str) -> str:
+    status = path.stat()
+    return f"{status.st_size} {status.st_mtime_ns} {name}"
 
 
 def _feed(digest: Any, file: Any, count: int) -> None:
