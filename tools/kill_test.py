@@ -10,6 +10,11 @@ after the border on, and pictures within one code before.
 
 Of two renders onto one file, begun at random times and with or without -y, one at least succeeds; a
 success is that of the film that is there, and nothing else is left.
+
+    python tools/kill_test.py --times 0 --neighbors 100
+
+Renders, a third of them killed and continued, in a folder whose other files have the names that the
+program uses or has used for temporary files. None of these changes; what is in the way is refused.
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ import os
 import random
 import re
 import shlex
+import shutil
 import sys
 import tempfile
 import time
@@ -52,6 +58,7 @@ def main() -> None:
     parser.add_argument("--times", type=int, default=20)
     parser.add_argument("--resume", type=int, default=0, help="how many of the killed renders to continue")
     parser.add_argument("--pairs", type=int, default=0, help="how many pairs of renders onto one file")
+    parser.add_argument("--neighbors", type=int, default=0, help="how many renders among files of others")
     parser.add_argument("--repeats", type=int, default=6, help="length of the film, in fours of seconds")
     parser.add_argument("--film", type=Path, help="film to render, instead of one that is made")
     parser.add_argument("--seed", type=int, default=1)
@@ -68,6 +75,7 @@ def main() -> None:
             make_film(film, repeats=arguments.repeats)
         options = shlex.split(arguments.options)
         bad = killed(film, folder, arguments, options, chance) + paired(film, folder, arguments.pairs, chance)
+        bad += among_neighbors(film, folder, arguments.neighbors, chance)
     sys.exit(bad > 0)
 
 
@@ -141,9 +149,8 @@ def killed(
             if not whole.exists():
                 Run(film, whole, *settings).end()
             run = Run(film, target, *settings, "--resume")
-            failure = (
-                f"exit code {run.process.exitcode}" if run.end() else difference(film, whole, target, run)
-            )
+            failure = f"exit code {code}" if (code := run.end()) else difference(film, whole, target, run)
+            failure = failure or _surplus(target)
             kept += any("frames are kept" in line and " 0 of" not in line for line in run.said)
             continued += not failure
             print(
@@ -228,9 +235,8 @@ def paired(film: Path, folder: Path, pairs: int, chance: random.Random) -> int:
 
 
 def _pair_failure(target: Path, runs: list[Run], codes: list[int], overwrite: list[bool]) -> str:
-    left = [path.name for path in target.parent.glob(f"{target.stem}*") if path.suffix != ".txt"]
-    if left != [target.name]:
-        return f"LEFT {left}"
+    if failure := _surplus(target):
+        return failure
     with open_reader(target) as reader:
         size, count = (reader.info.width, reader.info.height), len(frames(reader))
     if PAIR.get(size) != count:
@@ -244,6 +250,70 @@ def _pair_failure(target: Path, runs: list[Run], codes: list[int], overwrite: li
     if codes[other] and not any(reason in line for line in runs[other].said for reason in reasons):
         return "REFUSED WITHOUT A REASON"
     return ""
+
+
+def _surplus(target: Path) -> str:
+    """What is left besides the target, or ""."""
+    left = [path.name for path in target.parent.glob(f"{target.stem}*") if path.suffix != ".txt"]
+    return "" if left == [target.name] else f"LEFT {left}"
+
+
+MARKS = ".partial", ".partial.2", ".vidstyle-0123456789abcdef", ".tmp", "~"
+APPENDED = (
+    ".partial",
+    ".partial.json",
+    ".partial.jsonl",
+    ".partial.vidstyle-0123456789abcdef.jsonl",
+    ".lock",
+    ".1",
+)
+
+
+def among_neighbors(film: Path, folder: Path, count: int, chance: random.Random) -> int:
+    """Render among files of others; how many runs change one of them, or end otherwise than they should."""
+    wrong = 0
+    for number in range(count):
+        place = folder / f"neighbors-{number}"
+        place.mkdir()
+        target = place / f"a{chance.choice(['.mp4', '.mov', '.mkv', '.avi', '.gif'])}"
+        partial = f"a.partial{'.mkv' if target.suffix == '.gif' else target.suffix}"
+        in_the_way = {partial, f"{target.name}.partial.jsonl"}
+        names = {f"a{mark}{ending}" for mark in MARKS for ending in (target.suffix, ".mkv")}
+        names |= {f"{target.name}{mark}" for mark in APPENDED} - in_the_way
+        names = names - in_the_way | set(chance.sample(sorted(in_the_way), chance.choice([0, 0, 1, 2])))
+        for name in names:
+            (place / name).write_bytes(film.read_bytes() if chance.random() < 0.5 else name.encode())
+        failure, code = _changes(film, place, target, is_refused=bool(names & in_the_way), chance=chance)
+        wrong += bool(failure)
+        print(f"{number} {target.name} {sorted(names & in_the_way)}: exit code {code} {failure}", flush=True)
+        shutil.rmtree(place)
+    if count:
+        print(f"{count - wrong} of {count} runs among files of others are right")
+    return wrong
+
+
+def _changes(
+    film: Path, place: Path, target: Path, is_refused: bool, chance: random.Random
+) -> tuple[str, int]:
+    """What a run, killed and continued in a third of the cases, has done wrong, and its exit code."""
+    source = chance.choice([film, *(path for path in place.iterdir() if path.stat().st_size > 1000)])
+    options = ["--style", "plain", "--size", "320x180", *["-y"] * (chance.random() < 0.5)]
+    before = {path.name: path.read_bytes() for path in place.iterdir()}
+    is_resumable = target.suffix in (".mp4", ".mov", ".mkv")
+    if is_resumable and chance.random() < 1 / 3:
+        Run(source, target, *options).kill(0, chance.uniform(0, 0.5))
+        options = [*options, "--resume"]
+    code = Run(source, target, *options).end()
+    after = {path.name: path.read_bytes() for path in place.iterdir() if path.suffix != ".txt"}
+    made = after.pop(target.name, None)
+    if after != before:
+        return (
+            f"CHANGED {[name for name in {**before, **after} if before.get(name) != after.get(name)]}",
+            code,
+        )
+    return (
+        "" if (code, made is None) == ((2, True) if is_refused else (0, False)) else "NOT AS EXPECTED"
+    ), code
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ def test_31_and_32_a_signal_closes_the_film(long_clip: Path, tmp_path: Path, num
     _, said = process.communicate(timeout=LONG)
     assert process.returncode == exit_code, said
     partial = tmp_path / "out.partial.mp4"
-    assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.json", partial.name]
+    assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.jsonl", partial.name]
     told = [event["text"] for event in messages(said.splitlines())]
     assert len(told) == 1 and str(partial) in told[0]
     # Far from all: it did not go on.
@@ -112,12 +112,13 @@ def kill(times: int, *options: str) -> None:
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
-def test_33_the_next_run_tells_of_the_leftover(program: Program):
+def test_33_a_file_that_is_no_leftover_is_refused(program: Program):
     clip = make_clip(program.folder / "clip.mp4", frames=3)
-    (program.folder / "out.partial.mp4").write_bytes(b"left over")
-    outcome = program(clip)
-    assert outcome.exit_code == 0 and "left over" in outcome.said
-    assert outcome.left == ["out.mp4"]
+    (program.folder / "out.partial.mp4").write_bytes(b"mine")
+    for options in ([], ["-y"]):
+        outcome = program(clip, "out.mp4", *options)
+        assert outcome.exit_code == 2 and "rename or remove it" in outcome.said
+        assert outcome.left == ["out.partial.mp4"]
 
 
 def test_34_standard_output_closed_early(long_clip: Path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 import subprocess
 import sys
 from pathlib import Path
@@ -12,11 +13,21 @@ from media import make_clip, read_all
 
 from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.read.reader import open_reader
-from vidstyle.media.write import atomic as partial
-from vidstyle.media.write import file_lock
+from vidstyle.media.write import atomic, temporary_files
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.film_writer import frames_in
+from vidstyle.media.write.run_record import RunRecord
 from vidstyle.media.write.writer import WriteOptions, open_writer
+from vidstyle.pipeline.render import render
+
+
+def snapshot(folder: Path) -> dict[str, bytes]:
+    """The content of every file in a folder; the targets of its links."""
+    return {
+        path.name: os.fsencode(os.readlink(path)) if path.is_symlink() else path.read_bytes()
+        for path in folder.iterdir()
+        if not path.is_dir()
+    }
 
 
 def test_it_gets_its_name_only_when_it_is_whole(tmp_path):
@@ -64,17 +75,81 @@ def test_a_leftover_that_is_the_input_is_not_replaced(tmp_path):
     assert leftover.read_text() == "film"
 
 
-def test_a_leftover_is_told_of_and_replaced(tmp_path, caplog):
-    (tmp_path / "a.partial.mp4").write_text("old")
-    file = PartialFile(tmp_path / "a.mp4", None, False)
-    assert "left over from an earlier run" in caplog.text and file.path.read_text() == ""
-
-
-def test_a_leftover_that_is_a_link_is_not_written_through(tmp_path):
+@pytest.mark.parametrize("overwrite", [False, True])
+@pytest.mark.parametrize("kind", ["film", "empty", "link", "folder", "film of an unfinished run"])
+def test_a_file_of_the_partial_files_name_is_never_touched(tmp_path, kind, overwrite):
     (tmp_path / "precious").write_text("mine")
-    (tmp_path / "a.partial.mp4").symlink_to(tmp_path / "precious")
-    PartialFile(tmp_path / "a.mp4", None, False).path.write_text("film")
-    assert (tmp_path / "precious").read_text() == "mine"
+    path = tmp_path / "a.partial.mp4"
+    if kind == "link":
+        path.symlink_to(tmp_path / "precious")
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        path.write_text("" if kind == "empty" else "mine")
+    clip = make_clip(tmp_path / "clip.mp4", frames=3)
+    if kind == "film of an unfinished run":
+        RunRecord(tmp_path / "a.mp4").release()
+    before = snapshot(tmp_path)
+    with open_reader(clip) as reader, pytest.raises(UsageError, match=r"a.partial.mp4.*rename or remove it"):
+        open_writer(tmp_path / "a.mp4", reader.info, WriteOptions(overwrite=overwrite), reader)
+    assert snapshot(tmp_path) == before
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mkv", ".avi", ".gif", ".png"])
+def test_neighbours_with_every_name_that_the_program_uses_stay(tmp_path, monkeypatch, ending):
+    clip = make_clip(tmp_path / "clip.mp4", frames=20)
+    tokens = [f"{number:016x}" for number in range(4)]
+    drawn = iter([*tokens, *"free"])
+    monkeypatch.setattr(secrets, "token_hex", lambda _: next(drawn))
+    random = [f"a.vidstyle-{token}{ending}" for token in tokens]
+    random += [f"a{ending}.partial.vidstyle-{token}.jsonl" for token in tokens]
+    for name in [*random, f"a.partial.2{ending}", f"a{ending}.partial", f"a{ending}.partial.json", "a.lock"]:
+        (tmp_path / name).write_text(name)
+    before = snapshot(tmp_path)
+    render(clip, tmp_path / f"a{ending}", "plain", frames=1 if ending == ".png" else 20)
+    after = snapshot(tmp_path)
+    assert after.pop(f"a{ending}") and after == before
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mov"])
+def test_an_input_whose_name_was_that_of_a_temporary_file_stays(tmp_path, ending):
+    source = make_clip(tmp_path / f"a.partial.2{ending}", frames=3)
+    content = source.read_bytes()
+    render(source, tmp_path / f"a{ending}", "plain")
+    assert source.read_bytes() == content and sorted(os.listdir(tmp_path)) == [f"a{ending}", source.name]
+
+
+@pytest.mark.parametrize("content", ["", "{}", '{"unfinished output of vidstyle": "b.mp4"}', "[[[" * 100000])
+def test_a_file_that_is_no_record_of_this_output_is_never_touched(tmp_path, content):
+    path = tmp_path / "a.mp4.partial.jsonl"
+    path.write_text(content)
+    with pytest.raises(UsageError, match="a.mp4.partial.jsonl exists and is not.*rename or remove it"):
+        PartialFile(tmp_path / "a.mp4", None, True)
+    assert snapshot(tmp_path) == {path.name: content.encode()}
+
+
+def test_the_next_run_removes_the_temporary_files_of_a_killed_one_and_no_other(tmp_path):
+    record = RunRecord(tmp_path / "a.mp4")
+    temporary, _ = record.create_temporary(tmp_path / "a.mp4")
+    (tmp_path / "folder").mkdir()
+    mine = [tmp_path / name for name in ("b.mp4", "folder/a.vidstyle-0123456789abcdef.mp4")]
+    for path in mine:
+        path.write_text("mine")
+        record.append(temporary=str(path.relative_to(tmp_path)))
+    record.release()
+    assert temporary.exists()
+    RunRecord(tmp_path / "a.mp4").remove()
+    assert sorted(os.listdir(tmp_path)) == ["b.mp4", "folder"] and all(path.exists() for path in mine)
+
+
+def test_a_record_is_not_removed_twice(tmp_path):
+    """Its number may be that of another run's record by then."""
+    first = RunRecord(tmp_path / "a.mp4")
+    first.remove()
+    second = RunRecord(tmp_path / "a.mp4")
+    first._lock.identity = second._lock.identity
+    first.remove()
+    assert second.path.exists()
 
 
 @pytest.mark.parametrize("length", [251, 240])
@@ -83,7 +158,8 @@ def test_the_longest_names_have_room(tmp_path, length):
     file = PartialFile(target, None, False)
     assert len(os.fsencode(file.path.name)) <= 255 and file.path.name.endswith(".partial.mp4")
     file.rewrite(lambda source, other: other.write_bytes(b"new") == 3)
-    assert file.path.read_bytes() == b"new" and len(list(tmp_path.iterdir())) == 1
+    assert file.path.read_bytes() == b"new"
+    assert sorted(tmp_path.iterdir()) == sorted([file.path, file.record.path])
 
 
 def test_a_rewrite_that_fails_leaves_the_file_as_it_was(tmp_path):
@@ -96,7 +172,8 @@ def test_a_rewrite_that_fails_leaves_the_file_as_it_was(tmp_path):
 
     with pytest.raises(OSError, match="space"):
         file.rewrite(fail)
-    assert file.path.read_text() == "film" and len(list(tmp_path.iterdir())) == 1
+    assert file.path.read_text() == "film"
+    assert sorted(tmp_path.iterdir()) == sorted([file.path, file.record.path])
 
 
 def test_a_missing_folder_a_folder_and_a_circle_of_links(tmp_path):
@@ -112,13 +189,13 @@ def test_a_missing_folder_a_folder_and_a_circle_of_links(tmp_path):
 
 def test_a_nearly_full_disk_stops_the_film_while_it_can_be_closed(tmp_path, monkeypatch):
     clip = make_clip(tmp_path / "clip.mp4", frames=90)
-    monkeypatch.setattr(partial, "POLL_SECONDS", 0)
+    monkeypatch.setattr(atomic, "POLL_SECONDS", 0)
     with open_reader(clip) as reader:
         writer = open_writer(tmp_path / "out.mp4", reader.info, WriteOptions(), reader)
         with pytest.raises(OutputError, match=r"MB are left.*the first \d+ frames are safe in .*out.partial"):
             for item in reader:
                 if writer.frames == 60:
-                    monkeypatch.setattr(partial, "MIN_FREE", 2**60)
+                    monkeypatch.setattr(atomic, "MIN_FREE", 2**60)
                 writer.write(item)
         left = writer.abandon()
     assert left == tmp_path / "out.partial.mp4" and len(read_all(left)) == frames_in(left) > 30
@@ -156,7 +233,7 @@ def test_a_folder_without_locks_is_written_to_all_the_same(tmp_path, monkeypatch
     def flock(*_: object) -> None:
         raise OSError(37, "No locks available")
 
-    monkeypatch.setattr(file_lock.fcntl, "flock", flock)
+    monkeypatch.setattr(temporary_files.fcntl, "flock", flock)
     first, second = (PartialFile(tmp_path / "a.mp4", None, False) for _ in range(2))
     os.replace(tmp_path / "a.partial.mp4", tmp_path / "away.mp4")
     third = PartialFile(tmp_path / "a.mp4", None, False)
@@ -200,7 +277,7 @@ def test_a_film_whose_target_appears_is_kept_whole(tmp_path):
 @pytest.mark.parametrize("replaced", [False, True])
 def test_a_partial_file_that_is_taken_away_is_noticed_at_once(tmp_path, monkeypatch, replaced):
     clip = make_clip(tmp_path / "clip.mp4", frames=60)
-    monkeypatch.setattr(partial, "POLL_SECONDS", 0)
+    monkeypatch.setattr(atomic, "POLL_SECONDS", 0)
     with open_reader(clip) as reader:
         writer = open_writer(tmp_path / "out.mp4", reader.info, WriteOptions(), reader)
         for item in reader:
@@ -222,7 +299,6 @@ def test_a_sequence_is_written_by_one_run_only(tmp_path):
     with open_reader(clip) as reader:
         for _ in range(2):
             writer = open_writer(tmp_path / "%02d.png", reader.info, WriteOptions(), reader)
-            (tmp_path / "01.partial.png").unlink()  # as in the moment between two pictures
             with pytest.raises(UsageError, match=f"process {os.getpid()} is writing it"):
                 open_writer(tmp_path / "%02d.png", reader.info, WriteOptions(overwrite=True), reader)
             writer.abandon()

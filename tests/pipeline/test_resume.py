@@ -18,11 +18,11 @@ from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
 from vidstyle.media.frame import Frame
-from vidstyle.media.write import atomic
-from vidstyle.media.write.earlier import frames_in
+from vidstyle.media.write import atomic, film_writer, run_record
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.media.write.images import PictureWriter
 from vidstyle.media.write.memory import write_film
+from vidstyle.media.write.resume_source import frames_in
 from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.render import render
@@ -115,7 +115,7 @@ def test_what_an_earlier_run_has_made_stays_until_there_is_more(
     interrupt(10, film, target, resume=True)
     interrupt(36, film, target, resume=True)
     assert partial.read_bytes() == content
-    assert sorted(os.listdir(tmp_path)) == ["out.mkv.partial.json", "out.partial.mkv"]
+    assert sorted(os.listdir(tmp_path)) == ["out.mkv.partial.jsonl", "out.partial.mkv"]
     monkeypatch.setattr(atomic, "POLL_SECONDS", 0)
     held = []
 
@@ -171,10 +171,12 @@ def test_another_job_is_refused_and_the_difference_named(
     film, tmp_path, interrupt: Interrupt, changed, named
 ):
     interrupt(50, film, tmp_path / "out.mp4")
-    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    left = tmp_path / "out.partial.mp4"
+    content = left.read_bytes()
     with pytest.raises(UsageError, match=f"out.partial.mp4 was begun with {named}"):
         render(film, tmp_path / "out.mp4", **{"style": "plain", "resume": True} | changed)
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert left.read_bytes() == content
+    assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.jsonl", left.name]
 
 
 def test_another_source_or_a_lost_record_is_refused(film, tmp_path, interrupt: Interrupt):
@@ -183,10 +185,121 @@ def test_another_source_or_a_lost_record_is_refused(film, tmp_path, interrupt: I
     os.utime(source, ns=(0, 0))
     with pytest.raises(UsageError, match="another source; use the same"):
         render(source, tmp_path / "out.mp4", "plain", resume=True)
-    (tmp_path / "out.mp4.partial.json").unlink()
-    with pytest.raises(UsageError, match="out.mp4.partial.json is missing or damaged; -y"):
+    (tmp_path / "out.mp4.partial.jsonl").unlink()
+    with pytest.raises(UsageError, match="out.partial.mp4 exists and is not an unfinished output"):
         render(source, tmp_path / "out.mp4", "plain", resume=True)
     assert frames_in(tmp_path / "out.partial.mp4") == 30
+
+
+def foreign_film(film: Path, left: Path, whole: Path) -> None:
+    """Another film of the same size, codec and options."""
+    render(film, whole.with_name(f"foreign{left.suffix}"), "ink")
+    whole.with_name(f"foreign{left.suffix}").replace(left)
+
+
+def cut_off(film: Path, left: Path, whole: Path) -> None:
+    """The file ends amid its last pictures."""
+    os.truncate(left, left.stat().st_size - 20000)
+
+
+def later_byte(film: Path, left: Path, whole: Path) -> None:
+    """A byte of a picture after the first group is another."""
+    content = bytearray(left.read_bytes())
+    content[len(content) * 2 // 3] ^= 1
+    left.write_bytes(content)
+
+
+def other_byte(film: Path, left: Path, whole: Path) -> None:
+    """A byte amid the first pictures is another."""
+    content = bytearray(left.read_bytes())
+    content[3000] ^= 1
+    left.write_bytes(content)
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mkv", ".mov"])
+@pytest.mark.parametrize("change", [foreign_film, other_byte])
+@pytest.mark.parametrize("options", [{"resume": True}, {"write": WriteOptions(overwrite=True)}])
+def test_a_film_that_the_run_has_not_left_is_refused(
+    film, tmp_path, interrupt: Interrupt, ending, change, options
+):
+    target, left = tmp_path / f"out{ending}", tmp_path / f"out.partial{ending}"
+    interrupt(100, film, target)
+    change(film, left, target)
+    content = left.read_bytes()
+    with pytest.raises(
+        UsageError, match=r"out.partial.* exists and is not an unfinished output of this name"
+    ):
+        render(film, target, "plain", **options)
+    assert left.read_bytes() == content and not target.exists()
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mov"])
+def test_a_whole_film_that_has_not_got_its_name_is_continued(film, tmp_path, monkeypatch, ending):
+    """Its index is first already, so that it no longer has the bytes that were written to it."""
+
+    def kill(file: atomic.PartialFile) -> None:
+        file.release()
+        raise KeyboardInterrupt
+
+    target = tmp_path / f"out{ending}"
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.PartialFile, "finish", kill)
+        patch.setattr(FilmWriter, "abandon", lambda writer: writer.partial)
+        with pytest.raises(KeyboardInterrupt):
+            render(film, target, "plain")
+    assert frames_in(tmp_path / f"out.partial{ending}") == SHOTS * SHOT
+    summary = render(film, target, "plain", resume=True)
+    assert summary.kept == SHOT * (SHOTS - 1) and len(video(target)) == SHOTS * SHOT
+    assert os.listdir(tmp_path) == [target.name]
+
+
+def test_a_film_without_its_index_is_refused_unless_told_so(film, tmp_path, interrupt: Interrupt):
+    target, left = tmp_path / "out.mp4", tmp_path / "out.partial.mp4"
+    interrupt(100, film, target)
+    cut_off(film, left, target)
+    content = left.read_bytes()
+    with pytest.raises(UsageError, match=r"out.partial.mp4 cannot be continued, .*; -y starts anew"):
+        render(film, target, "plain", resume=True)
+    assert left.read_bytes() == content
+    render(film, target, "plain", frames=5, write=WriteOptions(overwrite=True))
+    assert os.listdir(tmp_path) == [target.name]
+
+
+@pytest.mark.parametrize("change", [cut_off, later_byte])
+def test_a_damaged_film_is_continued_before_the_damage(
+    film, tmp_path, interrupt: Interrupt, monkeypatch, change
+):
+    monkeypatch.setattr(run_record, "CHECKPOINT_SECONDS", 0)
+    whole, target, left = (tmp_path / f"{name}.mkv" for name in ("whole", "out", "out.partial"))
+    render(film, whole, "plain")
+    interrupt(100, film, target)
+    change(film, left, target)
+    summary = render(film, target, "plain", resume=True)
+    assert 0 < summary.kept < 90 and summary.frames == SHOTS * SHOT
+    before, after = shown(whole), shown(target)
+    assert [time for time, _ in after] == [time for time, _ in before]
+    for (_, one), (_, other) in zip(before[: summary.kept], after, strict=False):
+        assert np.array_equal(one, other)
+    for (_, one), (_, other) in zip(before, after, strict=True):
+        assert np.abs(one - other.astype(int)).mean() < 2
+    assert sorted(os.listdir(tmp_path)) == sorted([whole.name, target.name])
+
+
+def test_another_header_is_refused(film, tmp_path, interrupt: Interrupt, monkeypatch):
+    interrupt(50, film, tmp_path / "out.mkv")
+    monkeypatch.setattr(film_writer, "video_format", lambda _: ("h264", 640, 360))
+    with pytest.raises(UsageError, match="out.partial.mkv exists and is not an unfinished output"):
+        render(film, tmp_path / "out.mkv", "plain", resume=True)
+
+
+def test_pictures_of_others_are_not_counted(film, tmp_path, interrupt: Interrupt):
+    target = tmp_path / "%03d.png"
+    interrupt(12, film, target, frames=20)
+    (tmp_path / "007.png").write_bytes(b"mine")
+    (tmp_path / "013.png").write_bytes(b"mine")
+    with pytest.raises(UsageError, match="007.png exists already"):
+        render(film, target, "plain", frames=20, resume=True)
+    assert (tmp_path / "007.png").read_bytes() == (tmp_path / "013.png").read_bytes() == b"mine"
 
 
 def test_numbered_pictures_are_continued(film, tmp_path, interrupt: Interrupt):

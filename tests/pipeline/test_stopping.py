@@ -12,7 +12,7 @@ from media import make_clip, make_picture
 from waiting import LONG
 
 from vidstyle import cli
-from vidstyle.media.write.atomic import PartialFile
+from vidstyle.media.write.atomic import OutputFile
 from vidstyle.pipeline.stopping import stop_on_signals
 
 
@@ -46,11 +46,11 @@ def test_a_command_that_is_stopped_says_so_and_leaves_nothing(
     before = sorted(os.listdir())
     left = []
 
-    def stop(_: PartialFile) -> None:
+    def stop(_: OutputFile) -> None:
         left.append(sorted(os.listdir()))
         os.kill(os.getpid(), number)
 
-    monkeypatch.setattr(PartialFile, "finish", stop)
+    monkeypatch.setattr(OutputFile, "finish", stop)
     assert cli.main(arguments) == exit_code
     assert left != [before] and sorted(os.listdir()) == before
     assert capfd.readouterr().err.splitlines()[-1] == "vidstyle: stopped"

@@ -151,7 +151,7 @@ def test_a_style_with_mistakes_is_not_written(path: Path) -> None:
 
 
 def test_a_folder_that_is_not_there_is_an_output_error(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match=r"x\.toml cannot be written: No such file"):
+    with pytest.raises(OutputError, match=r"x\.toml: its folder does not exist"):
         save_style(Style("new"), tmp_path / "none" / "x.toml")
 
 

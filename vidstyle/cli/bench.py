@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,6 @@ import click
 
 from vidstyle.cli.options import BLOCK, SIZE, STYLE, device_option, number, parents_option
 from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
     from vidstyle.bench import Timed
@@ -61,16 +59,18 @@ def bench(
     **options: Any,
 ) -> None:
     """Measure the speed of every block and style on this machine, beside the paper's figures."""
-    if output is not None and not overwrite and os.path.lexists(output):
-        raise UsageError(output, "exists already", "add -y to overwrite it, or choose another name")
-    text = _film(film, frames, as_json, **options) if film else _parts(sizes, bandwidth, as_json, **options)
+    from vidstyle.media.write.atomic import atomic_file
+
+    def measured() -> str:
+        return (
+            _film(film, frames, as_json, **options) if film else _parts(sizes, bandwidth, as_json, **options)
+        )
+
     if output is None:
-        click.echo(text, nl=False)
+        click.echo(measured(), nl=False)
         return
-    try:
-        output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(output, f"cannot be written ({error.strerror})", "choose another -o") from error
+    with atomic_file(output, film, overwrite) as write:
+        write(measured().encode())
 
 
 def _parts(sizes: tuple[tuple[int, int], ...], bandwidth: float | None, as_json: bool, **options: Any) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Any
 
 from vidstyle.core.regular_file import read_regular_file
 from vidstyle.core.user_cache import user_cache
-from vidstyle.errors import log
+from vidstyle.errors import UsageError, error_reason, log
+from vidstyle.media.write.atomic import atomic_file
 
 MAX_DRAFT = 1 << 20
 
@@ -53,13 +53,12 @@ class Drafts:
         """Replace the draft; where that fails, a notice says so."""
         when = datetime.now().astimezone().isoformat(timespec="seconds")
         content = json.dumps(asdict(Draft(table, text, str(file or ""), when)))
-        partial = self._path.with_name(f"{self._path.name}.{os.getpid()}")
         try:
             self._path.parent.mkdir(0o700, parents=True, exist_ok=True)
-            partial.write_text(content, encoding="utf-8")
-            os.replace(partial, self._path)
-        except OSError as error:
-            log.warning("the draft of the style cannot be kept: %s", error.strerror)
+            with atomic_file(self._path, overwrite=True) as write_file:
+                write_file(content.encode())
+        except (OSError, UsageError) as error:
+            log.warning("the draft of the style cannot be kept: %s", error_reason(error))
 
     def remove(self) -> None:
         """Remove the draft."""

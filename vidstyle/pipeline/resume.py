@@ -18,7 +18,7 @@ from vidstyle.errors import UsageError
 from vidstyle.media.codecs import ffmpeg_version
 from vidstyle.media.options import ReadOptions, WriteOptions
 from vidstyle.media.read.sequence import is_pattern, numbered_files
-from vidstyle.media.write.fingerprint import Fingerprint
+from vidstyle.media.write.run_record import Fingerprint
 from vidstyle.media.write.writer import is_resumable
 from vidstyle.style import Style, expand
 from vidstyle.style.values import asset_path

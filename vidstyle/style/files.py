@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import tomllib
 from pathlib import Path
 from typing import Any
 
 from vidstyle.core.regular_file import read_regular_file
-from vidstyle.errors import OutputError, StyleError
+from vidstyle.errors import StyleError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.locate import mended_word, with_lines
 from vidstyle.style.model import Style, table_from_style
@@ -72,6 +71,7 @@ def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
         StyleError: the style has mistakes, or the existing file is not a style.
         OutputError: the file cannot be written.
     """
+    from vidstyle.media.write.atomic import atomic_file
     from vidstyle.style.edit import edited_text, new_text
 
     path = Path(path)
@@ -81,13 +81,8 @@ def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
         text = edited_text(like, table, path)
     else:
         text = edited_text(_own_text(path, table), table, path) if path.exists() else new_text(table)
-    partial = path.resolve().with_name(f"{path.name}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="")
-        os.replace(partial, path.resolve())
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise OutputError(path, f"cannot be written: {error.strerror}") from None
+    with atomic_file(path, overwrite=True) as write:
+        write(text.encode())
 
 
 def _written_shortly(value: Any) -> Any:

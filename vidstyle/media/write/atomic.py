@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import shutil
 import stat
@@ -12,33 +11,27 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vidstyle.errors import OutputError, UsageError, log, output_error
-from vidstyle.media.write.file_lock import FileLock, lock_file
+from vidstyle.media.write.run_record import RunRecord, unknown_file
+from vidstyle.media.write.temporary_files import FileIdentity, create_file, partial_path, rename_to_new
 
 MIN_FREE = 200 * 2**20
 """Bytes left free on the disk at which writing stops, so that the file can still be closed."""
 POLL_SECONDS = 1.0
-MAX_NAME = 255
-"""Bytes in a file name (NAME_MAX)."""
 
 
-class PartialFile:
-    """`name.partial.mp4` beside `name.mp4`: renamed to it at success, kept or removed at failure.
+class OutputFile:
+    """A new file with a random name next to its target: renamed to it at success, else removed.
 
-    It is locked as long as the run that writes it lasts, so that no other takes it for a leftover.
+    The record of the run is locked as long as the run lasts, so that no other writes the same target.
 
     Attributes:
         target: where the finished file goes; a symbolic link to a file is followed.
         path: where it is written meanwhile.
-        is_left: whether an earlier run has left `path`; `start_anew` or `continue_beside` is due then.
+        record: of the run.
     """
 
     def __init__(
-        self,
-        target: Path,
-        source: str | Path | None,
-        overwrite: bool,
-        ending: str | None = None,
-        keep: bool = False,
+        self, target: Path, source: str | Path | None, overwrite: bool, record: RunRecord | None = None
     ) -> None:
         """Check all that can be checked before anything is written.
 
@@ -46,56 +39,33 @@ class PartialFile:
             target: the file wanted.
             source: the input, which is never written to, whatever name or link leads there.
             overwrite: whether `target` may exist.
-            ending: of the partial file's name, if it is of another kind.
-            keep: whether to leave what an earlier run has left in place; otherwise it is replaced.
+            record: of a run that writes several files; None: this file has one of its own.
 
         Raises:
             UsageError: the target is the input, exists, is no file, or is being written by another run.
             OutputError: its folder is missing or cannot be written to.
         """
         self.target = real_path(target)
-        self.path = partial_path(self.target, ending)
-        self._overwrite = overwrite
+        self._overwrite, self._source = overwrite, source
         _refuse_source(self.target, source)
-        _refuse_source(self.path, source)
         if self.target.is_dir():
             raise UsageError(target, "is a folder", "name a file")
         self._refuse_existing(target)
         self._checked = 0.0
-        self._lock = lock_file(self.path, target)
-        self._earlier: tuple[Path, FileLock] | None = None
-        self.is_left = not self._lock.is_empty
+        self._has_own_record = record is None
+        self.record = record or RunRecord(self.target)
         try:
-            self._refuse_existing(target)  # the run that had the lock may have ended just now
+            self._refuse_existing(target)  # the run that had the record may have ended just now
+            self.path, self._identity = self._create()
+        except OSError as error:
+            self._end_record(self.record.give_back)
+            raise error if isinstance(error, OutputError) else output_error(target, error) from error
         except UsageError:
-            self.release() if self.is_left else self.remove()
+            self._end_record(self.record.give_back)
             raise
-        if self.is_left and not keep:
-            self.start_anew()
 
-    def start_anew(self) -> None:
-        """Put an empty file in place of what an earlier run has left."""
-        log.warning("%s: left over from an earlier run; it is replaced", self.path)
-        self.path.unlink()
-        self._beside.unlink(missing_ok=True)
-        self.release()
-        self._lock, self.is_left = lock_file(self.path, self.target), False
-
-    def continue_beside(self) -> None:
-        """Go on in an empty file beside what an earlier run has left, which stays until `take_over`."""
-        self._earlier = self.path, self._lock
-        self.path = self._beside
-        self.path.unlink(missing_ok=True)
-        self._lock, self.is_left = lock_file(self.path, self.target), False
-
-    def take_over(self) -> None:
-        """Put the file in place of what an earlier run has left."""
-        if self._earlier is not None:
-            self._check_owned()
-            path, lock = self._earlier
-            os.replace(self.path, path)
-            self.path, self._earlier = path, None
-            lock.release()
+    def _create(self) -> tuple[Path, FileIdentity]:
+        return self.record.create_temporary(self.target)
 
     def check(self) -> bool:
         """Whether it has looked, as it does once a second, if the file is there and the disk has room.
@@ -111,37 +81,10 @@ class PartialFile:
             raise OutputError(self.target, f"less than {MIN_FREE // 2**20} MB are left on the disk")
         return True
 
-    def rewrite(self, convert: Callable[[Path, Path], bool]) -> None:
-        """Put in place of the file what `convert` makes of it, from path to path, if it returns True.
-
-        Raises:
-            OSError: it cannot be written; the file is as it was.
-        """
-        self.take_over()
-        other = self._beside
-        lock = lock_file(other, self.target)
-        try:
-            if convert(self.path, other):
-                self._check_owned()
-                os.replace(other, self.path)
-                self._lock, lock = lock, self._lock
-        finally:
-            lock.release()
-            other.unlink(missing_ok=True)
-
-    @property
-    def _beside(self) -> Path:
-        return partial_path(self.target, mark=".partial.2")
-
-    @property
-    def earlier(self) -> Path | None:
-        """What an earlier run has left, while this one goes on beside it."""
-        return self._earlier and self._earlier[0]
-
     @property
     def exists(self) -> bool:
-        """Whether what was written is still there, and no file of somebody else's."""
-        return self._lock.is_at(self.path)
+        """Whether the file is still there, and no file of somebody else's."""
+        return self._identity.is_at(self.path)
 
     @property
     def free_bytes(self) -> int:
@@ -155,25 +98,22 @@ class PartialFile:
             OutputError: the target has appeared, and is not to be overwritten; or the file is gone.
             OSError: it cannot be renamed.
         """
-        self.take_over()
         self._check_owned()
         try:
-            (os.replace if self._overwrite else _rename_to_new)(self.path, self.target)
+            (os.replace if self._overwrite else rename_to_new)(self.path, self.target)
         except FileExistsError:
             raise OutputError(self.target, "has appeared meanwhile, and is not overwritten") from None
-        self.release()
-
-    def release(self) -> None:
-        """Leave the file to others, as it is."""
-        self._lock.release()
-        if self._earlier is not None:
-            self._earlier[1].release()
+        self._end_record(self.record.remove)
 
     def remove(self) -> None:
         """Delete the file."""
         if self.exists:
             self.path.unlink(missing_ok=True)
-        self.release()
+        self._end_record(self.record.remove)
+
+    def _end_record(self, end: Callable[[], None]) -> None:
+        if self._has_own_record:
+            end()
 
     def _refuse_existing(self, target: Path) -> None:
         if os.path.lexists(target) and not self._overwrite:
@@ -184,18 +124,116 @@ class PartialFile:
             raise OutputError(self.target, f"{self.path.name} was removed or replaced while it was written")
 
 
-def _rename_to_new(path: Path, target: Path) -> None:
-    """Rename a file to a name that nothing has; raises FileExistsError otherwise."""
-    try:
-        os.link(path, target)
-    except FileExistsError:
-        raise
-    except OSError:  # a disk without hard links
-        if os.path.lexists(target):
-            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target)) from None
-        path.rename(target)
-    else:
-        path.unlink()
+class PartialFile(OutputFile):
+    """`name.partial.mp4` beside `name.mp4`: renamed to it at success, kept or removed at failure.
+
+    Attributes:
+        is_left: whether an earlier run has left `path`; `start_anew` or `continue_beside` is due then.
+    """
+
+    def __init__(
+        self, target: Path, source: str | Path | None, overwrite: bool, ending: str | None = None
+    ) -> None:
+        """See OutputFile; `ending`: of the partial file's name, if it is of another kind.
+
+        Raises:
+            UsageError: there is a file of the partial file's name that no run is known to have left.
+        """
+        self._ending = ending
+        self._earlier: tuple[Path, FileIdentity] | None = None
+        self.is_left = False
+        super().__init__(target, source, overwrite)
+
+    def _create(self) -> tuple[Path, FileIdentity]:
+        path = partial_path(self.target, self._ending)
+        _refuse_source(path, self._source)
+        try:
+            return path, create_file(path)
+        except FileExistsError:
+            status = os.lstat(path)
+        if not self.record.is_left or not stat.S_ISREG(status.st_mode):
+            raise unknown_file(path)
+        self.is_left = True
+        return path, FileIdentity.of(status)
+
+    def start_anew(self) -> None:
+        """Put an empty file in place of what an earlier run has left."""
+        log.warning("%s: left over from an earlier run; it is replaced", self.path)
+        self._check_owned()
+        self.path.unlink()
+        self._identity, self.is_left = create_file(self.path), False
+
+    def continue_beside(self) -> None:
+        """Go on in an empty file beside what an earlier run has left, which stays until `take_over`."""
+        self._earlier = self.path, self._identity
+        self.path, self._identity = self.record.create_temporary(self.target)
+        self.is_left = False
+
+    def take_over(self) -> None:
+        """Put the file in place of what an earlier run has left.
+
+        Raises:
+            OutputError: there is another file there now.
+        """
+        if self._earlier is None:
+            return
+        self._check_owned()
+        path, identity = self._earlier
+        try:
+            (os.replace if identity.is_at(path) else rename_to_new)(self.path, path)
+        except FileExistsError:
+            raise OutputError(self.target, f"{path.name} was replaced while it was continued") from None
+        self.path, self._earlier = path, None
+
+    def rewrite(self, convert: Callable[[Path, Path], bool]) -> None:
+        """Put in place of the file what `convert` makes of it, from path to path, if it returns True.
+
+        Raises:
+            OSError: it cannot be written; the file is as it was.
+        """
+        self.take_over()
+        other, identity = self.record.create_temporary(self.target)
+        try:
+            if convert(self.path, other):
+                self._check_owned()
+                self.record.add_written(other, self.path.name)
+                os.replace(other, self.path)
+                self._identity = identity
+        finally:
+            if identity.is_at(other):
+                other.unlink()
+
+    @property
+    def earlier(self) -> Path | None:
+        """What an earlier run has left, while this one goes on beside it."""
+        return self._earlier and self._earlier[0]
+
+    def finish(self) -> None:
+        """See OutputFile."""
+        self.take_over()
+        super().finish()
+
+    def release(self) -> None:
+        """Leave what an earlier run has left, and the record, as they are."""
+        self.record.release()
+
+    def keep(self) -> Path:
+        """Leave the file to a later run; returns where it is, which is elsewhere if its name is taken."""
+        try:
+            self.take_over()
+        except OSError:
+            self.record.remove()  # with it, the next run would remove the file
+        self.record.release()
+        return self.path
+
+    def remove(self) -> None:
+        """Delete the file; what an earlier run has left stays."""
+        if self._earlier is None:
+            super().remove()
+            return
+        if self.exists:
+            self.path.unlink(missing_ok=True)
+        self.release()
 
 
 def check_folder(target: Path) -> None:
@@ -232,18 +270,6 @@ def _refuse_source(path: Path, source: str | Path | None) -> None:
         raise UsageError(path, "is the input itself, and would be overwritten", "choose another output name")
 
 
-def partial_path(target: Path, ending: str | None = None, mark: str = ".partial") -> Path:
-    """The path with a mark before its ending, which may be another; cut where it would become too long.
-
-    >>> partial_path(Path("a.mp4")).name
-    'a.partial.mp4'
-    """
-    stem, suffix = os.path.splitext(target.name)
-    suffix = mark + (suffix if ending is None else ending)
-    stem = os.fsencode(stem)[: MAX_NAME - len(os.fsencode(suffix))].decode("utf-8", "ignore")
-    return target.with_name(stem + suffix)
-
-
 @contextmanager
 def atomic_file(
     target: Path, source: str | Path | None = None, overwrite: bool = False
@@ -258,7 +284,7 @@ def atomic_file(
     """
     if not is_regular_file(target):
         raise UsageError(target, "is a device or a pipe", "name a file")
-    file = PartialFile(target, source, overwrite)
+    file = OutputFile(target, source, overwrite)
 
     def write(content: bytes) -> None:
         try:

@@ -15,7 +15,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.containers import ContainerKind
-from vidstyle.media.write.fingerprint import Fingerprint
+from vidstyle.media.write.run_record import Fingerprint
 from vidstyle.media.write.video_plan import plan_video
 
 

@@ -16,11 +16,11 @@ from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.write.atomic import PartialFile, is_regular_file
 from vidstyle.media.write.base import StandardOutput, Writer, write_error
-from vidstyle.media.write.earlier import EarlierFilm, frames_in
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
-from vidstyle.media.write.fingerprint import earlier_run, record_path
 from vidstyle.media.write.interleaver import MAX_QUEUED_BYTES, OUTPUT_ERRORS, Interleaver
+from vidstyle.media.write.resume_source import ResumeSource, frames_in, video_format
+from vidstyle.media.write.run_record import START_ANEW, Checkpoints, Fingerprint, earlier_run, unknown_file
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, portable_tags
 
 WAIT_SECONDS = Fraction(1)
@@ -45,7 +45,8 @@ class FilmWriter(Writer):
         if piped and not kind.piped:
             raise UsageError(self.name, f"{kind.endings[0]} cannot be written to a pipe", "use nut or mkv")
         self._closed = self._whole = False
-        self._earlier: EarlierFilm | None = None
+        self._earlier: ResumeSource | None = None
+        self._checkpoints: Checkpoints | None = None
         self._file = None if piped else self._open_file()
         self.partial = (self._file.earlier or self._file.path) if self._file else None
         try:
@@ -56,40 +57,62 @@ class FilmWriter(Writer):
             raise
 
     def _open_file(self) -> PartialFile:
-        """The partial file; what an earlier run has left is continued, kept or replaced."""
-        overwrite = self._options.overwrite
-        file = PartialFile(self.target, self._source_path, overwrite, self.partial_ending, keep=True)
-        self._record = record_path(file.target)
-        if not file.is_left:
-            return file
-        earlier = EarlierFilm(file.path)
+        file = PartialFile(self.target, self._source_path, self._options.overwrite, self.partial_ending)
+        if file.is_left:
+            try:
+                self._use_leftover(file)
+            except BaseException:
+                file.release()
+                raise
+        return file
+
+    def _use_leftover(self, file: PartialFile) -> None:
+        """Continue, keep or replace what an earlier run has left; refuse any other file."""
+        verified = file.record.verified_bytes(file.path)
+        earlier = ResumeSource(file.path, verified or 0)
+        is_known = verified is not None and (verified or not earlier.stored)
+        if not is_known and file.path.stat().st_size:
+            raise unknown_file(file.path)
         if earlier.stored and self._fingerprint and self._fingerprint.resume:
             self._earlier, self._look_at = earlier, earlier.stored
             file.continue_beside()
-        elif overwrite or not earlier.stored:
+        elif self._options.overwrite or not (earlier.stored or verified):
             file.start_anew()
-            self._record.unlink(missing_ok=True)
+        elif earlier.stored:
+            raise earlier_run(file.path, f"the first {earlier.seconds:.1f} s", file.record)
         else:
-            file.release()
-            raise earlier_run(file.path, f"the first {earlier.seconds:.1f} s", self._record)
-        return file
+            raise UsageError(file.path, "cannot be continued, since it cannot be read", START_ANEW)
 
     def _continue(self) -> None:
         """Take over the earlier run's pictures if its fingerprint is the same; else store this run's own."""
-        if self._file is None or self._fingerprint is None:
+        if self._file is None:
             return
-        headers = bytes(self._video.stream.codec_context.extradata or b"")
-        digest = hashlib.sha256(headers).hexdigest()
-        fingerprint = replace(self._fingerprint, parts={**self._fingerprint.parts, "encoder headers": digest})
-        if self._earlier is None or self._file.earlier is None:
-            fingerprint.store(self._record)
-            return
-        fingerprint.check(self._record, self._file.earlier)
-        self._video.resume(self._earlier.packets(start_codes=headers[:1] != b"\x01"), self._earlier.tick)
-        self.kept = self._earlier.kept
+        if self._earlier is None or self._fingerprint is None:
+            self._file.record.begin(self._with_headers().parts if self._fingerprint else {})
+        else:
+            self._resume(self._earlier, self._file)
+        self._checkpoints = Checkpoints(self._file.record, self._file.path)
+
+    def _with_headers(self) -> Fingerprint:
+        """The fingerprint, with what the encoder makes of the options."""
+        assert self._fingerprint is not None
+        digest = hashlib.sha256(self._headers).hexdigest()
+        return replace(self._fingerprint, parts={**self._fingerprint.parts, "encoder headers": digest})
+
+    @property
+    def _headers(self) -> bytes:
+        return bytes(self._video.stream.codec_context.extradata or b"")
+
+    def _resume(self, earlier: ResumeSource, file: PartialFile) -> None:
+        assert file.earlier is not None
+        self._with_headers().check(file.record, file.earlier)
+        if earlier.format != video_format(self._video.stream):
+            raise unknown_file(file.earlier)
+        self._video.resume(earlier.packets(start_codes=self._headers[:1] != b"\x01"), earlier.tick)
+        self.kept = earlier.kept
         log.info(
             "%s is continued after %.1f s: %d of %d frames are kept",
-            *(self._file.earlier, self._earlier.kept_seconds, self.kept, self._earlier.stored),
+            *(file.earlier, earlier.kept_seconds, self.kept, earlier.stored),
         )
 
     def _open_streams(self) -> None:
@@ -163,6 +186,8 @@ class FilmWriter(Writer):
                     self._interleaver.push(packet)
             if not self._begun:
                 self._begin_when_all_have_come(item)
+            if self._checkpoints:
+                self._checkpoints.update()
             if self._file and self._file.check():
                 self._take_over(self._file)
         except (av.FFmpegError, OSError) as error:
@@ -219,9 +244,7 @@ class FilmWriter(Writer):
         if self._file is None or not self._file.exists or frames_in(self._file.path) < least:
             self._discard()
             return self.partial
-        self._file.take_over()
-        self._file.release()
-        return self._file.path
+        return self._file.keep()
 
     def _drain(self, seconds: float | None, end: Fraction | None) -> None:
         for packet in self._video.flush(seconds):
@@ -245,6 +268,9 @@ class FilmWriter(Writer):
                 raise
             self._interleaver.refused += 1
             log.warning("%s: its end was refused by the muxer: %s", self.name, error_reason(error))
+        finally:
+            if self._checkpoints:
+                self._checkpoints.close()
         if self._interleaver.refused and self._file and frames_in(self._file.path) < self.frames:
             raise OutputError(self.name, "pictures were refused by the muxer")
 
@@ -263,7 +289,6 @@ class FilmWriter(Writer):
             except OSError as error:
                 log.info("%s: its index stays at its end (%s)", self.name, error)
         file.finish()
-        self._record.unlink(missing_ok=True)
 
     def _failure(self, error: Exception) -> OutputError:
         """What to tell after writing has failed; the file is closed, so that what is in it is known."""
@@ -285,10 +310,10 @@ class FilmWriter(Writer):
     def _discard(self) -> None:
         self._closed = True
         self.partial = self._file.earlier if self._file else None
+        if self._checkpoints:
+            self._checkpoints.close()
         if self._file:
             self._file.remove()
-            if self.partial is None:
-                self._record.unlink(missing_ok=True)
 
     def _report(self) -> None:
         """Say what was not carried over as it was."""

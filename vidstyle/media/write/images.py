@@ -11,11 +11,10 @@ import av
 from vidstyle.errors import UsageError, log
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.sequence import is_pattern, is_wild, numbered_files
-from vidstyle.media.write.atomic import PartialFile
+from vidstyle.media.write.atomic import OutputFile
 from vidstyle.media.write.base import Writer, write_error
 from vidstyle.media.write.encoder import encoder_frame
-from vidstyle.media.write.file_lock import FileLock, lock_file
-from vidstyle.media.write.fingerprint import earlier_run, record_path
+from vidstyle.media.write.run_record import RunRecord, earlier_run, is_written
 
 NUMBER = re.compile(r"%(0?\d*)d")
 """Where the number goes in a pattern."""
@@ -41,16 +40,14 @@ class PictureWriter(Writer):
                 self.name, "is the input itself, and would be overwritten", "choose another name"
             )
         self._written: Path | None = None
-        self._file: PartialFile | None = None
-        self._record = record_path(self.target)
-        # Each picture is locked by itself; two runs would still write every other one.
-        self._lock = lock_file(self._record, self.target) if self._pattern else None
+        self._file: OutputFile | None = None
+        self._record = RunRecord(self.target) if self._pattern else None
         try:
-            if self._lock is not None:
-                self._continue(self._lock)
+            if self._record is not None:
+                self._continue(self._record)
             self._file = self._next_file()
         except BaseException:
-            self._unlock(keep=self._left > 0)
+            self._close(keep=self._left > 0)
             raise
         self.partial = self._file.path
 
@@ -67,28 +64,25 @@ class PictureWriter(Writer):
         targets = (numbered_path(str(self.target.absolute()), number + 1) for number in range(len(files)))
         return not set(files).isdisjoint(targets)
 
-    def _continue(self, lock: FileLock) -> None:
+    def _continue(self, record: RunRecord) -> None:
         """Find what an earlier run has written, and continue it, keep it or begin anew."""
-        if not lock.is_empty:
-            self._left = self._count_written()
+        self._left = self._count_written(record)
         if self._left and self._fingerprint and self._fingerprint.resume:
-            self._fingerprint.check(self._record, self.target)
+            self._fingerprint.check(record, self.target)
             # The last one is written again: after a power cut its content may be missing.
             self.kept = self._left - 1
             log.info("%s is continued: %d of %d pictures are kept", self.target, self.kept, self._left)
         elif self._left and not self._options.overwrite:
-            raise earlier_run(self.target, f"the first {self._left} pictures", self._record)
+            raise earlier_run(self.target, f"the first {self._left} pictures", record)
         else:
             self._left = 0
-            if self._fingerprint:
-                self._fingerprint.store(self._record)
+            record.begin(self._fingerprint.parts if self._fingerprint else {})
 
-    def _count_written(self) -> int:
-        """How many pictures, from the first on, have been written since the record was."""
-        begun = self._record.stat().st_mtime_ns
+    def _count_written(self, record: RunRecord) -> int:
+        """How many pictures, from the first on, are those that an earlier run has written."""
+        written = record.written()
         for number in itertools.count():
-            path = numbered_path(str(self.target), number + 1)
-            if not path.exists() or path.stat().st_mtime_ns < begun:
+            if not is_written(numbered_path(str(self.target), number + 1), written):
                 return number
         raise AssertionError
 
@@ -114,7 +108,9 @@ class PictureWriter(Writer):
             raise write_error(self.target, error, kept) from error
         self.frames += 1
 
-    def _finish_file(self, file: PartialFile) -> None:
+    def _finish_file(self, file: OutputFile) -> None:
+        if self._record is not None:
+            self._record.add_written(file.path, file.target.name)
         file.finish()
         self._written, self._file, self.partial = file.target, None, None
 
@@ -133,22 +129,15 @@ class PictureWriter(Writer):
         if self._file is not None:
             self._file.remove()
             self._file = self.partial = None
-        self._unlock(keep)
+        if self._record is not None:
+            self._record.release() if keep else self._record.remove()
 
-    def _unlock(self, keep: bool) -> None:
-        """Let others write the sequence; `keep`: whether it is to be continued."""
-        if self._lock is not None:
-            if not keep:
-                self._record.unlink(missing_ok=True)
-            self._lock.release()
-            self._lock = None
-
-    def _next_file(self) -> PartialFile:
+    def _next_file(self) -> OutputFile:
         """The file of the next frame; the first has the number 1."""
         number = max(self.frames, self.kept) + 1
         path = numbered_path(str(self.target), number) if self._pattern else self.target
         overwrite = self._options.overwrite or number <= self._left
-        return PartialFile(path, self._source_path, overwrite)
+        return OutputFile(path, self._source_path, overwrite, self._record)
 
     def _encoded(self, frame: Frame) -> bytes:
         context = av.CodecContext.create(self._plan.encoder, "w")

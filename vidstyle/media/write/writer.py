@@ -8,13 +8,14 @@ from pathlib import Path
 from vidstyle.errors import UsageError
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
-from vidstyle.media.write.atomic import is_regular_file, partial_path, real_path
+from vidstyle.media.write.atomic import is_regular_file, real_path
 from vidstyle.media.write.base import Writer
 from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.film_writer import FilmWriter
-from vidstyle.media.write.fingerprint import Fingerprint, record_path
 from vidstyle.media.write.gif import GifWriter
 from vidstyle.media.write.images import PictureWriter, is_numbered, numbered_path
+from vidstyle.media.write.run_record import Fingerprint, record_path
+from vidstyle.media.write.temporary_files import partial_path
 
 __all__ = ["WriteOptions", "Writer", "open_writer"]
 

@@ -1,7 +1,8 @@
-"""Reads the film that an interrupted run has left: what is in it, and its packets, to be used again."""
+"""Reads the unfinished film of an interrupted run, whose packets are used again."""
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,37 +15,43 @@ from vidstyle.errors import log
 
 READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
 """The demuxers of the formats that are written here and can be read back."""
+VideoFormat = tuple[str, int, int]
+"""Codec, and width and height in pixels."""
 LENGTH_PREFIXED = ("h264", "hevc")
 """Codecs whose units have their lengths before them in files, and start codes as they come from encoders."""
 
 
 @dataclass(frozen=True)
 class PacketTimes:
-    """The times of a stored picture, in the units of its stream."""
+    """The times of a stored picture, in the units of its stream, and where it ends in the file, in bytes."""
 
     pts: int
     dts: int | None
     key: bool
     duration: int
+    end: int
 
 
-class EarlierFilm:
+class ResumeSource:
     """The pictures of an unfinished film.
 
     Attributes:
         stored: how many there are.
         seconds, kept_seconds: how long they last, and how long the kept ones.
-        kept: how many are in complete groups of pictures: those before the last key frame.
+        kept: how many are in complete and verified groups of pictures: those before the last key frame.
         times: of the kept ones, in seconds, in the order in which they are shown.
         tick: the unit of the times, in seconds.
+        format: the codec and the width and height in pixels.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, verified_bytes: int) -> None:
+        """`verified_bytes`: how much of the file is known to be as it was written."""
         self._path = path
-        self.tick, stamps = _stamps(path)
+        self.format, self.tick, stamps = _stamps(path)
         self.stored = len(stamps)
         first = min((stamp.pts for stamp in stamps), default=0)
-        self.kept = _complete(stamps)
+        verified = itertools.takewhile(lambda stamp: stamp.end <= verified_bytes, stamps)
+        self.kept = _complete(list(verified))
         self.seconds, self.kept_seconds = (
             float((max((each.pts + each.duration for each in part), default=first) - first) * self.tick)
             for part in (stamps, stamps[: self.kept])
@@ -82,7 +89,7 @@ def frames_in(path: Path, whole: bool = True) -> int:
     Where it is not `whole`, frames are counted up to the time to which all have come: the last
     packets may need others that are lost.
     """
-    _, stamps = _stamps(path)
+    _, _, stamps = _stamps(path)
     times = [(stamp.pts, stamp.pts if stamp.dts is None else stamp.dts) for stamp in stamps]
     complete = max((decoded for _, decoded in times), default=0)
     return len(times) if whole else sum(shown <= complete for shown, _ in times)
@@ -98,18 +105,26 @@ def _whole_packets(container: av.container.InputContainer) -> Iterator[av.Packet
             yield packet
 
 
-def _stamps(path: Path) -> tuple[Fraction, list[PacketTimes]]:
-    """The unit of time in seconds, and the times of all packets of pictures, as far as they can be read."""
-    tick, stamps = Fraction(1), []
+def _stamps(path: Path) -> tuple[VideoFormat | None, Fraction, list[PacketTimes]]:
+    """Format, unit of time in seconds, and all packets of pictures, as far as they can be read."""
+    found, tick, stamps = None, Fraction(1), []
     try:
         with _opened(path) as container:
+            found = video_format(container.streams.video[0])
             for packet in _whole_packets(container):
                 assert packet.pts is not None and packet.time_base is not None
                 tick = packet.time_base
-                stamps.append(PacketTimes(packet.pts, packet.dts, packet.is_keyframe, packet.duration or 0))
+                times = packet.pts, packet.dts, packet.is_keyframe, packet.duration or 0
+                stamps.append(PacketTimes(*times, (packet.pos or 0) + packet.size))
     except (av.FFmpegError, OSError, IndexError) as error:
         log.debug("%s: %s", path, error)
-    return tick, stamps
+    return found, tick, stamps
+
+
+def video_format(stream: av.VideoStream) -> VideoFormat:
+    """What a film must have in common with the one that it continues."""
+    context = stream.codec_context
+    return context.codec.canonical_name, context.width, context.height
 
 
 def _complete(stamps: list[PacketTimes]) -> int:
