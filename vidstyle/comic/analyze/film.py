@@ -27,9 +27,9 @@ from vidstyle.comic.analyze.features import (
 )
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.select.choose import default_panels
-from vidstyle.core.bands import CORES
 from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
+from vidstyle.core.cores import available_cores
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError, log
 from vidstyle.media.read.decode_report import DecodeReport
@@ -58,8 +58,8 @@ _LEAST = 8
 """Candidates of a film that is shorter than that many gaps."""
 _FACE_GAP = 1.25
 """Seconds between candidates in which faces are looked for; those between have the faces of the nearest."""
-_AHEAD = 4 * CORES
-"""Pictures that wait to be measured at most."""
+_AHEAD = 4
+"""Pictures for each core that wait to be measured at most."""
 _EDGE = 0.1
 """Seconds around a cut in which no candidate lies: there compressed pictures are at their worst."""
 _REACH, _KEY_REACH = 0.3, 0.8
@@ -82,7 +82,7 @@ class Film(Closing):
         self.damage = DecodeReport()
         self._kept: dict[float, np.ndarray] = {}
         self._faces = faces
-        self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-comic")
+        self._pool = ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-comic")
 
     @abstractmethod
     def survey(self, on_step: OnStep = unwatched) -> Survey:
@@ -265,6 +265,7 @@ class _Measured:
         self._futures: list[Future[Candidate]] = []
         self._looked: list[bool] = []
         self._last = -_FACE_GAP
+        self._ahead = _AHEAD * available_cores()
 
     def append(self, time: float, measure: Callable[[bool], Future[Candidate]]) -> None:
         """The next candidate, which `measure` starts to measure, with its faces or without."""
@@ -273,8 +274,8 @@ class _Measured:
             self._last = time
         self._looked.append(looks)
         self._futures.append(measure(looks))
-        if len(self._futures) > _AHEAD:
-            self._futures[-_AHEAD].result()
+        if len(self._futures) > self._ahead:
+            self._futures[-self._ahead].result()
 
     def candidates(self) -> list[Candidate]:
         """All candidates."""
