@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -75,15 +76,30 @@ def imposed_threads() -> int:
 def use_threads(number: int) -> Iterator[None]:
     """Use this number of threads within the block, as --threads asks for; child processes inherit it."""
     global _from_option
-    before, variable = _from_option, os.environ.get(VARIABLE)
-    _from_option, os.environ[VARIABLE] = number, str(number)
+    before, _from_option = _from_option, number
     try:
-        yield
+        with _environment(VARIABLE, str(number)):
+            yield
     finally:
         _from_option = before
-        del os.environ[VARIABLE]
-        if variable is not None:
-            os.environ[VARIABLE] = variable
+
+
+@contextmanager
+def limit_opencv() -> Iterator[None]:
+    """Have OpenCV, which knows neither --threads nor VIDSTYLE_THREADS, use `imposed_threads`."""
+    number, cv2 = imposed_threads(), sys.modules.get("cv2")
+    if not number:
+        yield
+    elif cv2 is None:  # it reads the variable when it is imported; child processes inherit it
+        with _environment("OPENCV_FOR_THREADS_NUM", str(number)):
+            yield
+    else:
+        before = cv2.getNumThreads()
+        cv2.setNumThreads(number)
+        try:
+            yield
+        finally:
+            cv2.setNumThreads(before)
 
 
 @cache
@@ -117,6 +133,18 @@ def _affinity() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+@contextmanager
+def _environment(name: str, value: str) -> Iterator[None]:
+    before = os.environ.get(name)
+    os.environ[name] = value
+    try:
+        yield
+    finally:
+        del os.environ[name]
+        if before is not None:
+            os.environ[name] = before
 
 
 def _parse_threads(text: str) -> int:
