@@ -11,6 +11,8 @@ import click
 from vidstyle.cli.foreign_names import check_names
 from vidstyle.errors import UsageError
 
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
 MAX_UNGROUPED = 15
 """The most options whose help is one list."""
 MAX_NAME_WIDTH = 30

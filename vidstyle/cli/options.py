@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from vidstyle.cli.command import Group, option
+from vidstyle.cli.command import Decorator, Group, option
 from vidstyle.core.cores import MAX_THREADS, limit_opencv, use_threads
 from vidstyle.errors import StyleError, UsageError
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from vidstyle.style import Style
 
 T = TypeVar("T")
-Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class Parsed(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5

@@ -12,10 +12,8 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.command import Group, option
+from vidstyle.cli.command import Decorator, Group, option
 from vidstyle.errors import OutputError
-
-Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 PATH = click.Path(path_type=Path, readable=False)
 PATH_TEXT = click.Path(readable=False)
