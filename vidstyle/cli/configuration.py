@@ -7,6 +7,7 @@ crf = 18
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Callable
@@ -32,7 +33,7 @@ def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
     def read(context: click.Context, _: click.Parameter, given: str | None) -> None:
         path = configuration_folder() / FILE if given is None else Path(given)
-        if given != "none" and (given or path.is_file()) and not context.resilient_parsing:
+        if given != "none" and (given or os.path.isfile(path)) and not context.resilient_parsing:
             context.default_map = read_configuration(path, context)
 
     text = f"File with defaults for options.  [default: {FILE} in the user's configuration folder]"
