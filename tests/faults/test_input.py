@@ -59,7 +59,8 @@ def open_folder() -> Iterator[Path]:
      "comic film.mp4 page.png --face-model {}", "live {} -s plain --to null", "design {} --no-open",
      "explore {} -o found", "styles --preview {} -o sheet.png", "styles --like {}",
      "bench --film {} -s plain", "export ink ink.hook --from {}",
-     "train bank.npz --images {} --reference tv_flow", "train {} --show bank.png", "render film.mp4 out.mp4 -s {}"],
+     "train bank.npz --images {} --reference tv_flow", "train {} --show bank.png",
+     "render film.mp4 out.mp4 -s {}"],
 )  # fmt: skip
 def test_2_an_input_of_any_command_that_may_not_be_read(
     open_folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words: str
