@@ -14,8 +14,9 @@ from vidstyle import cli
 from vidstyle.cli import commands
 from vidstyle.cli.command import MAX_UNGROUPED, Command, Group
 from vidstyle.cli.foreign_names import FOREIGN, OURS
+from vidstyle.cli.reporting import Reporting
 
-CONTEXT = click.Context(commands, info_name="vidstyle")
+CONTEXT = click.Context(commands, info_name="vidstyle", obj=Reporting())
 NAMES = commands.list_commands(CONTEXT)
 
 
@@ -85,7 +86,7 @@ def answers() -> Iterator[tuple[str, str]]:
         yield name, having[0]
 
 
-@pytest.mark.parametrize(("name", "command"), answers())
+@pytest.mark.parametrize(("name", "command"), [*answers()])
 def test_a_foreign_name_is_answered_with_an_option_that_exists(
     capfd: pytest.CaptureFixture[str], name: str, command: str
 ) -> None:

@@ -43,8 +43,8 @@ class CommandGroup(click.Group):
 
 FIRST_STEPS = """\b
 First steps:
-  vidstyle demo                                 # make and restyle a short film
-  vidstyle render demo/film.mp4 ink.mp4 -s ink  # or use a film of your own
+  vidstyle demo                                 # makes a film and restyles it
+  vidstyle render demo/film.mp4 ink.mp4 -s ink  # or any film or picture
 """
 
 

@@ -18,9 +18,9 @@ from vidstyle.errors import printable
 @command(
     "Write a style for a browser, mpv or FFmpeg, or as a style file.",
     examples=(
-        "vidstyle export ink ink.html                 # page: camera, film or photograph",
-        "vidstyle export ink ink.hook --size 1280x720 # shader for libplacebo players",
-        "vidstyle export ink my-ink.toml --steady 0.8 # style file with these values",
+        "vidstyle export ink ink.html                 # page for a browser",
+        "vidstyle export ink ink.hook --size 1280x720 # shader for a player",
+        "vidstyle export ink my-ink.toml --steady 0.8 # style file",
     ),
 )
 @click.argument("style_name", type=STYLE, metavar="STYLE")
