@@ -9,6 +9,7 @@ from importlib import metadata
 from typing import Any
 
 import vidstyle
+from vidstyle.core.cores import core_count
 from vidstyle.core.kernels.object_files import cache_state
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.device.devices import Device, choose, list_devices
@@ -24,7 +25,7 @@ def diagnose() -> dict[str, Any]:
         "vidstyle": vidstyle.__version__,
         "python": f"{platform.python_version()} ({sys.executable})",
         "system": platform.platform(),
-        "cores": os.cpu_count(),
+        "cores": str(core_count()),
         "memory": _memory(),
         "libraries": {name: _version(name) for name in LIBRARIES},
         "ffmpeg": ffmpeg_version(),

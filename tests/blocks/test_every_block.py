@@ -123,7 +123,7 @@ def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size
 def test_bands_and_threads_change_no_bit(block: Block, turn: int, monkeypatch: pytest.MonkeyPatch) -> None:
     for number, source in enumerate(sources((97, 61)).values()):
         for values in settings_in_turn(block, number, turn):
-            monkeypatch.setattr("vidstyle.core.bands.CORES", 1)
+            monkeypatch.setenv("VIDSTYLE_THREADS", "1")
             monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1 << 30)
             whole = run(style_of(block, values), source, threads=1)
             monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)

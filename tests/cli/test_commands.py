@@ -114,6 +114,9 @@ def test_paths_are_arguments_or_options(capfd, tmp_path, words):
 def test_missing_folders_are_made_on_request_and_not_left_empty(capfd, tmp_path):
     source, folder = media.make_picture(tmp_path / "in.png"), tmp_path / "a" / "b"
     assert run(capfd, "render", "-s", "plain", source, folder / "out.png")[0] == 5
+    exit_code, _, err = run(capfd, "render", "-s", "plain", source, f"{folder}/")
+    assert (exit_code, err.count("\n")) == (5, 1)
+    assert "b/ is not an existing folder; add --parents to create it" in err
     assert run(capfd, "render", "-s", "plain", "none.png", folder / "out.png", "--parents")[0] == 3
     assert not (tmp_path / "a").exists()
     assert run(capfd, "render", "-s", "plain", source, f"{folder}/", "--parents")[0] == 0

@@ -51,7 +51,7 @@ def test_bands_change_no_bit_of_a_long_style(
 ) -> None:
     results = []
     for size, threads in ((1 << 30, 1), (1, 1), (1, 4), (9000, 3)):
-        monkeypatch.setattr("vidstyle.core.bands.CORES", threads)
+        monkeypatch.setenv("VIDSTYLE_THREADS", str(threads))
         monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", size)
         results.append(run(LONG, SOURCES[name], threads=threads, target=target))
     assert all(same_bits(results[0], result) for result in results[1:])

@@ -14,7 +14,6 @@ from skimage import data
 
 from vidstyle.cli import commands, main
 from vidstyle.errors import InputError
-from vidstyle.explore import candidates
 from vidstyle.explore.write_styles import PAGE, SHEET, TABLE, explore_to_folder
 from vidstyle.style import load_style
 
@@ -34,7 +33,7 @@ def test_same_seed_same_bytes_on_any_number_of_cores(
     photograph: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     explore_to_folder(photograph, tmp_path / "one", count=2, seed=7)
-    monkeypatch.setattr(candidates, "CORES", 1)
+    monkeypatch.setenv("VIDSTYLE_THREADS", "1")
     explore_to_folder(photograph, tmp_path / "two", count=2, seed=7)
     one = files(tmp_path / "one")
     assert one == files(tmp_path / "two")

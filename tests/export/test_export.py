@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from media import photograph
 import vidstyle
 from vidstyle.cli import main
 from vidstyle.export.adjust import with_tints
+from vidstyle.export.export_style import export_style
 from vidstyle.export.page import page_data
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, load_style, override, set_values, style_names
@@ -166,3 +168,17 @@ def test_an_export_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         assert main(["export", *arguments]) == code
         assert reason in capsys.readouterr().err
     assert taken.read_text() == "mine" and list(tmp_path.iterdir()) == [taken]
+
+
+@pytest.mark.parametrize(("kind", "column"), [(".html", 0), (".hook", 1)])
+def test_the_documented_sizes_are_those_of_the_smallest_and_the_largest_style(
+    tmp_path: Path, kind: str, column: int
+) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "everywhere.md").read_text(encoding="utf-8")
+    row = re.search(r"^\| size of the file, from `(\w+)` to `(\w+)` \|(.*)\|$", text, re.MULTILINE)
+    assert row is not None
+    documented = [float(n) for n in re.findall(r"\d+", row[3].split("|")[column].replace(",", ""))]
+    size = (1280, 720) if kind == ".hook" else None
+    for name, kilobytes in zip(row.groups()[:2], documented, strict=True):
+        written = export_style(load_style(name), tmp_path / f"{name}{kind}", size=size)
+        assert written / 1000 == pytest.approx(kilobytes, rel=0.02, abs=1), name

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import subprocess
 import sys
+import tempfile
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +18,8 @@ from covering import of_the_day
 from faults import Program, as_nobody, cut, packets, remux, spoil_packets, times, unopened, video
 from media import make_clip, make_picture
 from waiting import LONG
+
+from vidstyle import cli
 
 NOISE = np.random.default_rng(3).bytes(50_000)
 
@@ -37,6 +42,42 @@ def test_2_an_input_that_may_not_be_read(program: Program):
     with as_nobody():
         outcome = program(secret, "other.mp4")
     assert (outcome.exit_code, len(outcome.lines)) == (3, 1) and "permission denied" in outcome.said
+
+
+@pytest.fixture
+def open_folder() -> Iterator[Path]:
+    """A folder that everybody may enter and write to; those of pytest belong to one user."""
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o777)
+        yield Path(folder)
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["render {} out.mp4 -s plain", "render -i {} -o out.mp4 -s plain", "comic {} page.png",
+     "comic film.mp4 page.png --subtitles {}", "comic film.mp4 page.png --font {}",
+     "comic film.mp4 page.png --face-model {}", "live {} -s plain --to null", "design {} --no-open",
+     "explore {} -o found", "styles --preview {} -o sheet.png", "styles --like {}",
+     "bench --film {} -s plain", "export ink ink.hook --from {}",
+     "train bank.npz --images {} --reference tv_flow", "train {} --show bank.png",
+     "render film.mp4 out.mp4 -s {}"],
+)  # fmt: skip
+def test_2_an_input_of_any_command_that_may_not_be_read(
+    open_folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words: str
+):
+    monkeypatch.chdir(open_folder)
+    make_clip(open_folder / "film.mp4", frames=2)
+    secret = open_folder / "secret.mp4"
+    secret.mkdir() if "--images" in words else secret.touch()
+    cli.main(words.format("missing.mp4").split())  # imports what the files' rights would hide
+    capfd.readouterr()
+    secret.chmod(0)
+    with as_nobody():
+        exit_code = cli.main(words.format(secret).split())
+    said = capfd.readouterr().err
+    assert (exit_code, said.count("\n")) == (3, 1) and "secret.mp4" in said, said
+    assert re.search("permission denied", said, re.IGNORECASE), said
+    assert not list(open_folder.glob("*.partial.*"))
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,9 @@ def count_calls(monkeypatch: pytest.MonkeyPatch, owner: object, name: str) -> li
     return calls
 
 
-def test_values_take_over_with_the_next_picture(monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize("threads", [1, 2, 4, 16])
+def test_values_take_over_with_the_next_picture(monkeypatch: pytest.MonkeyPatch, threads: int):
+    monkeypatch.setenv("VIDSTYLE_THREADS", str(threads))
     opened = count_calls(monkeypatch, hot_swap, "open_renderer")
     with running() as (film, told, made):
         few = film.tones(FEW)

@@ -19,6 +19,9 @@ import pytest
 
 from vidstyle import cli
 
+NOBODY = 65534
+"""The number of the user that owns no files."""
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -198,13 +201,24 @@ def unopened(path: Path) -> Iterator[None]:
 
 @contextmanager
 def as_nobody() -> Iterator[None]:
-    """Give up the rights of the superuser, which no file mode would stop, for the block."""
+    """Give up the rights of the superuser, which no file mode would stop, for the block.
+
+    The real user changes too, where that can be undone: `os.access` asks for its rights.
+    """
     user = os.geteuid()
     if user == 0:
-        os.seteuid(65534)
+        _become(NOBODY)
     try:
         yield
     finally:
+        if user == 0:
+            _become(user)
+
+
+def _become(user: int) -> None:
+    if hasattr(os, "setresuid"):
+        os.setresuid(user, user, 0)
+    else:
         os.seteuid(user)
 
 

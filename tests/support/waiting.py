@@ -8,6 +8,8 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
+from vidstyle.core.cores import available_cores
+
 LONG = 60.0
 """Seconds after which a test is taken to hang. No measure: far more than anything takes on a busy machine."""
 
@@ -38,8 +40,12 @@ def thread_names() -> Counter[str]:
 
 
 def new_threads(before: Counter[str]) -> set[str]:
-    """The names of threads started since; the second worker of a pool starts when there is work for two."""
-    return set(thread_names() - before) - {"vidstyle-cpu_1"}
+    """The names of threads started since, other than further workers of a renderer's pool.
+
+    A pool has a worker for each core and starts the next one when all others have work.
+    """
+    further_workers = {f"vidstyle-cpu_{number}" for number in range(1, available_cores())}
+    return set(thread_names() - before) - further_workers
 
 
 def is_waiting(thread: threading.Thread) -> bool:

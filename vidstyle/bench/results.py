@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -11,6 +10,7 @@ import vidstyle
 from vidstyle.bench import Bench, Timed
 from vidstyle.bench.films import FilmTimes
 from vidstyle.bench.paper_figures import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES, figure_for
+from vidstyle.core.cores import available_cores
 from vidstyle.gpu.compile.explain import explain
 from vidstyle.gpu.timing import GpuTimes
 
@@ -33,7 +33,7 @@ def as_dict(bench: Bench, timed: Sequence[Timed], bandwidth: float | None = None
 def _machine(bench: Bench) -> dict[str, Any]:
     facts = {
         "vidstyle": vidstyle.__version__,
-        "cores": os.cpu_count(),
+        "cores": available_cores(),
         "processor": platform.machine(),
         "system": platform.system(),
     }

@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.core.resample import resample
-from vidstyle.errors import InputError
+from vidstyle.errors import InputError, error_reason
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import open_reader
 
@@ -76,9 +76,13 @@ def photographs_in(folder: Path, long_side: int) -> list[Photograph]:
     """The pictures in a folder, by name.
 
     Raises:
-        InputError: there are none.
+        InputError: there are none, or the folder cannot be read.
     """
-    found = sorted(path for path in folder.glob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
+    try:
+        entries = sorted(folder.iterdir())
+        found = [path for path in entries if path.suffix.lower() in SUFFIXES and path.is_file()]
+    except OSError as error:
+        raise InputError(folder, error_reason(error).lower(), "choose another --images") from None
     if not found:
         raise InputError(folder, "holds no pictures", f"put some there: {', '.join(SUFFIXES)}")
     return [Photograph(path, long_side) for path in found]

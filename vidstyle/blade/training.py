@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -22,6 +21,7 @@ from vidstyle.blade.regression import (
     solve,
     with_gains,
 )
+from vidstyle.core.cores import available_cores
 
 SSIM_WINDOW = 11
 """Side of the window of structural similarity in pixels, as in Wang et al. 2004."""
@@ -66,7 +66,7 @@ def train(
     # For `with_gains`, which takes each target, the plane itself, and both together.
     free = replace(config, sums=(0.0,) * (2 * len(config.sums) + 1))
     of_chroma = NormalEquations.empty(free) if chroma else None
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(available_cores()) as pool:
         for number, photograph in enumerate(photographs, 1):
             color = photograph.color()
             luma, targets = luma_of(color), reference.apply(color, photograph)

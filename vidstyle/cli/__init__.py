@@ -41,7 +41,14 @@ class CommandGroup(click.Group):
         return super().resolve_command(ctx, args)
 
 
-@click.command(cls=CommandGroup, context_settings=CONTEXT, invoke_without_command=True)
+FIRST_STEPS = """\b
+First steps:
+  vidstyle demo                                 # makes a film and restyles it
+  vidstyle render demo/film.mp4 ink.mp4 -s ink  # or any film or picture
+"""
+
+
+@click.command(cls=CommandGroup, context_settings=CONTEXT, invoke_without_command=True, epilog=FIRST_STEPS)
 @click.version_option(vidstyle.__version__, prog_name="vidstyle")
 @configuration_option
 @click.pass_context

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.options import BLOCK, SIZE, STYLE, device_option, number, parents_option
+from vidstyle.cli.command import Group, command, option
+from vidstyle.cli.options import BLOCK, SIZE, STYLE, device_option, number
+from vidstyle.cli.paths import PATH, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 
 if TYPE_CHECKING:
@@ -19,33 +21,38 @@ FORMS = ("compute", "fragment")
 
 
 def both_sides(_: click.Context, parameter: click.Parameter, value: Any) -> Any:
-    """Reject sizes with only one side given: there is no picture to take the other from."""
+    """Reject sizes with only one side given: there is no picture to derive the other one from."""
     for size in [value] if isinstance(value, tuple) and isinstance(value[0], int) else value or ():
         if min(size) < 1:
             raise click.BadParameter("give both sides, such as 1280x720", param=parameter)
     return value
 
 
-@click.command(short_help="Measure the speed of blocks and styles.")
-@click.option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"],
-              callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
-@click.option("-s", "--style", "styles", type=STYLE, multiple=True, help="Measure only these styles.")
-@click.option("--block", "blocks", type=BLOCK, multiple=True, help="Measure only these blocks.")
-@device_option("GPU to measure beside the CPU.")
-@click.option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best",
-              help="Kind of shaders on the GPU.")  # fmt: skip
-@click.option("--seconds", type=number(0, 3600), default=1.0,
-              help="Approximate time of each measurement.")  # fmt: skip
-@click.option("--bandwidth", type=number(0.001), metavar="GB/S",
-              help="Memory bandwidth of the GPU; adds the fraction of it that is reached.")  # fmt: skip
-@click.option("--film", type=click.Path(path_type=Path), metavar="FILM",
-              help="Measure a whole film instead, and its parts: decode, style, steady, encode.")  # fmt: skip
-@click.option("--frames", type=number(3, 100_000, whole=True), default=48,
-              help="Frames of FILM.")  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, with the time of each pass.")
-@click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
-              help="Write the tables or the JSON to FILE.")  # fmt: skip
-@click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
+@command(
+    "Measure the speed of blocks and styles.",
+    examples=("vidstyle bench -s ink", "vidstyle bench --film in.mp4 -o film.md"),
+)
+@option("--size", "sizes", type=SIZE, multiple=True, default=["1920x1080"], group=Group.MEASUREMENT,
+        callback=both_sides, help="Picture size; may be repeated.")  # fmt: skip
+@option("-s", "--style", "styles", type=STYLE, multiple=True, group=Group.MEASUREMENT,
+        help="Measure only this style; may be repeated.")  # fmt: skip
+@option("--block", "blocks", type=BLOCK, multiple=True, group=Group.MEASUREMENT,
+        help="Measure only this block; may be repeated.")  # fmt: skip
+@device_option("GPU to measure in addition to the CPU.")
+@option("--form", type=click.Choice(["best", *FORMS, "both"]), default="best", group=Group.DEVICE,
+        help="Kind of shaders on the GPU.")  # fmt: skip
+@option("--seconds", type=number(0, 3600), default=1.0, group=Group.MEASUREMENT,
+        help="Approximate time of each measurement.")  # fmt: skip
+@option("--bandwidth", type=number(0.001), metavar="GB/S", group=Group.DEVICE,
+        help="Memory bandwidth of the GPU; adds the fraction of it that is used.")  # fmt: skip
+@option("--film", type=PATH, metavar="FILM", group=Group.MEASUREMENT,
+        help="Measure a whole film instead: decode, style, steady, encode.")  # fmt: skip
+@option("--frames", type=number(3, 100_000, whole=True), default=48, group=Group.MEASUREMENT,
+        help="Number of frames of FILM.")  # fmt: skip
+@option("--json", "as_json", is_flag=True, group=Group.OUTPUT, help="Print JSON, with the time of each pass.")
+@option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False, readable=False), metavar="FILE",
+        group=Group.OUTPUT, help="Write the tables or the JSON to FILE.")  # fmt: skip
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite FILE if it exists.")
 @parents_option("output")
 @reporting_options
 def bench(
@@ -58,7 +65,7 @@ def bench(
     overwrite: bool,
     **options: Any,
 ) -> None:
-    """Measure the speed of every block and style on this machine, beside the paper's figures."""
+    """Measure the speed of every block and style on this machine, next to the paper's figures."""
     from vidstyle.media.write.atomic import atomic_file
 
     def measured() -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.command import command, option
 from vidstyle.cli.display import list_entry
 from vidstyle.cli.options import BLOCK
 from vidstyle.cli.reporting import reporting_options
@@ -16,12 +17,12 @@ if TYPE_CHECKING:
     from vidstyle.block import Block
 
 
-@click.command(short_help="List the filter blocks, or describe one.")
+@command("List the filter blocks, or describe one.", examples=("vidstyle blocks", "vidstyle blocks flow_dog"))
 @click.argument("name", required=False, type=BLOCK)
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, with the JSON Schema of each parameter.")
+@option("--json", "as_json", is_flag=True, help="Print JSON, with the JSON Schema of each parameter.")
 @reporting_options
 def blocks(name: str | None, as_json: bool) -> None:
-    """List the filter blocks of which styles are made, or describe the parameters of NAME."""
+    """List the filter blocks that styles consist of, or describe the parameters of NAME."""
     from vidstyle.blocks import all_blocks
 
     if name is not None:

@@ -9,12 +9,21 @@ import webbrowser
 from collections.abc import Callable
 from typing import Any
 
-import click
+from vidstyle.cli.command import Group, option
+from vidstyle.cli.options import number
+
+
+def port_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds --port."""
+    text = "Port of the page.  [default: any free port]"
+    return option("--port", type=number(0, 65535, whole=True), default=0, show_default=False,
+                  group=Group.CONTROL, help=text)(command)  # fmt: skip
 
 
 def open_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Adds --no-open."""
-    return click.option("--no-open", is_flag=True, help="Do not open the page in the browser.")(command)
+    text = "Do not open the page in the browser."
+    return option("--no-open", is_flag=True, group=Group.CONTROL, help=text)(command)
 
 
 def is_wanted(no_open: bool) -> bool:

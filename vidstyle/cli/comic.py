@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, get_args
 
 import click
 
+from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.display import display, progress_option
-from vidstyle.cli.options import (
-    STYLE,
-    Parsed,
-    device_option,
-    number,
-    parents_option,
-    parse_seconds,
-    path_arguments,
-)
+from vidstyle.cli.options import STYLE, Parsed, device_option, number, parse_seconds
+from vidstyle.cli.paths import PATH, PATH_TEXT, parents_option, path_arguments
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.comic.layout.paper import DEFAULT_DPI, LayoutKind
-from vidstyle.errors import printable
+from vidstyle.errors import UsageError, printable
 from vidstyle.pipeline.progress import StepProgress
 
 
 def parse_panels(text: str) -> int | None:
     """A number of panels; None for auto."""
     if text != "auto" and (not text.isdigit() or int(text) == 0):
-        raise ValueError(f"{text!r} is neither a number of panels nor auto")
+        raise ValueError(f"{text!r} is not a number of panels or auto")
     return None if text == "auto" else int(text)
 
 
@@ -36,12 +29,12 @@ def parse_times(text: str) -> tuple[float, ...]:
 
 
 def parse_spans(text: str) -> tuple[tuple[float, float], ...]:
-    """Comma-separated parts of a film, each FROM-TO: start and end in seconds."""
+    """Comma-separated time ranges, each FROM-TO: start and end in seconds."""
     spans = []
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
         if not dash:
-            raise ValueError(f"{part!r} is not a part of a film such as 0:10-0:25")
+            raise ValueError(f"{part!r} is not a time range such as 0:10-0:25")
         spans.append((float(parse_seconds(first)), float(parse_seconds(last))))
     return tuple(spans)
 
@@ -50,47 +43,61 @@ PANELS, TIMES = Parsed("N|auto", parse_panels), Parsed("T,T", parse_times)
 SPANS = Parsed("T-T,T-T", parse_spans)
 
 
-@click.command(short_help="Make comic pages from a film or a folder of pictures.")
+@command(
+    "Make comic pages from a film or a folder of pictures.",
+    examples=(
+        "vidstyle comic in.mp4 page.pdf",
+        'vidstyle comic in.mp4 page.png --panels 8 -s ink,noir --title "A holiday"',
+        "vidstyle comic photographs/ strip.html --size strip",
+    ),
+    epilog="Styles: vidstyle styles. Guide: docs/commands.md in the source folder.",
+)
 @path_arguments(source="INPUT", target="OUTPUT")
-@click.option("--panels", type=PANELS, default="auto", help="Number of panels.")
-@click.option("--at", type=TIMES, default=(), help="Times of the key frames, in seconds or as h:mm:ss.")
-@click.option("--skip", type=SPANS, default=(), help="Exclude these time ranges.")
-@click.option("--seed", type=number(0, whole=True), default=0, help="Select another good layout.")
-@click.option("--size", metavar="NAME|WxH", help="a4, a5, a3, letter, square, strip, webtoon, 1200x1800 or "
-              "210x297mm.  [default: a4; for .html strip]")  # fmt: skip
-@click.option("--landscape", is_flag=True, help="Landscape orientation, for named sizes.")
-@click.option("--dpi", type=number(), default=DEFAULT_DPI, help="Pixels per inch.")
-@click.option("--pages", type=number(1, whole=True),
-              help="Number of pages.  [default: automatic]")  # fmt: skip
-@click.option("--bleed", "bleeding", is_flag=True,
-              help="Full bleed: extend full-width panels to the page edge.")  # fmt: skip
-@click.option("--layout", type=click.Choice(get_args(LayoutKind)), default="dynamic",
-              help="Gutters: straight, slanted, or slanted from right to left; or a grid.")  # fmt: skip
-@click.option("--reading", type=click.Choice(("ltr", "rtl")), default="ltr",
-              help="Reading order: from left to right or from right to left.")  # fmt: skip
-@click.option("--right-to-left", "reading", flag_value="rtl", help="The same as --reading rtl.")
-@click.option("-s", "--style", "styles", type=STYLE, metavar="A,B,C",
-              help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
-@click.option("--subtitles", type=click.Path(), metavar="FILE|none",
-              help="Subtitles, .srt or .vtt.  [default: the film's]")  # fmt: skip
-@click.option("--title", default="", show_default=False, help="Title above the first page.")
-@click.option("--font", type=click.Path(path_type=Path), metavar="FILE",
-              help="Font, .ttf or .otf.  [default: comic capitals, or one that has all letters]")  # fmt: skip
-@click.option("--frames", type=click.Path(path_type=Path), metavar="FOLDER",
-              help="Save the key frames, with a table of their times.")  # fmt: skip
-@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.toml",
-              help="Write the pages as a file to edit, which can be INPUT.")  # fmt: skip
-@click.option("--storyboard", is_flag=True, help="Make a contact sheet with times instead.")
-@click.option("--face-model", type=click.Path(path_type=Path), metavar="FILE",
-              help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).  "
-                   "[default: MTCNN]")  # fmt: skip
-@click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
+@option("--panels", type=PANELS, default="auto", group=Group.KEY_FRAMES, help="Number of panels.")
+@option("--at", type=TIMES, default=(), group=Group.KEY_FRAMES,
+        help="Times of the key frames, in seconds or as h:mm:ss.")  # fmt: skip
+@option("--skip", type=SPANS, default=(), group=Group.KEY_FRAMES, help="Exclude these time ranges.")
+@option("--seed", type=number(0, whole=True), default=0, group=Group.PAGE_LAYOUT,
+        help="Random seed for layout variations.")  # fmt: skip
+@option("--size", metavar="NAME|WxH", group=Group.PAGE_LAYOUT,
+        help="a4, a5, a3, letter, square, strip, webtoon, 1200x1800 or 210x297mm.  "
+             "[default: a4; strip for .html]")  # fmt: skip
+@option("--landscape", is_flag=True, group=Group.PAGE_LAYOUT, help="Landscape orientation, for named sizes.")
+@option("--dpi", type=number(), default=DEFAULT_DPI, group=Group.PAGE_LAYOUT, help="Pixels per inch.")
+@option("--pages", type=number(1, whole=True), group=Group.PAGE_LAYOUT,
+        help="Number of pages.  [default: automatic]")  # fmt: skip
+@option("--bleed", "bleeding", is_flag=True, group=Group.PAGE_LAYOUT,
+        help="Full bleed: extend full-width panels to the page edge.")  # fmt: skip
+@option("--layout", type=click.Choice(get_args(LayoutKind)), default="dynamic", group=Group.PAGE_LAYOUT,
+        help="Gutters: straight, slanted, or slanted from right to left; or a grid.")  # fmt: skip
+@option("--reading", type=click.Choice(("ltr", "rtl")), group=Group.PAGE_LAYOUT,
+        help="Reading order: left to right or right to left.  [default: ltr]")  # fmt: skip
+@option("--right-to-left", is_flag=True, group=Group.PAGE_LAYOUT, help="Same as --reading rtl.")
+@option("-s", "--style", "styles", type=STYLE, metavar="A,B,C", group=Group.STYLE,
+        help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
+@option("--subtitles", type=PATH_TEXT, metavar="FILE|none", group=Group.LETTERING,
+        help="Subtitle file, .srt or .vtt.  [default: the film's]")  # fmt: skip
+@option("--title", default="", show_default=False, group=Group.LETTERING,
+        help="Title above the first page.")  # fmt: skip
+@option("--font", type=PATH, metavar="FILE", group=Group.LETTERING,
+        help="Font file, .ttf or .otf.  [default: comic capitals, or a font with all letters]")  # fmt: skip
+@option("--frames", type=PATH, metavar="FOLDER", group=Group.OUTPUT,
+        help="Save the key frames and a table of their times.")  # fmt: skip
+@option("--save", type=PATH, metavar="FILE.toml", group=Group.OUTPUT,
+        help="Save the pages as an editable file, which can be INPUT later.")  # fmt: skip
+@option(
+    "--storyboard", is_flag=True, group=Group.PAGE_LAYOUT, help="Make a contact sheet with times instead."
+)
+@option("--face-model", type=PATH, metavar="FILE", group=Group.KEY_FRAMES,
+        help="Face detection model: an OpenCV cascade (.xml) or YuNet (.onnx).  "
+             "[default: MTCNN]")  # fmt: skip
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite existing files.")
 @parents_option("target")
 @device_option()
 @progress_option
 @reporting_options
 def comic(source: str, target: str, styles: str | None, progress: str, **options: Any) -> int:
-    """Make comic pages of INPUT, a film, a folder of pictures or what --save has written.
+    """Make comic pages from INPUT: a film, a folder of pictures, or a file written by --save.
 
     OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
     """
@@ -99,7 +106,10 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
-    options["right_to_left"] = options.pop("reading") == "rtl"
+    reading = options.pop("reading")
+    if options["right_to_left"] and reading == "ltr":
+        raise UsageError("--right-to-left", "contradicts --reading ltr", "remove one of them")
+    options["right_to_left"] |= reading == "rtl"
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
     comic_options = ComicOptions(key_frames=key_frames, styles=names, **options)
     with display(progress) as show:

@@ -7,6 +7,7 @@ crf = 18
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Callable
@@ -17,6 +18,8 @@ import click
 from click.core import ParameterSource
 
 from vidstyle.assets import configuration_folder
+from vidstyle.cli.command import option
+from vidstyle.cli.paths import PATH_TEXT
 from vidstyle.core.regular_file import read_regular_file
 from vidstyle.errors import UsageError, error_reason, suggest
 
@@ -30,12 +33,12 @@ def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
     def read(context: click.Context, _: click.Parameter, given: str | None) -> None:
         path = configuration_folder() / FILE if given is None else Path(given)
-        if given != "none" and (given or path.is_file()) and not context.resilient_parsing:
+        if given != "none" and (given or os.path.isfile(path)) and not context.resilient_parsing:
             context.default_map = read_configuration(path, context)
 
-    text = f"File with defaults of options.  [default: {FILE} in the user's configuration folder]"
-    return click.option("--config", metavar="FILE|none", type=click.Path(), callback=read,
-                        expose_value=False, help=text)(command)  # fmt: skip
+    text = f"File with defaults for options.  [default: {FILE} in the user's configuration folder]"
+    return option("--config", metavar="FILE|none", type=PATH_TEXT, callback=read,
+                  expose_value=False, help=text)(command)  # fmt: skip
 
 
 def configured_options() -> frozenset[str]:

@@ -6,15 +6,18 @@ from pathlib import Path
 
 import click
 
+from vidstyle.cli.command import command, option
+from vidstyle.cli.options import threads_option
+from vidstyle.cli.paths import PATH
 from vidstyle.cli.reporting import reporting_options
 
 
-@click.command(short_help="Generate a short film and restyle it.")
-@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), default=Path("demo"),
-              metavar="FOLDER", help="Output folder.")  # fmt: skip
+@command("Generate a short film and restyle it.", examples=("vidstyle demo",))
+@option("-o", "--output", "folder", type=PATH, default=Path("demo"), metavar="FOLDER", help="Output folder.")
+@threads_option
 @reporting_options
 def demo(folder: Path) -> None:
-    """Generate a short film with sound, restyle it, make a comic page, and print the files' names."""
+    """Generate a short film with sound, restyle it, make a comic page, and print the names of the files."""
     from vidstyle.demo.make_demo import make_demo
 
     for path in make_demo(folder):

@@ -8,22 +8,26 @@ import click
 
 from vidstyle.cli import browser
 from vidstyle.cli import options as common
+from vidstyle.cli.command import command, option
 from vidstyle.cli.reporting import reporting_options, say
 
 
-@click.command(short_help="Build a style out of blocks on a page in the browser.")
+@command(
+    "Build a style out of blocks on a page in the browser.",
+    examples=("vidstyle design in.mp4", "vidstyle design camera --style comic"),
+)
 @click.argument("source", metavar="[INPUT]", required=False)
-@click.option("-s", "--style", type=common.STYLE, help="Name of a style or a file to open.")
-@click.option("--port", type=common.number(0, 65535, whole=True), default=0, show_default=False,
-              help="Port of the page.  [default: any free port]")  # fmt: skip
+@option("-s", "--style", type=common.STYLE, help="Name of a style, or a style file, to open.")
+@browser.port_option
 @browser.open_option
 @common.device_option()
 @reporting_options
 def design(source: str | None, style: str | None, port: int, no_open: bool, device: str) -> int:
     """Build a style on a page that shows INPUT restyled: a film, a photograph, a folder or a camera.
 
-    INPUT is as for render and live, "camera" for the first camera; without it a short demo film is shown.
-    Files are saved in this folder, or beside the style's own file. Ends with Ctrl-C.
+    INPUT is a source of render or live, such as camera, the first camera. Without INPUT the page shows a
+    short demo film. Files are saved in the current folder, or next to the style's own file. Press Ctrl-C to
+    stop.
     """
     from vidstyle.design import serve
     from vidstyle.pipeline.stopping import stop_on_signals

@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from vidstyle.cli.command import option
 from vidstyle.cli.reporting import Reporting, event, say
 from vidstyle.pipeline.progress import Progress
 
@@ -32,9 +33,8 @@ def progress_option(command: Callable[..., Any]) -> Callable[..., Any]:
             context.obj.as_json = True
         return kind
 
-    return click.option("--progress", type=click.Choice(KINDS), default="auto", callback=choose,
-                        help="How to report progress on stderr; json also makes JSON of all messages."
-                        )(command)  # fmt: skip
+    text = "Progress report on stderr; json also prints all messages as JSON."
+    return option("--progress", type=click.Choice(KINDS), default="auto", callback=choose, help=text)(command)
 
 
 def list_entry(head: str, text: str) -> str:

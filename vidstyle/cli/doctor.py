@@ -7,17 +7,20 @@ from typing import Any
 
 import click
 
+from vidstyle.cli.command import command, option
+from vidstyle.cli.options import threads_option
 from vidstyle.cli.reporting import reporting_options
 
 LINE = f"\n{'':21}"
 """Separator between the lines of an entry."""
 
 
-@click.command(short_help="Print versions and devices, for bug reports.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@command("Print versions and devices, for bug reports.")
+@option("--json", "as_json", is_flag=True, help="Print JSON.")
+@threads_option
 @reporting_options
 def doctor(as_json: bool) -> None:
-    """Print versions, encoders, devices and cameras. Include this in bug reports."""
+    """Print versions, cores, encoders, devices and cameras. Include the output in bug reports."""
     from vidstyle.doctor import diagnose
 
     facts = diagnose()

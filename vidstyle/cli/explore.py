@@ -11,7 +11,9 @@ import click
 
 from vidstyle.cli import browser
 from vidstyle.cli import options as common
+from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.display import display, progress_option
+from vidstyle.cli.paths import PATH, parents_option, path_arguments
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError, printable
 from vidstyle.pipeline.progress import StepProgress
@@ -21,39 +23,42 @@ if TYPE_CHECKING:
     from vidstyle.style import Style
 
 
-@click.command(short_help="Find styles that nobody has designed.")
-@common.path_arguments(source="INPUT")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FOLDER",
-              help="Write style files, a sheet and styles.json instead of opening a page.")  # fmt: skip
-@click.option(
-    "--count", type=common.number(1, 2000, whole=True), default=200, help="Number of styles for -o."
+@command(
+    "Explore randomly generated styles.",
+    examples=("vidstyle explore photograph.jpg", "vidstyle explore in.mp4 -o found --count 20 --seed 7"),
 )
-@click.option("--tries", type=common.number(1, 100_000, whole=True),
-              help="Draw so many styles and write the best.  [default: until enough pass]")  # fmt: skip
-@click.option("--seed", type=common.number(0, whole=True), default=0, help="Other styles for each number.")
-@click.option("--rules", type=click.Choice(["open", "paper"]), default="open",
-              help="Build styles of parts of the shipped ones, or by the rules of the paper.")  # fmt: skip
-@click.option("--judge", type=click.Path(path_type=Path), metavar="MODEL",
-              help="Rank by a model (.onnx) that scores pictures, such as NIMA.")  # fmt: skip
-@click.option(
-    "--at", "start", type=common.SECONDS, help="Time of the picture in a film.  [default: the middle]"
-)
-@click.option("--allow-url", is_flag=True, help="Allow INPUT to be a URL.")
-@click.option("-y", "--overwrite", is_flag=True, help="Write into FOLDER even if it is not empty.")
-@common.parents_option("output")
-@click.option("--port", type=common.number(0, 65535, whole=True), default=0, show_default=False,
-              help="Port of the page.  [default: any free port]")  # fmt: skip
+@path_arguments(source="INPUT")
+@option("-o", "--output", type=PATH, metavar="FOLDER", group=Group.OUTPUT,
+        help="Write style files, a sheet and styles.json instead of opening a page.")  # fmt: skip
+@option("--count", type=common.number(1, 2000, whole=True), default=200, group=Group.RANDOM_STYLES,
+        help="Number of styles for -o.")  # fmt: skip
+@option("--tries", type=common.number(1, 100_000, whole=True), group=Group.RANDOM_STYLES,
+        help="Generate N candidates and keep the best.  [default: until enough pass]")  # fmt: skip
+@option("--seed", type=common.number(0, whole=True), default=0, group=Group.RANDOM_STYLES,
+        help="Random seed.")  # fmt: skip
+@option("--rules", type=click.Choice(["open", "paper"]), default="open", group=Group.RANDOM_STYLES,
+        help="Combine parts of the shipped styles, or follow the rules of the paper.")  # fmt: skip
+@option("--judge", type=PATH, metavar="MODEL", group=Group.RANDOM_STYLES,
+        help="Rank by a model (.onnx) that scores pictures, such as NIMA.")  # fmt: skip
+@option("--at", "start", type=common.SECONDS, group=Group.INPUT,
+        help="Time of the frame in a film.  [default: the middle]")  # fmt: skip
+@option("--allow-url", is_flag=True, group=Group.INPUT, help="Allow INPUT to be a URL.")
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT,
+        help="Write into FOLDER even if it is not empty.")  # fmt: skip
+@parents_option("output")
+@browser.port_option
 @browser.open_option
+@common.threads_option
 @progress_option
 @reporting_options
 def explore(source: str, output: Path | None, progress: str, **options: Any) -> int:
-    """Find styles for INPUT, a picture or a film, that nobody has designed.
+    """Explore randomly generated styles for INPUT, a picture or a film.
 
-    On a page in the browser you choose from nine at a time, and the next nine follow from what you took.
-    With -o they are written to a folder instead, with a sheet of them all.
+    The page in the browser shows nine styles at a time; the next nine are based on your choice. With -o, the
+    styles are written to a folder, with an overview sheet.
 
-    Random styles are drawn and measured; what is blank, muddy, blurred, cluttered, flickering, or like the
-    source or another one is thrown out.
+    Blank, muddy, blurred, cluttered, flickering or near-duplicate results are discarded, and those that look
+    like INPUT.
     """
     if output is None:
         return _show_page(source, options)
@@ -66,11 +71,11 @@ def explore(source: str, output: Path | None, progress: str, **options: Any) -> 
     with stop_on_signals() as stop, display(progress) as show:
         found = explore_to_folder(source, output, **chosen, read=read, on_step=StepProgress(show), stop=stop)
     passed, wanted = len(found.chosen), options["count"]
-    text = f"{printable(str(output))}: {passed} styles of {found.tried} that were drawn"
+    text = f"{printable(str(output))}: {passed} styles from {found.tried} candidates"
     if stop.is_set():
-        text += "; stopped before its end"
+        text += "; stopped early"
     elif passed < wanted:
-        text += f", fewer than {wanted}: no more of them make anything of this picture"
+        text += f", fewer than {wanted}: the other candidates were discarded"
     faults = {reason or "passed": number for reason, number in found.faults.items()}
     say(text, {"folder": str(output), "styles": passed, "tried": found.tried, "reasons": faults})
     return stop.exit_code
@@ -81,7 +86,7 @@ def _show_page(source: str, options: dict[str, Any]) -> int:
     unused = [name for name in ("tries", "judge", "start", "allow_url", "overwrite") if options[name]]
     if unused or options["rules"] != "open":
         option = "rules" if not unused else "at" if unused[0] == "start" else unused[0].replace("_", "-")
-        raise UsageError(f"--{option}", "belongs to -o FOLDER", "leave it out, or name a folder")
+        raise UsageError(f"--{option}", "needs -o FOLDER", "remove it, or add -o")
     from vidstyle.explore.page import explore
 
     browse = browser.open_page if browser.is_wanted(options["no_open"]) else None

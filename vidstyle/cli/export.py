@@ -8,30 +8,38 @@ from typing import Any
 import click
 
 from vidstyle.cli.bench import both_sides
-from vidstyle.cli.options import SIZE, STYLE, change_options, parents_option, style_from_options
+from vidstyle.cli.command import command, option
+from vidstyle.cli.options import SIZE, STYLE, change_options, style_from_options, threads_option
+from vidstyle.cli.paths import PATH, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import printable
 
 
-@click.command(short_help="Write a style for a browser, mpv or FFmpeg, or as a style file.")
+@command(
+    "Write a style for a browser, mpv or FFmpeg, or as a style file.",
+    examples=(
+        "vidstyle export ink ink.html                 # page for a browser",
+        "vidstyle export ink ink.hook --size 1280x720 # shader for a player",
+        "vidstyle export ink my-ink.toml --steady 0.8 # style file",
+    ),
+)
 @click.argument("style_name", type=STYLE, metavar="STYLE")
-@click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
+@click.argument("target", metavar="OUT", type=PATH)
 @change_options
-@click.option("--from", "film", type=click.Path(path_type=Path), metavar="FILM",
-              help="For OUT.hook: freeze what is measured, and the size, as in this film.")  # fmt: skip
-@click.option("--size", type=SIZE, callback=both_sides, help="For OUT.hook: the size of the pictures.")
-@click.option("-y", "--overwrite", is_flag=True, help="Overwrite OUT if it exists.")
+@option("--from", "film", type=PATH, metavar="FILM",
+        help="For OUT.hook: take measurements and size from this film.")  # fmt: skip
+@option("--size", type=SIZE, callback=both_sides, help="For OUT.hook: size of the pictures.")
+@option("-y", "--overwrite", is_flag=True, help="Overwrite OUT if it exists.")
 @parents_option("target")
+@threads_option
 @reporting_options
 def export(
     target: Path, overwrite: bool, film: Path | None, size: tuple[int, int] | None, **options: Any
 ) -> None:
-    r"""Write a style so that it runs elsewhere, without vidstyle.
+    """Write a style that runs without vidstyle.
 
-    \b
-    OUT.html  a page that restyles a camera, a film or a photograph in a browser
-    OUT.hook  a shader for mpv, FFmpeg (libplacebo) and other players
-    OUT.toml  a style file with all that --set, --steady and a variant change
+    OUT.html is a page for the browser, OUT.hook a shader for mpv, FFmpeg (libplacebo) and other libplacebo
+    players, and OUT.toml a style file that includes the changes made by options and variants.
     """
     from vidstyle.export.export_style import export_style
     from vidstyle.style import style_file

@@ -10,7 +10,9 @@ import click
 
 from vidstyle.cli import browser
 from vidstyle.cli import options as common
+from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.configuration import configured_options
+from vidstyle.cli.paths import parents_option, path_arguments
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError
 
@@ -18,55 +20,66 @@ if TYPE_CHECKING:
     from vidstyle.live.control import LiveOptions
 
 
-@click.command(short_help="Restyle a camera, a screen or a stream in real time.")
-@common.path_arguments(source="[SOURCE]")
-@common.style_options(default="ink")
-@click.option("--to", "targets", metavar="TARGET", multiple=True, default=["page"],
-              help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.")  # fmt: skip
-@click.option("--size", type=common.SIZE, help="Capture and output size; 1280x-2 keeps the aspect ratio.")
-@click.option("--fps", type=common.RATE, help="Frame rate.  [default: that of the source; 30 for cameras]")
-@click.option("--budget", type=click.Choice(["auto", "off"]), default="auto",
-              help="If too slow, auto reduces working size and rate; off the rate only.")  # fmt: skip
-@click.option("--loop", is_flag=True, help="Repeat a file.")
-@click.option("--frames", type=common.number(1, whole=True), help="Stop after N frames.")
-@click.option("--duration", "seconds", type=common.SECONDS, help="Stop after this time.")
-@click.option("--format", "file_format", metavar="y4m|nut|raw", help="Format on '-'.  [default: y4m]")
-@click.option("--pix-fmt", metavar="NAME",
-              help="Pixel format of a virtual camera (yuyv422, nv12, i420), a file or '-'.")  # fmt: skip
-@click.option("--codec", metavar="NAME", help="Video encoder of files and network streams.")
-@click.option("--crf", type=common.number(0, 63),
-              help="Quality of files; lower is better and larger.")  # fmt: skip
-@click.option("--bitrate", type=common.number(1000, whole=True),
-              help="Bit rate of network streams, in bits per second.")  # fmt: skip
-@click.option("--audio", type=click.Choice(["auto", "none"]), default="auto",
-              help="Audio of files and streams.")  # fmt: skip
-@click.option("--microphone", metavar="NAME", help="Audio source: default, hw:1,0, part of a name, or test.")
-@click.option("-y", "--overwrite", is_flag=True, help="Overwrite existing files.")
-@common.parents_option("targets")
-@click.option("--input-format", metavar="NAME", help="Format of a camera (mjpeg) or of '-' (raw).")
-@common.raw_video_options("Frame rate of raw video.  [default: 30]", "raw_rate")
-@click.option("--port", type=common.number(0, 65535, whole=True), default=0, show_default=False,
-              help="Port of the page.  [default: any free port]")  # fmt: skip
-@click.option(
-    "--host",
-    type=common.ADDRESS,
-    help="Open the page to the network at this machine's ADDRESS there, or 0.0.0.0.",
+@command(
+    "Restyle a camera, a screen or a stream in real time.",
+    examples=(
+        "vidstyle live --style ink",
+        "vidstyle live /dev/video0 --to /dev/video9 -s noir",
+        "vidstyle live in.mp4 --loop --to page --to show.mkv",
+    ),
+    epilog="Styles: vidstyle styles. Guide: docs/camera.md in the source folder.",
 )
+@path_arguments(source="[SOURCE]")
+@common.style_options(default="ink")
+@option("--to", "targets", metavar="TARGET", multiple=True, default=["page"], group=Group.OUTPUT,
+        help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.")  # fmt: skip
+@option("--size", type=common.SIZE, group=Group.OUTPUT,
+        help="Capture and output size; 1280x-2 keeps the aspect ratio.")  # fmt: skip
+@option("--fps", type=common.RATE, group=Group.OUTPUT,
+        help="Frame rate.  [default: of the source; 30 for cameras]")  # fmt: skip
+@option("--budget", type=click.Choice(["auto", "off"]), default="auto", group=Group.DEVICE,
+        help="If too slow, auto reduces working size and frame rate; off reduces only the rate.")  # fmt: skip
+@option("--loop", is_flag=True, group=Group.INPUT, help="Repeat a file.")
+@option("--frames", type=common.number(1, whole=True), group=Group.OUTPUT, help="Stop after N frames.")
+@option("--duration", "seconds", type=common.SECONDS, group=Group.OUTPUT, help="Stop after this time.")
+@option("--format", "file_format", metavar="y4m|nut|raw", group=Group.OUTPUT,
+        help="Format of standard output.  [default: y4m]")  # fmt: skip
+@option("--pix-fmt", metavar="NAME", group=Group.VIDEO,
+        help="Pixel format of a virtual camera (yuyv422, nv12, i420), a file or stdout.")  # fmt: skip
+@option("--codec", metavar="NAME", group=Group.VIDEO, help="Video encoder of files and network streams.")
+@option("--crf", type=common.number(0, 63), group=Group.VIDEO,
+        help="Constant quality of files; a lower value gives better quality and a larger file.")  # fmt: skip
+@option("--bitrate", type=common.number(1000, whole=True), group=Group.VIDEO,
+        help="Bit rate of network streams, in bits per second.")  # fmt: skip
+@option("--audio", type=click.Choice(["auto", "none"]), default="auto", group=Group.AUDIO,
+        help="Audio of files and streams.")  # fmt: skip
+@option("--microphone", metavar="NAME", group=Group.AUDIO,
+        help="Audio source: default, hw:1,0, part of a name, or test.")  # fmt: skip
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite existing files.")
+@parents_option("targets")
+@option("--input-format", metavar="NAME", group=Group.INPUT,
+        help="Format of a camera (mjpeg) or of standard input (raw).")  # fmt: skip
+@common.raw_video_options("Frame rate of raw video.  [default: 30]", "raw_rate")
+@browser.port_option
+@option("--host", type=common.ADDRESS, group=Group.CONTROL,
+        help="Serve the page to the network on this local address, or 0.0.0.0 for all.")  # fmt: skip
 @browser.open_option
 @common.device_option()
-@click.option("--list", "listing", is_flag=True, help="List cameras with their modes, and microphones.")
-@click.option("--no-keys", is_flag=True, help="Disable keyboard control.")
-@click.option("--stats", is_flag=True, help="Print latency and dropped frames at the end.")
-@click.option("--json", "as_json", is_flag=True,
-              help="Print --stats or --list as JSON (on stderr when a target is '-').")  # fmt: skip
+@option(
+    "--list", "listing", is_flag=True, group=Group.INPUT, help="List cameras, their modes and microphones."
+)
+@option("--no-keys", is_flag=True, group=Group.CONTROL, help="Disable keyboard control.")
+@option("--stats", is_flag=True, help="Print latency and dropped frames at the end.")
+@option("--json", "as_json", is_flag=True,
+        help="Print --stats or --list as JSON (on stderr if a target is -).")  # fmt: skip
 @reporting_options
 def live(
     targets: tuple[str, ...], listing: bool, as_json: bool, source: str = "camera", **options: Any
 ) -> int:
     """Restyle SOURCE in real time: a camera, a screen, a stream or a file, to one or more targets.
 
-    SOURCE is a camera's path, number or name (default: the first camera), screen, test, -, a URL, or a
-    file, which plays in real time.
+    SOURCE is the path, number or name of a camera (default: the first one), screen, test, -, a URL, or a
+    file, which is played in real time.
     """
     from vidstyle.live.control import Controls
     from vidstyle.live.keys import HELP, keys
@@ -109,9 +122,9 @@ def _list_devices(as_json: bool) -> None:
         click.echo(json.dumps([*(_described(device) for _, device in cameras), *heard]))
         return
     if not cameras:
-        say("there is no camera here")
+        say("no camera found")
     for name, device in cameras:
-        what = "" if device.can_capture else "  (virtual: pictures can be written to it)"
+        what = "" if device.can_capture else "  (virtual camera: an output)"
         click.echo(f"{name}  {device.name}{what}")
         for mode in device.modes:
             click.echo(f"    {mode}")
@@ -139,7 +152,7 @@ def _live_options(options: dict[str, Any]) -> LiveOptions:
 
     sound, microphone = options["audio"] == "auto", options["microphone"]
     if microphone is not None and not sound:
-        raise UsageError("--microphone", "is of no use with --audio none", "leave one of them out")
+        raise UsageError("--microphone", "has no effect with --audio none", "remove one of them")
     return common.from_options(
         LiveOptions,
         options,

@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import ipaddress
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from fractions import Fraction
-from functools import wraps
 from math import inf
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
-from vidstyle.errors import OutputError, StyleError, UsageError
+from vidstyle.cli.command import Decorator, Group, option
+from vidstyle.core.cores import MAX_THREADS, limit_opencv, use_threads
+from vidstyle.errors import StyleError, UsageError
 
 if TYPE_CHECKING:
     from vidstyle.media.options import RawVideo
     from vidstyle.style import Style
 
 T = TypeVar("T")
-Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class Parsed(click.ParamType):  # type: ignore[type-arg, unused-ignore]  # generic since click 8.5
@@ -133,85 +131,22 @@ RATE = Parsed("rate", parse_rate)
 ADDRESS = Parsed("address", parse_address)
 
 
-PATH_OPTIONS = {"source": ("-i", "--input"), "target": ("-o", "--output")}
-"""The options that give what the arguments of these names give."""
+def threads_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds --threads, which holds for all that the command computes."""
 
+    def limit(context: click.Context, _: click.Parameter, threads: int | None) -> None:
+        if not context.resilient_parsing:
+            if threads is not None:
+                context.with_resource(use_threads(threads))
+            context.with_resource(limit_opencv())
 
-def path_arguments(**metavars: str) -> Decorator:
-    """Adds arguments that may be given as options too, in any mixture.
-
-    Args:
-        metavars: how the help calls each argument, one of `PATH_OPTIONS`; in brackets it may be missing.
-    """
-    words = " ".join(metavars.values())
-
-    def add(command: Callable[..., Any]) -> Callable[..., Any]:
-        @wraps(command)
-        def run(words_given: tuple[str, ...], **options: Any) -> Any:
-            given = {name: options.pop(name) for name in metavars}
-            open_names = [name for name in metavars if given[name] is None]
-            given |= zip(open_names, words_given, strict=False)
-            for word in words_given[len(open_names) :]:
-                hint = "put a pattern such as 'frames/*.png' in quotes"
-                raise click.UsageError(f"unexpected argument {word!r}; {hint}")
-            for name, metavar in metavars.items():
-                if given[name] is None and not metavar.startswith("["):
-                    raise click.UsageError(f"{metavar} is missing")
-            return command(**{name: path for name, path in given.items() if path is not None}, **options)
-
-        for name, metavar in reversed(metavars.items()):
-            text = f"Another way to give {metavar.strip('[]')}."
-            run = click.option(*PATH_OPTIONS[name], name, metavar="PATH", type=click.Path(), help=text)(run)
-        return click.argument("words_given", metavar=words, nargs=-1, type=click.Path())(run)
-
-    return add
-
-
-def parents_option(target: str) -> Decorator:
-    """Adds --parents, which makes the folders of the paths in the command's parameter `target`."""
-
-    def add(command: Callable[..., Any]) -> Callable[..., Any]:
-        @wraps(command)
-        def run(parents: bool, **options: Any) -> Any:
-            given = options.get(target)
-            paths = given if isinstance(given, tuple) else (given,)
-            with made_folders([str(path) for path in paths if path is not None and parents]):
-                return command(**options)
-
-        return click.option("--parents", is_flag=True, help="Make missing folders of the output.")(run)
-
-    return add
-
-
-@contextmanager
-def made_folders(targets: Iterable[str]) -> Iterator[None]:
-    """Make the folders of the targets; those that nothing is written to are removed again.
-
-    A target that ends in a slash is a folder itself; a URL has none.
-
-    Raises:
-        OutputError: one cannot be made.
-    """
-    made: list[Path] = []
-    for target in targets:
-        folder = Path(target) if target.endswith(("/", os.sep)) else Path(target).parent
-        if "://" in target:
-            continue
-        made += [each for each in (folder, *folder.parents) if not each.exists()]
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(folder, f"cannot be made ({error.strerror})") from None
-    try:
-        yield
-    finally:
-        for folder in made:
-            with suppress(OSError):  # it holds something
-                folder.rmdir()
+    text = "Number of threads.  [default: the cores that this process may use]"
+    return option("--threads", type=number(1, MAX_THREADS, whole=True), metavar="N", group=Group.DEVICE,
+                  expose_value=False, callback=limit, help=text)(command)  # fmt: skip
 
 
 def device_option(text: str = "Device that runs the style.") -> Decorator:
-    """Adds --device and --list-devices; `text`: help of the first."""
+    """Adds --device, --list-devices and --threads; `text`: help of the first."""
 
     def show(context: click.Context, _: click.Parameter, is_wanted: bool) -> None:
         if is_wanted:
@@ -222,27 +157,29 @@ def device_option(text: str = "Device that runs the style.") -> Decorator:
             context.exit()
 
     names = "auto|cpu|gpu|gpu:N"
-    device = click.option("-d", "--device", metavar=names, default="auto", help=text)
-    listing = click.option("--list-devices", is_flag=True, is_eager=True, expose_value=False, callback=show,
-                           help="List the devices that can run a style.")  # fmt: skip
-    return lambda command: device(listing(command))
+    group = Group.DEVICE
+    device = option("-d", "--device", metavar=names, default="auto", group=group, help=text)
+    listing = option("--list-devices", is_flag=True, is_eager=True, expose_value=False, callback=show,
+                     group=group, help="List the devices that can run a style.")  # fmt: skip
+    return lambda command: device(listing(threads_option(command)))
 
 
 def style_options(**declared: Any) -> Decorator:
     """Adds the options that choose a style and change its values; `declared`: of --style."""
-    declared |= {"type": STYLE, "help": "Name of a style or a file."}
-    style = click.option("-s", "--style", "style_name", **declared)
+    declared |= {"type": STYLE, "group": Group.STYLE, "help": "Name of a style, or a style file."}
+    style = option("-s", "--style", "style_name", **declared)
     return lambda command: style(change_options(command))
 
 
 def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Adds the options that change the values of a style."""
-    changes = click.option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True,
-                           help="Override a style parameter; may be repeated.")  # fmt: skip
+    group = Group.STYLE
+    changes = option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True, group=group,
+                     help="Override a style parameter; may be repeated.")  # fmt: skip
     text = "Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]"
-    steady = click.option("--steady", type=number(0, 1), help=text)
-    text = "How much finer the style draws: 2 halves its marks, 0.5 doubles them."
-    detail = click.option("--detail", type=number(0.125, 8), help=text)
+    steady = option("--steady", type=number(0, 1), group=group, help=text)
+    text = "Level of detail: 2 halves the size of lines and dots, 0.5 doubles it."
+    detail = option("--detail", type=number(0.125, 8), group=group, help=text)
     return changes(steady(detail(command)))
 
 
@@ -263,10 +200,13 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
     """Adds the options that describe raw video as input; help and name are those of --input-fps."""
-    size = click.option("--input-size", type=SIZE, help="Size of raw video, which makes INPUT raw.")
-    pix_fmt = click.option("--input-pix-fmt", metavar="NAME", default="yuv420p",
-                           help="Pixel format of raw video.")  # fmt: skip
-    rate = click.option("--input-fps", rate_name, type=RATE, help=rate_help)
+    group = Group.INPUT
+    size = option(
+        "--input-size", type=SIZE, group=group, help="Size of raw video; reads the input as raw video."
+    )
+    pix_fmt = option("--input-pix-fmt", metavar="NAME", default="yuv420p", group=group,
+                     help="Pixel format of raw video.")  # fmt: skip
+    rate = option("--input-fps", rate_name, type=RATE, group=group, help=rate_help)
     return lambda command: size(pix_fmt(rate(command)))
 
 

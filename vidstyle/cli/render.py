@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli import options as common
+from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.configuration import configured_options
 from vidstyle.cli.display import display, progress_option
+from vidstyle.cli.paths import parents_option, path_arguments
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import printable
 from vidstyle.pipeline.progress import clock
@@ -18,45 +20,57 @@ if TYPE_CHECKING:
     from vidstyle.pipeline.progress import Summary
 
 
-@click.command(short_help="Restyle a film, a picture, an image sequence or a pipe.")
-@common.path_arguments(source="INPUT", target="OUTPUT")
+@command(
+    "Restyle a film, a picture, an image sequence or a pipe.",
+    examples=(
+        "vidstyle render in.mp4 out.mp4 --style comic",
+        "vidstyle render in.mp4 ink.mkv -s ink:blue --start 1:20 --end 1:32 --crf 20",
+        "vidstyle render 'frames/*.png' film.mp4 -s sketch --input-fps 12",
+    ),
+    epilog="Styles: vidstyle styles. Guide: docs/commands.md in the source folder.",
+)
+@path_arguments(source="INPUT", target="OUTPUT")
 @common.style_options()
-@click.option("-y", "--overwrite", is_flag=True, help="Overwrite OUTPUT if it exists.")
-@common.parents_option("target")
-@click.option("--resume", is_flag=True, help="Continue what an interrupted run has left of OUTPUT.")
-@click.option("--start", type=common.SECONDS, help="Start time, in seconds or as h:mm:ss.")
-@click.option("--end", type=common.SECONDS, help="End time.")
-@click.option("--frames", type=common.number(1, whole=True), help="Write at most N frames.")
-@click.option("--size", type=common.SIZE, help="Scale to this size; 1280x-2 keeps the aspect ratio.")
-@click.option("--fps", type=common.RATE,
-              help="Constant frame rate; by default all frames keep their timestamps.")  # fmt: skip
-@click.option("--codec", metavar="NAME", help="Video encoder, such as libx265 or h264_nvenc.")
-@click.option("--crf", type=common.number(0, 63), help="Quality; lower is better and larger.")
-@click.option("--preset", metavar="NAME", help="Encoder preset: speed against compression.")
-@click.option("--pix-fmt", metavar="NAME", help="Output pixel format, such as yuv420p10le.")
-@click.option("--audio", metavar="copy|none|CODEC", default="copy", help="Copy, drop or re-encode the audio.")
-@click.option("--format", "file_format", metavar="NAME",
-              help="Format of OUTPUT on '-', such as nut, y4m or raw.")  # fmt: skip
-@click.option("--input-format", metavar="NAME",
-              help="Format of INPUT where its content does not tell: raw.")  # fmt: skip
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite OUTPUT if it exists.")
+@parents_option("target")
+@option("--resume", is_flag=True, group=Group.OUTPUT, help="Continue an interrupted run that wrote OUTPUT.")
+@option("--start", type=common.SECONDS, group=Group.INPUT, help="Start time, in seconds or as h:mm:ss.")
+@option("--end", type=common.SECONDS, group=Group.INPUT, help="End time, as a position in INPUT.")
+@option("--frames", type=common.number(1, whole=True), group=Group.OUTPUT, help="Write at most N frames.")
+@option("--size", type=common.SIZE, group=Group.OUTPUT,
+        help="Scale to this size; 1280x-2 keeps the aspect ratio.")  # fmt: skip
+@option("--fps", type=common.RATE, group=Group.OUTPUT,
+        help="Convert to a constant frame rate.  [default: keep all timestamps]")  # fmt: skip
+@option("--codec", metavar="NAME", group=Group.VIDEO, help="Video encoder, such as libx265 or h264_nvenc.")
+@option("--crf", type=common.number(0, 63), group=Group.VIDEO,
+        help="Constant quality; a lower value gives better quality and a larger file.")  # fmt: skip
+@option("--preset", metavar="NAME", group=Group.VIDEO,
+        help="Encoder preset; a slower one gives a smaller file.")  # fmt: skip
+@option("--pix-fmt", metavar="NAME", group=Group.VIDEO, help="Output pixel format, such as yuv420p10le.")
+@option("--audio", metavar="copy|none|CODEC", default="copy", group=Group.AUDIO,
+        help="Copy, drop or re-encode the audio.")  # fmt: skip
+@option("--format", "file_format", metavar="NAME", group=Group.OUTPUT,
+        help="Format of standard output, such as nut, y4m or raw.")  # fmt: skip
+@option("--input-format", metavar="NAME", group=Group.INPUT,
+        help="Format of INPUT if it cannot be detected: raw.")  # fmt: skip
 @common.raw_video_options("Frame rate of raw video or an image sequence.  [default: 25]", "rate")
-@click.option("--hwaccel", metavar="NAME", help="Hardware decoder, such as cuda.")
-@click.option("--rotate", type=click.Choice(["0", "90", "180", "270"]),
-              help="Rotate clockwise by this angle, ignoring the rotation in the file.")  # fmt: skip
-@click.option("--no-autorotate", is_flag=True, help="Ignore the rotation in the file.")
-@click.option("--allow-url", is_flag=True, help="Allow INPUT to be a URL.")
-@click.option("--compare", type=click.Choice(["side", "split"]),
-              help="Show source and result side by side, or split in the middle.")  # fmt: skip
+@option("--hwaccel", metavar="NAME", group=Group.INPUT, help="Hardware decoder, such as cuda.")
+@option("--rotate", type=click.Choice(["0", "90", "180", "270"]), group=Group.INPUT,
+        help="Rotate clockwise by this angle instead of the rotation stored in INPUT.")  # fmt: skip
+@option("--no-autorotate", is_flag=True, group=Group.INPUT, help="Ignore the rotation stored in INPUT.")
+@option("--allow-url", is_flag=True, group=Group.INPUT, help="Allow INPUT to be a URL.")
+@option("--compare", type=click.Choice(["side", "split"]), group=Group.OUTPUT,
+        help="Show source and result side by side, or split in the middle.")  # fmt: skip
 @common.device_option()
 @progress_option
-@click.option("--json", "as_json", is_flag=True,
-              help="Print a summary as JSON (on stderr when OUTPUT is '-').")  # fmt: skip
+@option("--json", "as_json", is_flag=True,
+        help="Print a summary as JSON (on stderr if OUTPUT is -).")  # fmt: skip
 @reporting_options
 def render(source: str, target: str, as_json: bool, progress: str, **options: Any) -> int:
     """Restyle INPUT into OUTPUT: a film, a picture, an image sequence or a pipe (-).
 
-    A sequence is named by %05d.png, as INPUT by '*.png' in quotes too. A folder as OUTPUT takes a file of
-    INPUT's name.
+    Name a sequence frames/%05d.png; as INPUT, '*.png' in quotes works too. If OUTPUT is a folder, the file
+    keeps INPUT's name.
     """
     from vidstyle.media.read.reader import ReadOptions
     from vidstyle.media.write.writer import WriteOptions

@@ -18,6 +18,7 @@ from typing import Any, TextIO
 
 import click
 
+from vidstyle.cli.command import option
 from vidstyle.errors import OutputError, StyleError, UsageError, VidstyleError, log, output_error, printable
 from vidstyle.pipeline.stopping import StoppedError
 
@@ -117,7 +118,7 @@ def _conclusion(error: BaseException) -> tuple[int, str]:
             # Of a command that prints: whatever writes a file names it in an error of its own.
             return OutputError.exit_code, str(output_error("standard output", error))
     reason = printable(f"{type(error).__name__}: {error}")
-    return BUG, f"internal error: {reason}; run again with --debug and report the output as a bug"
+    return BUG, f"internal error: {reason}; please report this as a bug, with the output of --debug"
 
 
 def _usage(error: click.UsageError) -> str:
@@ -160,10 +161,10 @@ def reporting_options(command: Any) -> Any:
         log.setLevel(value.upper())
 
     levels = click.Choice(["debug", "info", "warning", "error"])
-    debug = click.option("--debug", is_flag=True, expose_value=False, callback=set_debug,
-                         help="Show where an error came from.")  # fmt: skip
-    level = click.option("--log-level", type=levels, default="info", expose_value=False,
-                         callback=set_level, help="Which notices to show.")  # fmt: skip
+    debug = option("--debug", is_flag=True, expose_value=False, callback=set_debug,
+                   help="Show a traceback on errors.")  # fmt: skip
+    level = option("--log-level", type=levels, default="info", expose_value=False,
+                   callback=set_level, help="Lowest level of notices to show.")  # fmt: skip
     return level(debug(command))
 
 

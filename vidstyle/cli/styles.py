@@ -14,9 +14,11 @@ import click
 from vidstyle.cli import browser
 from vidstyle.cli.bench import FORMS as OPENGL_FORMS
 from vidstyle.cli.bench import both_sides
+from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.display import display, list_entry, progress_option
 from vidstyle.cli.likeness import print_like
-from vidstyle.cli.options import SECONDS, SIZE, STYLE, parents_option
+from vidstyle.cli.options import SECONDS, SIZE, STYLE, threads_option
+from vidstyle.cli.paths import PATH, PATH_TEXT, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.cli.terminal_pictures import protocol_of, sheet_lines
 from vidstyle.errors import StyleError, UsageError, printable
@@ -30,32 +32,44 @@ FORMS = (*OPENGL_FORMS, "es")
 """The kinds of shaders: those of OpenGL, and that of `vidstyle export`."""
 
 
-@click.command(short_help="List the styles, or describe one.")
+@command(
+    "List the styles, or describe one.",
+    examples=(
+        "vidstyle styles",
+        "vidstyle styles comic",
+        "vidstyle styles --preview in.mp4 -o sheet.html",
+    ),
+)
 @click.argument("name", required=False, type=STYLE)
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-@click.option("--schema", is_flag=True, help="Print the JSON Schema of style files.")
-@click.option("--preview", metavar="INPUT", type=click.Path(),
-              help="Render a picture, or a frame of a film, in every style or NAME; needs -o.")  # fmt: skip
-@click.option("--like", metavar="PICTURE", type=click.Path(),
-              help="Name the styles nearest to PICTURE, tried on NAME, a picture or film.")  # fmt: skip
-@click.option("--at", type=SECONDS, help="Time of the frame for --preview.  [default: the middle]")
-@click.option("--allow-url", is_flag=True, help="Allow INPUT to be a URL.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-              help="Output of --preview (.html, .png or .jpg), --svg (.svg) or --like (.toml).")  # fmt: skip
-@click.option("-y", "--overwrite", is_flag=True, help="Overwrite FILE if it exists.")
+@option("--json", "as_json", is_flag=True, group=Group.OUTPUT, help="Print JSON.")
+@option("--schema", is_flag=True, group=Group.OUTPUT, help="Print the JSON Schema of style files.")
+@option("--preview", metavar="INPUT", type=PATH_TEXT, group=Group.INPUT,
+        help="Render a picture, or a frame of a film, in all styles or in NAME; needs -o.")  # fmt: skip
+@option("--like", metavar="PICTURE", type=PATH_TEXT, group=Group.INPUT,
+        help="Rank the styles by similarity to PICTURE when applied to NAME, a picture or film.")  # fmt: skip
+@option("--at", type=SECONDS, group=Group.INPUT,
+        help="Time of the frame for --preview.  [default: the middle]")  # fmt: skip
+@option("--allow-url", is_flag=True, group=Group.INPUT, help="Allow INPUT to be a URL.")
+@option("-o", "--output", type=PATH, metavar="FILE", group=Group.OUTPUT,
+        help="Output of --preview (.html, .png or .jpg), --svg (.svg) or --like (.toml).")  # fmt: skip
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite FILE if it exists.")
 @browser.open_option
 @parents_option("output")
-@click.option("--svg", is_flag=True, help="Draw the graph of the style NAME as SVG.")
-@click.option("--plan", is_flag=True, help="Print the GPU passes of the style and the bytes that they move.")
-@click.option("--size", type=SIZE, default="1920x1080", callback=both_sides, help="Picture size for --plan.")
-@click.option("--form", type=click.Choice(FORMS), default=FORMS[0], help="Kind of shaders for --plan.")
+@option("--svg", is_flag=True, group=Group.OUTPUT, help="Draw the graph of the style NAME as SVG.")
+@option("--plan", is_flag=True, group=Group.DEVICE,
+        help="Print the GPU passes of the style NAME and the bytes that they transfer.")  # fmt: skip
+@option("--size", type=SIZE, default="1920x1080", callback=both_sides, group=Group.DEVICE,
+        help="Picture size for --plan.")  # fmt: skip
+@option("--form", type=click.Choice(FORMS), default=FORMS[0], group=Group.DEVICE,
+        help="Kind of shaders for --plan.")  # fmt: skip
+@threads_option
 @progress_option
 @reporting_options
 def styles(name: str | None, as_json: bool, schema: bool, **options: Any) -> None:
     """List the styles, or describe the steps and parameters of one: a NAME or a style file.
 
-    NAME:VARIANT is a variant of a style. Your own styles are found by name in ~/.config/vidstyle/styles
-    (XDG_CONFIG_HOME; on macOS in ~/Library/Application Support, on Windows in %APPDATA%).
+    NAME:VARIANT is a variant of a style. Put your own styles into ~/.config/vidstyle/styles
+    (XDG_CONFIG_HOME; on macOS ~/Library/Application Support, on Windows %APPDATA%) to use them by name.
     """
     from vidstyle.style import describe, load_style, style_names, style_schema
 
@@ -113,9 +127,9 @@ def _reject_unused_options(options: dict[str, Any]) -> None:
     """Reject options that would have no effect."""
     preview, output = options["preview"] is not None, options["output"] is not None
     if options["at"] is not None and not preview:
-        raise click.UsageError("--at belongs to --preview INPUT")
+        raise click.UsageError("--at needs --preview INPUT")
     if output and not (preview or options["svg"] or options["like"]):
-        raise click.UsageError("--output belongs to --preview INPUT, --svg or --like PICTURE")
+        raise click.UsageError("--output needs --preview INPUT, --svg or --like PICTURE")
     if preview and not output:
         raise click.UsageError("--preview needs -o FILE.html, FILE.png or FILE.jpg")
 

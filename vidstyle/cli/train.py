@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.display import display, progress_option
-from vidstyle.cli.options import number, parents_option
+from vidstyle.cli.options import number, threads_option
+from vidstyle.cli.paths import PATH, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import StepProgress
@@ -26,42 +28,53 @@ MIN_RHO = 0.3
 """Of the windows by which filters are chosen, in pixels."""
 
 
-@click.command(short_help="Train a bank of learned filters on a filter or on pairs of pictures.")
-@click.argument("bank", metavar="BANK.npz", type=click.Path(path_type=Path))
-@click.option("--images", metavar="DIR", type=click.Path(path_type=Path), help="Folder of training pictures.")
-@click.option("--reference", metavar="NAME", help="Approximate a built-in reference filter, such as tv_flow.")
-@click.option("--set", "settings", metavar="NAME=NUMBER", multiple=True, help="Setting of the reference.")
-@click.option(
-    "--command", metavar="COMMAND", help="Approximate a program: 'ffmpeg -i {in} -vf nlmeans {out}'."
+@command(
+    "Train a bank of learned filters on a filter or on pairs of pictures.",
+    examples=(
+        "vidstyle train mine.npz --images photographs/ --reference tv_flow",
+        "vidstyle train mine.npz --images photographs/ --pairs painted/",
+        "vidstyle train mine.npz --show filters.png",
+    ),
+    epilog="Guide: README.md in the source folder.",
 )
-@click.option("--function", metavar="MODULE:NAME",
-              help="Approximate a Python function from RGB, uint8, to RGB.")  # fmt: skip
-@click.option("--pairs", metavar="DIR", type=click.Path(path_type=Path),
-              help="Approximate the pictures of the same names in DIR.")  # fmt: skip
-@click.option("--slider", "sliders", metavar="NAME=LOW:HIGH", multiple=True,
-              help="Weight of a further picture that the function returns.")  # fmt: skip
-@click.option("--bins", metavar="OxSxC[xK]", default="16x5x3",
-              help="Bins of orientation, strength, coherence and curvature.")  # fmt: skip
-@click.option("--feature", "features", metavar="NAME=BINS@RHO", multiple=True,
-              help="Choose by the mean, or by strength or coherence at another scale, too.")  # fmt: skip
-@click.option("--chroma", is_flag=True, help="Learn what the filter does to chroma, too.")
-@click.option("--size", type=number(3, 15, whole=True), default=7, help="Filter size in pixels, odd.")
-@click.option("--rho", type=number(MIN_RHO, 8), default=1.5,
-              help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
-@click.option("--hold-out", type=number(0, whole=True), default=2,
-              help="Number of pictures, the last ones, that only measure fidelity.")  # fmt: skip
-@click.option("--long-side", type=number(16, whole=True), default=1000,
-              help="Reduce pictures to this length of their longer side.")  # fmt: skip
-@click.option("-y", "--overwrite", is_flag=True, help="Overwrite BANK.npz if it exists.")
+@click.argument("bank", metavar="BANK.npz", type=PATH)
+@option("--images", metavar="DIR", type=PATH, group=Group.REFERENCE, help="Folder of training pictures.")
+@option("--reference", metavar="NAME", group=Group.REFERENCE,
+        help="Approximate a built-in reference filter, such as tv_flow.")  # fmt: skip
+@option("--set", "settings", metavar="NAME=NUMBER", multiple=True, group=Group.REFERENCE,
+        help="Override a setting of the reference filter; may be repeated.")  # fmt: skip
+@option("--command", metavar="COMMAND", group=Group.REFERENCE,
+        help="Approximate a program: 'ffmpeg -i {in} -vf nlmeans {out}'.")  # fmt: skip
+@option("--function", metavar="MODULE:NAME", group=Group.REFERENCE,
+        help="Approximate a Python function from RGB to RGB (uint8).")  # fmt: skip
+@option("--pairs", metavar="DIR", type=PATH, group=Group.REFERENCE,
+        help="Approximate the pictures in DIR that have the same names as those of --images.")  # fmt: skip
+@option("--slider", "sliders", metavar="NAME=LOW:HIGH", multiple=True, group=Group.FILTERS,
+        help="Weight of an additional picture that the function returns; may be repeated.")  # fmt: skip
+@option("--bins", metavar="OxSxC[xK]", default="16x5x3", group=Group.FILTERS,
+        help="Bins of orientation, strength, coherence and curvature.")  # fmt: skip
+@option("--feature", "features", metavar="NAME=BINS@RHO", multiple=True, group=Group.FILTERS,
+        help="Also select filters by mean, strength or coherence at scale RHO; may be repeated.")  # fmt: skip
+@option("--chroma", is_flag=True, group=Group.FILTERS, help="Also learn filters for chroma.")
+@option("--size", type=number(3, 15, whole=True), default=7, group=Group.FILTERS,
+        help="Filter size in pixels, odd.")  # fmt: skip
+@option("--rho", type=number(MIN_RHO, 8), default=1.5, group=Group.FILTERS,
+        help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
+@option("--hold-out", type=number(0, whole=True), default=2, group=Group.REFERENCE,
+        help="Hold out the last N pictures for validation.")  # fmt: skip
+@option("--long-side", type=number(16, whole=True), default=1000, group=Group.REFERENCE,
+        help="Scale larger pictures down to this length of the longer side, in pixels.")  # fmt: skip
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite BANK.npz if it exists.")
 @parents_option("bank")
-@click.option("--show", metavar="PICTURE", type=click.Path(path_type=Path),
-              help="Draw the filters of BANK.npz as a picture.")  # fmt: skip
+@option("--show", metavar="PICTURE", type=PATH, group=Group.OUTPUT,
+        help="Draw the filters of BANK.npz as a picture instead.")  # fmt: skip
+@threads_option
 @progress_option
 @reporting_options
 def train(bank: Path, **options: Any) -> None:
     """Train BANK.npz, or with --show draw its filters.
 
-    A style uses it as block = "learned", bank = "BANK.npz", from the style's own folder.
+    A style in the same folder uses it with block = "learned", bank = "BANK.npz".
     """
     if options["show"]:
         _show(bank, options["show"])
@@ -80,12 +93,14 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     reference = _reference(options, [name for name, *_ in sliders])
     if len(sliders) > min(len(reference.parts) - 1, MAX_SLIDERS):
         most = min(len(reference.parts) - 1, MAX_SLIDERS)
-        raise UsageError("--slider", f"is given {len(sliders)} times", f"this reference has room for {most}")
+        raise UsageError(
+            "--slider", f"is given {len(sliders)} times", f"use it at most {most} times with this reference"
+        )
     config = _config(options, reference)
     if path.exists() and not options["overwrite"]:
-        raise UsageError(path, "exists", "add -y to replace it")
+        raise UsageError(path, "already exists", "add -y to overwrite it, or choose another name")
     if options["images"] is None:
-        raise UsageError("--images", "is missing", "name a folder of pictures")
+        raise UsageError("--images", "is missing", "add --images and a folder of pictures")
     pictures = photographs_in(options["images"], options["long_side"])
     held_out = min(options["hold_out"], len(pictures) - 1)
     with display(options["progress"]) as show:
@@ -123,7 +138,7 @@ def _sliders(texts: tuple[str, ...]) -> list[tuple[str, float, float]]:
         except ValueError:
             low = high = 0.0
         if not name or not -MAX_WEIGHT <= low < high <= MAX_WEIGHT:
-            raise UsageError(text, "is not NAME=LOW:HIGH", "write it so, as --slider strength=0:2")
+            raise UsageError(text, "is not NAME=LOW:HIGH", "for example --slider strength=0:2")
         found.append((name, low, high))
     return found
 
@@ -140,11 +155,11 @@ def _features(texts: tuple[str, ...]) -> tuple[Feature, ...]:
         except ValueError:
             bins, rho = 0, 0.0
         if name not in FEATURES or not (1 <= bins <= MAX_FILTERS and MIN_RHO <= rho <= MAX_RHO):
-            remedy = f"write it so, as --feature mean=4@2; names are {', '.join(FEATURES)}"
+            remedy = f"for example --feature mean=4@2; names are {', '.join(FEATURES)}"
             raise UsageError(text, "is not NAME=BINS@RHO", remedy)
         found.append(Feature(name, bins, rho))
     if len(found) > MAX_FEATURES:
-        raise UsageError("--feature", f"is given {len(found)} times", f"there is room for {MAX_FEATURES}")
+        raise UsageError("--feature", f"is given {len(found)} times", f"use it at most {MAX_FEATURES} times")
     return tuple(found)
 
 
@@ -154,7 +169,7 @@ def _reference(options: dict[str, Any], sliders: list[str]) -> ReferenceFilter:
     sources = ("reference", "command", "function", "pairs")
     given = [name for name in sources if options[name]]
     if len(given) != 1:
-        raise UsageError("train", "learns from one reference", f"give one of --{', --'.join(sources)}")
+        raise UsageError("train", "needs exactly one reference", f"add one of --{', --'.join(sources)}")
     if given[0] == "reference":
         return reference_filter.reference_by_name(options["reference"], **_settings(options["settings"]))
     if given[0] == "function":
@@ -167,7 +182,7 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
     try:
         return {name: float(value) for name, value in (text.split("=") for text in texts)}
     except ValueError:
-        raise UsageError(" ".join(texts), "is not NAME=NUMBER", "write it so, as --set sigma=2") from None
+        raise UsageError(" ".join(texts), "is not NAME=NUMBER", "for example --set sigma=2") from None
 
 
 def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConfig:
@@ -179,18 +194,18 @@ def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConf
         orientations, strengths, coherences, *others = (int(part) for part in options["bins"].split("x"))
         (curvatures,) = others or [1]
     except ValueError:
-        reason, remedy = f"{options['bins']} is not OxSxC or OxSxCxK", "write 16x5x3"
+        reason, remedy = f"{options['bins']} is not OxSxC or OxSxCxK", "for example --bins 16x5x3"
         raise UsageError("--bins", reason, remedy) from None
     size, rho = options["size"], options["rho"]
     if orientations < 2 or orientations % 2 or min(strengths, coherences, curvatures) < 1:
-        reason = f"{options['bins']} cannot be: orientations are even, the rest above 0"
-        raise UsageError("--bins", reason)
+        reason = f"{options['bins']} is invalid: orientations must be even, the others at least 1"
+        raise UsageError("--bins", reason, "for example --bins 16x5x3")
     if size % 2 == 0:
-        raise UsageError("--size", f"{size} is not odd", f"choose {size - 1} or {size + 1}")
+        raise UsageError("--size", f"{size} is even", f"use {size - 1} or {size + 1}")
     features = _features(options["features"])
     bins = Bins(orientations, strengths, coherences, curvatures=curvatures, features=features)
     if bins.count > MAX_FILTERS:
-        raise UsageError("--bins", f"make {bins.count} filters", f"there are at most {MAX_FILTERS}")
+        raise UsageError("--bins", f"{bins.count} filters are too many", f"use at most {MAX_FILTERS}")
     return TrainingConfig(bins, rho, size, reference.sums)
 
 
@@ -203,9 +218,9 @@ def _show(path: Path, target: Path) -> None:
     try:
         bank = load_bank(shipped_banks().get(str(path), path))
     except (ValueError, OSError) as error:
-        raise InputError(path, str(error), "name a bank file, or a shipped bank") from None
+        raise InputError(path, str(error), "use a bank file, or the name of a shipped bank") from None
     if not cv2.imwrite(str(target), draw_bank(bank)[..., ::-1]):
-        raise UsageError(target, "cannot be written", "name a picture file, such as bank.png")
+        raise UsageError(target, "cannot be written", "use a picture file, such as bank.png")
 
 
 def _fidelity_text(fidelity: dict[str, float], held_out: int) -> str:
@@ -214,7 +229,7 @@ def _fidelity_text(fidelity: dict[str, float], held_out: int) -> str:
         found, untouched = fidelity["chroma psnr"], fidelity["untouched chroma psnr"]
         chroma = f", chroma {found:.1f} dB (untouched: {untouched:.1f} dB)"
     return (
-        f"on {held_out} pictures not learned from: {fidelity['psnr']:.1f} dB, MSSIM {fidelity['mssim']:.4f} "
+        f"on {held_out} held-out pictures: {fidelity['psnr']:.1f} dB, MSSIM {fidelity['mssim']:.4f} "
         f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f}){chroma}; "
         f"explains {fidelity['explained']:.0%} of the change"
     )

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import cache
 from typing import Any
 
+from vidstyle.core.cores import available_cores
+
 BAND_BYTES = 1 << 21
 """Approximate size of a band's largest value: fits a second-level cache; smaller ones mean more calls."""
-
-CORES = os.cpu_count() or 1
 
 
 @cache
 def shared_pool() -> Executor:
     """The threads of everybody who has no pool of their own, one for each core; started when first used."""
-    return threads_for(CORES - 1, "vidstyle-bands")
+    return threads_for(available_cores() - 1, "vidstyle-bands")
 
 
 @cache
@@ -63,9 +62,9 @@ def in_bands(
         radius: rows that are read around each band.
         channels: float32 numbers of a pixel in the largest value of a band.
     """
-    height, width = shape
+    (height, width), cores = shape, available_cores()
     count = -(-height // max(BAND_BYTES // (4 * channels * width), 8 * radius, 1))
-    count = -(-count // CORES) * CORES  # as many for each core
+    count = -(-count // cores) * cores  # as many for each core
     rows = -(-height // (4 * count)) * 4
     tops = iter(range(0, height, rows))
 
@@ -74,7 +73,7 @@ def in_bands(
         for top in tops:
             run(top, min(top + rows, height))
 
-    others = [pool.submit(work) for _ in range(min(CORES, -(-height // rows)) - 1)]
+    others = [pool.submit(work) for _ in range(min(cores, -(-height // rows)) - 1)]
     try:
         work()
     finally:

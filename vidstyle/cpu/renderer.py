@@ -9,8 +9,9 @@ from concurrent.futures import Executor, Future, wait
 import numpy as np
 
 from vidstyle.block import moment_of
-from vidstyle.core.bands import CORES, CallingThread, keep_freed_memory, threads_for
+from vidstyle.core.bands import CallingThread, keep_freed_memory, threads_for
 from vidstyle.core.closing import Closing
+from vidstyle.core.cores import available_cores
 from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
 from vidstyle.core.measured import ExponentialSmoother, small_luma
@@ -38,7 +39,7 @@ class CpuRenderer(Closing):
 
     Args:
         threads: for pictures that `start` takes, and for bands of pictures while a thread has none of its
-            own; in `run` the calling one takes bands too.
+            own; in `run` the calling one takes bands too. Default: `available_cores`.
         pool: threads, instead.
 
     Attributes:
@@ -49,10 +50,10 @@ class CpuRenderer(Closing):
 
     frames_in_flight = 1
 
-    def __init__(self, style: Style, threads: int = CORES, pool: Executor | None = None) -> None:
+    def __init__(self, style: Style, threads: int | None = None, pool: Executor | None = None) -> None:
         keep_freed_memory()
         self.style = style
-        self._pool = pool or threads_for(threads, "vidstyle-cpu")
+        self._pool = pool or threads_for(threads or available_cores(), "vidstyle-cpu")
         self._started: list[Future[Picture]] = []
         self._turn = Turn()
         self._cuts = SceneCutDetector()

@@ -10,7 +10,7 @@ from time import perf_counter
 
 import numpy as np
 
-from vidstyle.core.bands import CORES
+from vidstyle.core.cores import available_cores
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.cpu.step_pictures import step_pictures
@@ -69,7 +69,7 @@ class StepPictures:
     """Makes small pictures of what leaves each step."""
 
     def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-steps")
+        self._pool = ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-steps")
 
     def of(self, style: Style, frame: np.ndarray) -> dict[StepKey, np.ndarray]:
         """See `step_pictures`."""

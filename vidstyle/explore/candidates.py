@@ -11,7 +11,7 @@ from threading import Event
 
 import numpy as np
 
-from vidstyle.core.bands import CORES
+from vidstyle.core.cores import available_cores
 from vidstyle.explore.gates import ALIKE, MAX_UNSTEADY, PASSED, UNSTEADY, fault, is_like_another, pruned
 from vidstyle.explore.generate import Rules, random_style
 from vidstyle.explore.measure import Measures, Original
@@ -118,9 +118,9 @@ def search(
 def _drawn(original: Original, seed: int, rules: Rules, tries: int) -> Iterator[RandomStyle]:
     """The candidates in the order of their seeds, made on all cores."""
     numbers = count(1)
-    with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
+    with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
         while tries > 0:
-            batch = [next(numbers) for _ in range(min(2 * CORES, tries))]
+            batch = [next(numbers) for _ in range(min(2 * available_cores(), tries))]
             tries -= len(batch)
             yield from pool.map(lambda n: examined(original, random_style(f"{seed}-{n}", rules)), batch)
 
@@ -134,7 +134,7 @@ def _ranks(scores: list[float]) -> np.ndarray:
 def _pruned(original: Original, chosen: list[RandomStyle], on_step: OnStep) -> list[RandomStyle]:
     """The candidates without steps that change nothing, on all cores."""
     done: list[RandomStyle] = []
-    with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
+    with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
         shorter = pool.map(lambda each: pruned(each.style, original, each.picture), chosen)
         for candidate, style in zip(chosen, shorter, strict=True):
             done.append(replace(candidate, style=style))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.core.bands import CORES
+from vidstyle.core.cores import available_cores
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.generate import alter, cross, mutate
 from vidstyle.explore.measure import reduced
@@ -67,7 +67,7 @@ def ranked(
     """
     target, styles = appearance_of(wanted), list(styles)
     found: list[Likeness] = []
-    with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-explore") as pool:
+    with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
         drawn = pool.map(lambda each: appearance_of(restyled(photograph, each)), styles)
         for style, numbers in zip(styles, drawn, strict=True):
             found.append(Likeness(style, appearance_distance(numbers, target)))

@@ -12,8 +12,8 @@ from itertools import count
 from multiprocessing import connection, get_context, parent_process
 from typing import Any, TypeVar
 
-from vidstyle.core.bands import CORES
 from vidstyle.core.closing import Closing
+from vidstyle.core.cores import available_cores
 
 T = TypeVar("T")
 
@@ -32,7 +32,8 @@ class Workers(Closing):
     Functions, arguments and results are pickled.
     """
 
-    def __init__(self, processes: int = CORES) -> None:
+    def __init__(self, processes: int | None = None) -> None:
+        processes = processes or available_cores()
         # Forking a program with threads may leave locks held.
         self._pool = ProcessPoolExecutor(processes, get_context("spawn"), _prepare)
         self._free, self._order, self._lock = processes, count(), threading.Lock()

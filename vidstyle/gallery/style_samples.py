@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
-from vidstyle.core.bands import CORES
+from vidstyle.core.cores import available_cores
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Step, Style
@@ -53,7 +53,7 @@ def style_of_block(block: Block) -> Style:
 
 def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:
     """The picture, H x W x 3 uint8, in each style, in order, as soon as it is ready; uses all cores."""
-    with ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-gallery") as pool:
+    with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-gallery") as pool:
         yield from pool.map(lambda style: StyleSample(style, restyled(picture, style)), styles)
 
 

@@ -6,7 +6,6 @@ white becomes the white of SDR; colours outside BT.709 are clipped.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ import av
 import numpy as np
 from av.sidedata.sidedata import Type as SideDataType
 
+from vidstyle.core.cores import available_cores
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.color_tags import BT2020_PRIMARIES, HLG, LIMITED, PQ, ColorTags
 from vidstyle.media.frame import side_data_of
@@ -137,12 +137,12 @@ def _levels(encoding: Encoding) -> np.ndarray:
 
 @cache
 def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(os.cpu_count() or 1, "tone mapping")
+    return ThreadPoolExecutor(available_cores(), "tone mapping")
 
 
 def _in_strips(run: Callable[[int, int], None], height: int, step: int) -> None:
     """Run over all rows in one strip for each processor; strips begin at chroma rows."""
-    count = min(os.cpu_count() or 1, max(1, height // 64))
+    count = min(available_cores(), max(1, height // 64))
     cuts = [round(height * number / count / step) * step for number in range(count)] + [height]
     if count == 1:
         run(0, height)

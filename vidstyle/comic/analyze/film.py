@@ -27,9 +27,9 @@ from vidstyle.comic.analyze.features import (
 )
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.select.choose import default_panels
-from vidstyle.core.bands import CORES
 from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
+from vidstyle.core.cores import available_cores
 from vidstyle.core.measured import small_luma
 from vidstyle.errors import InputError, UsageError, log
 from vidstyle.media.read.decode_report import DecodeReport
@@ -54,8 +54,8 @@ _SHORT_FILM_CANDIDATES = 8
 """Number of candidates of a film that is shorter than this many intervals."""
 _FACE_INTERVAL_SECONDS = 1.25
 """Interval between candidates in which faces are detected; the others get the faces of the nearest one."""
-_MAX_WAITING_PICTURES = 4 * CORES
-"""Maximum number of pictures that wait to be measured."""
+_MAX_WAITING_PER_CORE = 4
+"""Maximum number of pictures per core that wait to be measured."""
 
 # The search for a better frame near a candidate.
 _CUT_MARGIN_SECONDS = 0.1
@@ -86,7 +86,7 @@ class Film(Closing):
         self.damage = DecodeReport()
         self._kept: dict[float, np.ndarray] = {}
         self._faces = faces
-        self._pool = ThreadPoolExecutor(CORES, thread_name_prefix="vidstyle-comic")
+        self._pool = ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-comic")
 
     @abstractmethod
     def survey(self, on_step: OnStep = unwatched) -> Survey:
@@ -273,6 +273,7 @@ class _MeasuredCandidates:
         self._futures: list[Future[Candidate]] = []
         self._looked: list[bool] = []
         self._last = -_FACE_INTERVAL_SECONDS
+        self._max_waiting = _MAX_WAITING_PER_CORE * available_cores()
 
     def append(self, time: float, measure: Callable[[bool], Future[Candidate]]) -> None:
         """Add the next candidate; `measure` starts its measurement, with or without faces."""
@@ -281,8 +282,8 @@ class _MeasuredCandidates:
             self._last = time
         self._looked.append(looks)
         self._futures.append(measure(looks))
-        if len(self._futures) > _MAX_WAITING_PICTURES:
-            self._futures[-_MAX_WAITING_PICTURES].result()
+        if len(self._futures) > self._max_waiting:
+            self._futures[-self._max_waiting].result()
 
     def candidates(self) -> list[Candidate]:
         """Return all candidates."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vidstyle.comic.layout.paper import Paper
-from vidstyle.errors import InputError, UsageError, log
+from vidstyle.errors import InputError, UsageError, error_reason, log
 
 if TYPE_CHECKING:
     from PIL import ImageFont
@@ -165,9 +165,10 @@ def _open_font(path: Path | None, size: int) -> ImageFont.FreeTypeFont:
         assert isinstance(font, ImageFont.FreeTypeFont)
         return font
     try:
+        path.open("rb").close()  # FreeType gives no reason, and its errors have no number
         return ImageFont.truetype(str(path), size)
-    except OSError:
-        reason = "is not a font" if path.is_file() else "no such file"
+    except OSError as error:
+        reason = error_reason(error).lower() if error.errno else "is not a font"
         raise InputError(path, reason, "give a .ttf or .otf file") from None
 
 

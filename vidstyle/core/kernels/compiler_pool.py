@@ -13,7 +13,7 @@ from contextlib import closing, suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from vidstyle.core.bands import CORES
+from vidstyle.core.cores import available_cores
 from vidstyle.core.kernels.compiler_process import compile_here
 from vidstyle.core.kernels.declare import ArgumentType, Compiled
 from vidstyle.errors import log
@@ -46,7 +46,7 @@ class CompilerPool:
         """Compile a kernel as soon as a core is free, and store its object file."""
         with self._lock:
             self._jobs.put((name, kernel, code))
-            if self._running < CORES:
+            if self._running < available_cores():
                 self._running += 1
                 threading.Thread(target=self._run, name="kernel compiler", daemon=True).start()
 

@@ -10,6 +10,7 @@ from typing import Any, Protocol, TypeVar
 
 import av
 
+from vidstyle.core.cores import imposed_threads
 from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason, log
 from vidstyle.media.audio import AudioChunk, SourceAudio, audio_stream
 from vidstyle.media.capture.monotonic import Clock
@@ -119,6 +120,7 @@ class LiveInput:
             container.close()
             raise
         context: Any = self._stream.codec_context
+        context.thread_count = imposed_threads()
         if not paced:
             # Each thread of frame threading would delay the output by a frame.
             context.thread_type = "SLICE"

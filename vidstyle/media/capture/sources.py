@@ -200,4 +200,4 @@ def is_file_name(text: str) -> bool:
     if text.startswith("/dev/"):
         return False
     path = Path(text)
-    return path.exists() or bool(path.suffix) or os.sep in text
+    return os.path.exists(path) or bool(path.suffix) or os.sep in text

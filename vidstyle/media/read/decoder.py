@@ -9,6 +9,7 @@ from typing import Any
 import av
 from av.codec.context import Flags
 
+from vidstyle.core.cores import imposed_threads
 from vidstyle.errors import log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.read.clock import FrameClock
@@ -195,6 +196,7 @@ def _context(stream: av.video.stream.VideoStream, max_pixels: int, frame_threads
     # Frames whose references are lost are shown, patched, rather than left out.
     context.flags |= Flags.output_corrupt
     context.thread_type = "AUTO" if frame_threads else "SLICE"
+    context.thread_count = imposed_threads()
     # av.open's option reaches only the probing.
     context.options = {"max_pixels": str(max_pixels)}
     return context

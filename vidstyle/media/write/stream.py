@@ -13,6 +13,7 @@ from typing import Any
 import av
 from av.bitstream import BitStreamFilterContext
 
+from vidstyle.core.cores import imposed_threads
 from vidstyle.errors import DeviceError, OutputError, UsageError, VidstyleError, error_reason, log
 from vidstyle.media.audio import AudioChunk, AudioEncoder
 from vidstyle.media.codecs import find_encoder, open_encoder
@@ -112,6 +113,7 @@ class Stream:
         context.width, context.height = self._size
         context.pix_fmt = self._pix_fmt
         context.time_base = 1 / options.rate
+        context.thread_count = imposed_threads()
         context.gop_size = max(1, round(options.rate * KEY_SECONDS))
         context.max_b_frames = 0
         if self._joined:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import av
 
+from vidstyle.core.cores import available_cores, imposed_threads
 from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import UsageError, error_reason, log
 from vidstyle.media.codecs import (
@@ -85,6 +85,7 @@ class VideoPlan:
         context.time_base = self.time_base
         context.framerate = self.rate
         context.thread_type = "AUTO"
+        context.thread_count = imposed_threads()
         if self.sample_aspect:
             context.sample_aspect_ratio = self.sample_aspect
         self.tags.put_on(context)
@@ -218,7 +219,7 @@ def _latency(encoder: str, rate: Fraction, preset: str) -> dict[str, str]:
     if encoder not in ("libx264", "libx264rgb"):
         return {}
     room = max(2, held - X264_REORDERED)
-    threads = max(1, (os.cpu_count() or 1) * 3 // 2)
+    threads = max(1, available_cores() * 3 // 2)
     lookahead = X264_LOOKAHEAD[preset]
     if threads + lookahead <= room:
         return {}

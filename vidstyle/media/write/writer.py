@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.atomic import is_regular_file, real_path
@@ -55,9 +55,12 @@ def file_in_folder(target: str | Path, source: str | Path) -> str | Path:
 
     Raises:
         UsageError: a folder, and the source has no name of its own.
+        OutputError: the target ends in a slash, and there is no such folder.
     """
     path, name = Path(target), Path(source).name
     if str(target) == "-" or not os.path.isdir(path):
+        if str(target).endswith(("/", os.sep)):
+            raise OutputError(target, "is not an existing folder", "add --parents to create it")
         return target
     if str(source) == "-" or not os.path.isfile(source):
         raise UsageError(target, "is a folder", f"name a file in it, such as {path / 'film.mp4'}")
