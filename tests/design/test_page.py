@@ -156,8 +156,8 @@ def test_no_moving_card_catches_a_click_on_the_button_of_a_gap(page: Page) -> No
     """A card that covers the button between press and release takes the click from it."""
     browser = page.browser
     page.begin()
-    moved = """addEventListener("transitionrun", (event) => (globalThis.moved ??= new Set()).add(event.target.id))"""
-    browser.run(moved)
+    browser.run("""globalThis.moved = new Set();
+    addEventListener("transitionrun", (event) => moved.add(event.target.id));""")
     page.add("[data-layer=background]", "pattern", "Pattern")
     page.add("[data-layer=background][data-index='0']", "threshold", "Soft threshold")
     pattern, threshold = page.server.designer.opened.content.layers["background"][::-1]
