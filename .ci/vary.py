@@ -118,6 +118,7 @@ def main() -> None:
     machines = draw_machines(seed)
     print(f"seed {seed}; all tests on:\n{machines[0]}\nsome on the opposite:\n{machines[1]}", flush=True)
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as second_thread:
+        Path(folder).chmod(0o711)
         first, second = (Checkout(machine, Path(folder), seed) for machine in machines)
         others = second_thread.submit(_run_others, second, seed)
         all_tests = first.test("test", show=True)

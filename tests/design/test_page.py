@@ -421,8 +421,8 @@ def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
         "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === 'Paint').click()"
     )
     steps = len(load_style("paint").steps)
-    browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
     browser.click("#to-diagram")
+    browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
     browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     boxes = browser.run(
         """document.getAnimations().forEach((each) => each.finish());
