@@ -1,7 +1,7 @@
 """Settings of the machines that the tests run on: drawn by a seed, so that each day tries others.
 
-A second machine has the opposite settings: of two options the other one. A variable can choose each setting of
-the first machine, such as VIDSTYLE_CI_USER=ordinary.
+A second machine has the opposite settings: of two options the other one. Variables such as
+VIDSTYLE_CI_USER=ordinary choose settings of the first machine.
 """
 
 from __future__ import annotations
