@@ -6,6 +6,7 @@ VIDSTYLE_TEST_SEED, the date in `run`, chooses the machine; `settings.py` says w
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -131,8 +132,16 @@ def main() -> None:
         if not succeeded and name != "all tests":
             print(f"{name}:", *lines, sep="\n")
     for name, (_, lines) in results.items():
-        print(f"{name}: {lines[-1] if lines else ''}")
+        print(f"{name}: {_summary(lines)}")
     sys.exit(not all(result.succeeded for result in results.values()))
+
+
+def _summary(lines: list[str]) -> str:
+    """Find the last line that counts something, in front of what `make` says of a failure."""
+    counting = (
+        line for line in reversed(lines) if re.search(r"\d (passed|failed|error|cases)|Success", line)
+    )
+    return next(counting, lines[-1])
 
 
 def _run_others(checkout: Checkout, seed: str) -> dict[str, Result]:
