@@ -6,8 +6,12 @@ PYTHON ?= $(shell for python in python3 python3.14 python3.13 python3.12 python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
-# Processes that share the tests: one more than two cores, as some tests wait for real clocks.
-JOBS ?= 3
+# Processes that share the tests: one more than the cores that may be used, as some tests wait for real clocks,
+# and at most 16: each takes up to 1.5 GB.
+CORES = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
+JOBS ?= $(shell echo $$(($(CORES) < 15 ? $(CORES) + 1 : 16)))
+# What to run, as arguments of pytest; nothing means all tests.
+TESTS ?=
 TYPESCRIPT := 7.0.2
 PYTEST := $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
 
@@ -17,10 +21,10 @@ demo: .venv/program.stamp  ## make a short film and restyle it
 	$(BIN)/vidstyle demo
 
 test: .venv/dev.stamp  ## run all tests
-	$(PYTEST)
+	$(PYTEST) $(TESTS)
 
 thorough: .venv/dev.stamp  ## run every combination of what `test` tries a part of
-	$(PYTEST) -m thorough
+	$(PYTEST) -m thorough $(TESTS)
 
 check: .venv/dev.stamp  ## look over the code: layout, lint, types; those of JavaScript where Node.js is there
 	$(BIN)/ruff format --check .

@@ -226,7 +226,7 @@ def test_the_doctor_names_what_bug_reports_need(capfd):
 
 
 def test_a_closed_standard_output_is_no_traceback():
-    command = f"{sys.executable} -m vidstyle styles --schema | true; exit ${{PIPESTATUS[0]}}"
-    ended = subprocess.run(["bash", "-c", command], capture_output=True, text=True)
+    command = '"$0" -m vidstyle styles --schema | true; exit ${PIPESTATUS[0]}'
+    ended = subprocess.run(["bash", "-c", command, sys.executable], capture_output=True, text=True)
     assert ended.returncode in (0, 5)
     assert ended.stderr.count("\n") <= 1 and "bug" not in ended.stderr and "Exception" not in ended.stderr

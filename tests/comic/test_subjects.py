@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from media import photograph
 from stories import PLACES, shot, view, write_film
 
 from vidstyle.comic.analyze.action import add_actions, subject_difference
+from vidstyle.comic.analyze.face_networks import load_networks, weights_folder
 from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     Survey,
@@ -78,6 +81,19 @@ def test_faces_are_found_without_a_model() -> None:
             assert at.contains(Box(across, down, across, down))
     for name in ("coffee", "chelsea", "rocket"):
         assert not finder.find(photograph(name))
+
+
+def test_the_networks_are_read_without_leaving_a_file_open(
+    monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    ignored: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", ignored.append)
+    folder = weights_folder()
+    assert folder is not None
+    networks = load_networks.__wrapped__(folder)
+    gc.collect()
+    assert [len(weights) for weights in networks] == [13, 16, 21]
+    assert not ignored and not recwarn.list
 
 
 def test_a_face_is_preferred_during_speech() -> None:

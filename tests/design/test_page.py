@@ -152,6 +152,27 @@ def by_hand(page: Page, **values: float) -> None:
     assert (page.folder / "hatched.mp4").read_bytes() == (page.folder / "by-hand.mp4").read_bytes()
 
 
+def test_no_moving_card_catches_a_click_on_the_button_of_a_gap(page: Page) -> None:
+    """A card that covers the button between press and release takes the click from it."""
+    browser = page.browser
+    page.begin()
+    browser.run("""globalThis.moved = new Set();
+    addEventListener("transitionrun", (event) => moved.add(event.target.id));""")
+    page.add("[data-layer=background]", "pattern", "Pattern")
+    page.add("[data-layer=background][data-index='0']", "threshold", "Soft threshold")
+    pattern, threshold = page.server.designer.opened.content.layers["background"][::-1]
+    browser.until(f"moved.has('card-{pattern.number}')")
+    assert not browser.run(f"return moved.has('card-{threshold.number}')"), "a new card appears in its place"
+    hit = """const card = document.querySelector(".card.selected");
+    Object.assign(card.style, { transition: "none", margin: "-30px" });
+    return [...document.querySelectorAll(".gap")].map((gap) => {
+      card.style.translate = gap.style.translate;
+      const { left, top } = gap.getBoundingClientRect();
+      return document.elementFromPoint(left + 12, top + 12).closest(".gap") === gap;
+    });"""
+    assert browser.run(hit) == [True] * 5
+
+
 def test_a_style_is_built_by_mouse(page: Page) -> None:
     browser = page.browser
 
@@ -400,8 +421,8 @@ def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
         "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === 'Paint').click()"
     )
     steps = len(load_style("paint").steps)
-    browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
     browser.click("#to-diagram")
+    browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
     browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     boxes = browser.run(
         """document.getAnimations().forEach((each) => each.finish());

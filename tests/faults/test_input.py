@@ -7,15 +7,23 @@ import re
 import struct
 import subprocess
 import sys
-import tempfile
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from covering import of_the_day
-from faults import Program, as_nobody, cut, packets, remux, spoil_packets, times, unopened, video
+from faults import (
+    Program,
+    cut,
+    drop_file_privileges,
+    packets,
+    remux,
+    spoil_packets,
+    times,
+    unopened,
+    video,
+)
 from media import make_clip, make_picture
 from waiting import LONG
 
@@ -36,20 +44,11 @@ def test_2_a_folder_as_input(program: Program):
 
 
 def test_2_an_input_that_may_not_be_read(program: Program):
-    program(make_clip(program.folder / "clip.mp4", frames=2))  # imports what the files' rights would hide
     secret = make_clip(program.folder / "secret.mp4", frames=2)
     secret.chmod(0)
-    with as_nobody():
+    with drop_file_privileges():
         outcome = program(secret, "other.mp4")
     assert (outcome.exit_code, len(outcome.lines)) == (3, 1) and "permission denied" in outcome.said
-
-
-@pytest.fixture
-def open_folder() -> Iterator[Path]:
-    """A folder that everybody may enter and write to; those of pytest belong to one user."""
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder).chmod(0o777)
-        yield Path(folder)
 
 
 @pytest.mark.parametrize(
@@ -63,21 +62,21 @@ def open_folder() -> Iterator[Path]:
      "render film.mp4 out.mp4 -s {}"],
 )  # fmt: skip
 def test_2_an_input_of_any_command_that_may_not_be_read(
-    open_folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words: str
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words: str
 ):
-    monkeypatch.chdir(open_folder)
-    make_clip(open_folder / "film.mp4", frames=2)
-    secret = open_folder / "secret.mp4"
+    monkeypatch.chdir(tmp_path)
+    make_clip(tmp_path / "film.mp4", frames=2)
+    secret = tmp_path / "secret.mp4"
     secret.mkdir() if "--images" in words else secret.touch()
     cli.main(words.format("missing.mp4").split())  # imports what the files' rights would hide
     capfd.readouterr()
     secret.chmod(0)
-    with as_nobody():
+    with drop_file_privileges():
         exit_code = cli.main(words.format(secret).split())
     said = capfd.readouterr().err
     assert (exit_code, said.count("\n")) == (3, 1) and "secret.mp4" in said, said
     assert re.search("permission denied", said, re.IGNORECASE), said
-    assert not list(open_folder.glob("*.partial.*"))
+    assert not list(tmp_path.glob("*.partial.*"))
 
 
 @pytest.mark.parametrize(

@@ -65,13 +65,14 @@ def test_other_names_for_it_are_refused(visitor: Visitor, host: str) -> None:
 
 
 def test_a_host_left_out_or_named_twice_is_refused(visitor: Visitor) -> None:
-    assert visitor.ask("/", [("Cookie", visitor.cookie)])[0] == 400
+    refused = (400, 403)  # by aiohttp, or by the page with versions before 3.14
+    assert visitor.ask("/", [("Cookie", visitor.cookie)])[0] in refused
     for first, second in (
         (visitor.host, visitor.host),
         (visitor.host, "evil.example"),
         ("evil.example", visitor.host),
     ):
-        assert visitor.ask("/", [("Host", first), ("Host", second), ("Cookie", visitor.cookie)])[0] == 400
+        assert visitor.ask("/", [("Host", first), ("Host", second), ("Cookie", visitor.cookie)])[0] in refused
 
 
 @pytest.mark.parametrize("address", ["127.0.0.2", server.ANY_ADDRESS])

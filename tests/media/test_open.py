@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import random
 import struct
 import zlib
 from pathlib import Path
@@ -11,6 +11,7 @@ import av
 import media
 import psutil
 import pytest
+from covering import DAY
 
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame
@@ -33,7 +34,11 @@ def test_a_folder(tmp_path):
     assert reason_of(tmp_path) == "is a folder"
 
 
-@pytest.mark.parametrize("content", [b"", bytes(4096), os.urandom(50_000), b"no film at all\n" * 50])
+@pytest.mark.parametrize(
+    "content",
+    [b"", bytes(4096), random.Random(DAY).randbytes(50_000), b"no film at all\n" * 50],
+    ids=["empty", "zeros", "noise", "text"],
+)
 def test_rubbish_named_as_a_film(tmp_path, content):
     path = tmp_path / "film.mp4"
     path.write_bytes(content)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import logging
+import os
 import secrets
 import socket
 import threading
@@ -168,7 +169,7 @@ class WebServer:
 
     async def _listen(self, address: str, port: int) -> int:
         await self._runner.setup()
-        self._listener = await self._loop.create_server(self._connect, address, port)
+        self._listener = await self._loop.create_server(self._connect, sock=_bound_socket(address, port))
         return int(self._listener.sockets[0].getsockname()[1])
 
     def _connect(self) -> asyncio.BaseProtocol:
@@ -240,6 +241,14 @@ def own_hosts(request: web.BaseRequest) -> tuple[str, ...]:
         return ()
     address, port = name
     return (f"{address}:{port}", *([f"localhost:{port}"] if address == THIS_MACHINE else []))
+
+
+def _bound_socket(address: str, port: int) -> socket.socket:
+    """Bind here: asyncio of Python 3.13 raises errors without `errno` for addresses of other machines."""
+    try:
+        return socket.create_server((address, port))
+    except OSError as error:  # whose reason ends with the address
+        raise OSError(error.errno, os.strerror(error.errno or 0)) from error
 
 
 def network_address() -> str:

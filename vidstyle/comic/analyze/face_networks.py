@@ -53,10 +53,17 @@ def weights_folder() -> Path | None:
 @cache
 def load_networks(folder: Path) -> tuple[Weights, Weights, Weights]:
     """The weights of the three networks."""
-    import joblib
-
-    first, second, third = (joblib.load(folder / f"{name}.lz4") for name in NETWORKS)
+    first, second, third = (_load_weights(folder / f"{name}.lz4") for name in NETWORKS)
     return first, second, third
+
+
+def _load_weights(path: Path) -> Weights:
+    import joblib
+    import lz4.frame
+
+    # Given the path, joblib closes the file before its own reader of lz4: Python 3.13 reports that.
+    with lz4.frame.open(path) as file:
+        return joblib.load(file)
 
 
 def find_faces(color: np.ndarray, networks: tuple[Weights, Weights, Weights], least: float) -> np.ndarray:

@@ -92,7 +92,6 @@ export class Diagram {
     card.addEventListener("pointerenter", () => this.#highlight(name));
     card.addEventListener("pointerleave", () => this.#highlight(this.selected));
     this.#cards.set(name, card);
-    this.area.append(card);
     return card;
   }
 
@@ -143,6 +142,7 @@ export class Diagram {
     for (const { name, x, y } of layout.cards) {
       const card = /** @type {HTMLButtonElement} */ (this.#cards.get(name));
       Object.assign(card.style, { translate: `${x}px ${y}px`, width: `${layout.size.w}px`, height: `${layout.size.h}px` });
+      if (!card.isConnected) this.area.append(card); // only now, or it would glide there from the corner
     }
     this.area.setAttribute("aria-owns", layout.cards.map(({ name }) => `card-${name}`).join(" "));
     const wires = [...layout.wires].sort((one, other) => Number(one.used) - Number(other.used));

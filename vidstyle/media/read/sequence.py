@@ -110,7 +110,8 @@ class SequenceSource:
         content = path.read_bytes()
         _check_webp(path, content, max_pixels)
         with silent_opencv():
-            ok, animation = cv2.imdecodeanimation(np.frombuffer(content, np.uint8))
+            # One row: OpenCV 4 takes no column.
+            ok, animation = cv2.imdecodeanimation(np.frombuffer(content, np.uint8)[np.newaxis])
         if not ok or not animation.frames:
             raise InputError(path, "not a readable video")
         stamps = np.concatenate([[0], np.cumsum(np.maximum(animation.durations, 1))]).tolist()

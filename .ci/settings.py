@@ -1,0 +1,157 @@
+"""Settings of the machines that the tests run on: drawn by a seed, so that each day tries others.
+
+A second machine has the opposite settings: of two options the other one. Variables such as
+VIDSTYLE_CI_USER=ordinary choose settings of the first machine.
+"""
+
+from __future__ import annotations
+
+import os
+import pwd
+import random
+import shutil
+import subprocess
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+
+ORDINARY_USER = "vidstyle-tests"
+OLDEST_PYTHON = "3.11"
+OTHER_PROGRAMS = {"chromium", "ffmpeg"}
+"""Programs that some tests need; those tests are skipped without them."""
+
+OPTIONS = {
+    "user": ("root", "ordinary"),
+    "dependencies": ("newest", "lowest"),
+    "python": (OLDEST_PYTHON, "3.12", "3.13", "3.14"),
+    "cores": ("1", "2", "all"),
+    "checkout": ("plain", "space and umlaut", "below a closed folder"),
+    "locale": ("C", "C.UTF-8", "de_DE.UTF-8"),
+    "programs": ("with", "without"),
+}
+"""Of each setting; one may depend on those before it."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Settings under which tests run, by the names of `OPTIONS`."""
+
+    user: str
+    dependencies: str
+    python: str
+    cores: str
+    checkout: str
+    locale: str
+    programs: str
+
+    def __str__(self) -> str:
+        return "\n".join(f"  {field.name}: {getattr(self, field.name)}" for field in fields(self))
+
+    @property
+    def interpreter(self) -> Path:
+        """The Python that the environment is made with."""
+        found = find_python(self.python, self.user)
+        assert found is not None
+        return found
+
+    @property
+    def core_numbers(self) -> set[int]:
+        """The processor cores that its processes may use."""
+        allowed = sorted(os.sched_getaffinity(0))
+        return set(allowed if self.cores == "all" else allowed[-int(self.cores) :])
+
+
+def draw_machines(seed: str) -> tuple[Machine, Machine]:
+    """The machine of the seed and its opposite; print what this computer cannot offer."""
+    orders = {name: random.Random(f"{seed} {name}").sample(of, len(of)) for name, of in OPTIONS.items()}
+    for name, order in orders.items():
+        order.sort(key=lambda option, name=name: option != os.environ.get(f"VIDSTYLE_CI_{name.upper()}"))
+    return _first_possible(orders), _first_possible({name: order[::-1] for name, order in orders.items()})
+
+
+def account_of(user: str) -> pwd.struct_passwd | None:
+    """The account to change to; None: the present one."""
+    return None if os.geteuid() != 0 or user == "root" else pwd.getpwnam(ORDINARY_USER)
+
+
+@cache
+def find_python(version: str, user: str) -> Path | None:
+    """A Python of this version, such as "3.12", that the user can start and that can make environments."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
+    found = [f"/usr/bin/python{version}", f"/usr/local/bin/python{version}", shutil.which(f"python{version}")]
+    found += sorted(map(str, pyenv.glob(f"versions/{version}.*/bin/python{version}")))
+    return next((Path(path) for path in found if path and _makes_environments(path, version, user)), None)
+
+
+def _makes_environments(python: str, version: str, user: str) -> bool:
+    check = "import ensurepip, sys, venv; print('{}.{}'.format(*sys.version_info))"
+    account = account_of(user)
+    try:
+        told = subprocess.run(
+            [python, "-c", check], capture_output=True, text=True, cwd="/", user=account and account.pw_uid
+        )
+    except OSError:
+        return False
+    return told.stdout.strip() == version
+
+
+def _first_possible(orders: Mapping[str, Iterable[str]]) -> Machine:
+    chosen: dict[str, str] = {}
+    for name, order in orders.items():
+        for option in order:
+            if not (reason := OBSTACLES[name](option, chosen)):
+                chosen[name] = option
+                break
+            print(f"not {name} {option}: {reason}", flush=True)
+    return Machine(**chosen)
+
+
+def _obstacle_to_user(option: str, _: Mapping[str, str]) -> str | None:
+    if option == "root":
+        return None if os.geteuid() == 0 else "not started by root"
+    if os.geteuid() != 0 or any(each.pw_name == ORDINARY_USER for each in pwd.getpwall()):
+        return None
+    try:
+        subprocess.run(["useradd", "--system", ORDINARY_USER], check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        return str(error)
+    return None
+
+
+def _obstacle_to_dependencies(option: str, chosen: Mapping[str, str]) -> str | None:
+    # Their wheels are as old as the oldest Python.
+    return _obstacle_to_python(OLDEST_PYTHON, chosen) if option == "lowest" else None
+
+
+def _obstacle_to_python(option: str, chosen: Mapping[str, str]) -> str | None:
+    if chosen.get("dependencies") == "lowest" and option != OLDEST_PYTHON:
+        return f"the lowest dependencies have wheels for {OLDEST_PYTHON}"
+    return None if find_python(option, chosen["user"]) else f"none that user {chosen['user']} can start"
+
+
+def _obstacle_to_cores(option: str, _: Mapping[str, str]) -> str | None:
+    count = len(os.sched_getaffinity(0))
+    return f"there is {count}" if option != "all" and int(option) > count else None
+
+
+def _obstacle_to_locale(option: str, _: Mapping[str, str]) -> str | None:
+    known = subprocess.run(["locale", "-a"], capture_output=True, text=True).stdout.lower().split()
+    return None if option.lower().replace("utf-8", "utf8") in (*known, "c") else "it is not installed"
+
+
+def _obstacle_to_programs(option: str, _: Mapping[str, str]) -> str | None:
+    missing = {program for program in OTHER_PROGRAMS if not shutil.which(program)}
+    return f"no {' and no '.join(sorted(missing))}" if option == "with" and missing else None
+
+
+OBSTACLES: dict[str, Callable[[str, Mapping[str, str]], str | None]] = {
+    "user": _obstacle_to_user,
+    "dependencies": _obstacle_to_dependencies,
+    "python": _obstacle_to_python,
+    "cores": _obstacle_to_cores,
+    "checkout": lambda *_: None,
+    "locale": _obstacle_to_locale,
+    "programs": _obstacle_to_programs,
+}
+"""Why an option of each setting cannot be had here, with what was chosen before; None: it can."""

@@ -1,0 +1,167 @@
+"""Run all tests on the machine of the day, and on its opposite the tests that depend most on the machine.
+
+VIDSTYLE_TEST_SEED, the date in `run`, chooses the machine; `settings.py` says what else can be chosen.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+from settings import OTHER_PROGRAMS, Machine, account_of, draw_machines
+
+ROOT = Path(__file__).resolve().parents[1]
+HIDDEN_PROGRAMS = OTHER_PROGRAMS | {"chromium-browser", "google-chrome", "chrome", "ffprobe", "node", "npx"}
+"""What a machine "without" other programs lacks."""
+SENSITIVE_TESTS = (
+    "tests/blade/test_training.py tests/cli tests/comic/test_subjects.py tests/core tests/cpu tests/faults "
+    "tests/live/test_page_security.py tests/live/test_styler.py tests/pipeline tests/repository"
+)
+"""Tests whose results depend most on user, paths, locale, cores, Python and dependencies."""
+THOROUGH_SHARE = "0.05"
+"""Of the thorough tests; others each day."""
+FUZZ_SECONDS = "60"
+FOLDERS = {
+    "plain": "checkout",
+    "space and umlaut": "mein Ördner/checkout",
+    "below a closed folder": "closed/checkout",
+}
+
+
+class Result(NamedTuple):
+    """Whether a command succeeded, and the lines of its output."""
+
+    succeeded: bool
+    lines: list[str]
+
+
+class Checkout:
+    """A clone in which commands run as on the machine, with few variables and an empty home."""
+
+    def __init__(self, machine: Machine, work: Path, seed: str) -> None:
+        self.machine = machine
+        place = Path(tempfile.mkdtemp(dir=work))
+        self.folder = place / FOLDERS[machine.checkout]
+        self.folder.mkdir(parents=True)
+        (place / "home").mkdir()
+        clone = ["git", "-c", "safe.directory=*", "clone", "--quiet", str(ROOT), str(self.folder)]
+        subprocess.run(clone, check=True)
+        self._variables = {
+            "PATH": os.environ["PATH"] if machine.programs == "with" else _without_programs(place / "bin"),
+            "HOME": str(place / "home"),
+            "LANG": machine.locale,
+            "VIDSTYLE_TEST_SEED": seed,
+            "VIDSTYLE_TEST_SHARE": THOROUGH_SHARE,
+        }
+        if machine.dependencies == "lowest":
+            lowest = subprocess.check_output([machine.interpreter, ROOT / ".ci/lowest.py"])
+            (place / "constraints").write_bytes(lowest)
+            self._variables["PIP_CONSTRAINT"] = str(place / "constraints")
+        self._account = account_of(machine.user)
+        if self._account:
+            subprocess.run(
+                ["chown", "-R", f"{self._account.pw_uid}:{self._account.pw_gid}", place], check=True
+            )
+        place.chmod(0o755)
+        if machine.checkout == "below a closed folder":
+            self.folder.parent.chmod(0o700)
+
+    def run(self, *command: str, show: bool = False) -> Result:
+        """Run a command on the machine's cores; `show`: print its output at once."""
+        cores = ",".join(map(str, self.machine.core_numbers))
+        process = subprocess.Popen(
+            ["taskset", "--cpu-list", cores, *command], cwd=self.folder, env=self._variables,
+            text=True, encoding="utf-8", errors="replace",
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            user=self._account and self._account.pw_uid, group=self._account and self._account.pw_gid,
+            extra_groups=[] if self._account else None,
+        )  # fmt: skip
+        assert process.stdout is not None
+        lines = []
+        for line in process.stdout:
+            lines.append(line.rstrip())
+            if show:
+                print(lines[-1], flush=True)
+        return Result(process.wait() == 0, lines)
+
+    def test(self, target: str, tests: str = "", show: bool = False) -> Result:
+        """Run tests by their target; what fails beside other tests is tried once more by itself.
+
+        Some tests play streams, on machines that may be busy.
+        """
+        make = ["make", target, f"PYTHON={self.machine.interpreter}"]
+        result = self.run(*make, f"TESTS={tests}", show=show)
+        if result.succeeded:
+            return result
+        failed = "TESTS=--last-failed --last-failed-no-failures none"
+        again = self.run(*make, failed, "JOBS=0", show=show)
+        return Result(again.succeeded, [*result.lines, "What failed, once more:", *again.lines])
+
+    def fuzz(self, seed: str) -> Result:
+        """Give damaged files to the program; keep those that it stumbles over."""
+        result = self.run(".venv/bin/python", "tools/fuzz.py", "--seconds", FUZZ_SECONDS, "--seed", seed)
+        if not result.succeeded:
+            found = "tests/fixtures/found"
+            shutil.copytree(self.folder / found, ROOT / found, dirs_exist_ok=True)
+        return result
+
+
+def main() -> None:
+    """Print the settings, run everything, and end with the last lines of the tests."""
+    seed = os.environ["VIDSTYLE_TEST_SEED"]
+    machines = draw_machines(seed)
+    print(f"seed {seed}; all tests on:\n{machines[0]}\nsome on the opposite:\n{machines[1]}", flush=True)
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as second_thread:
+        Path(folder).chmod(0o711)
+        first, second = (Checkout(machine, Path(folder), seed) for machine in machines)
+        others = second_thread.submit(_run_others, second, seed)
+        all_tests = first.test("test", show=True)
+        results = others.result()
+        newest = first if first.machine.dependencies == "newest" else second
+        # Types are checked against the newest libraries, whose annotations differ from those of older ones.
+        results["checks"] = newest.run("make", "check")
+    results["all tests"] = all_tests
+    for name, (succeeded, lines) in results.items():
+        if not succeeded and name != "all tests":
+            print(f"{name}:", *lines, sep="\n")
+    for name, (_, lines) in results.items():
+        print(f"{name}: {_summary(lines)}")
+    sys.exit(not all(result.succeeded for result in results.values()))
+
+
+def _summary(lines: list[str]) -> str:
+    """Find the last line that counts something, in front of what `make` says of a failure."""
+    counting = (
+        line for line in reversed(lines) if re.search(r"\d (passed|failed|error|cases)|Success", line)
+    )
+    return next(counting, lines[-1])
+
+
+def _run_others(checkout: Checkout, seed: str) -> dict[str, Result]:
+    return {
+        "sensitive tests": checkout.test("test", SENSITIVE_TESTS),
+        "thorough tests": checkout.test("thorough"),
+        "damaged files": checkout.fuzz(seed),
+    }
+
+
+def _without_programs(folder: Path) -> str:
+    """Fill a folder with links to all programs but the hidden ones; return it as a PATH."""
+    folder.mkdir()
+    for place in os.environ["PATH"].split(os.pathsep):
+        for program in Path(place).iterdir() if Path(place).is_dir() else ():
+            link = folder / program.name
+            if program.name not in HIDDEN_PROGRAMS and not link.is_symlink():
+                link.symlink_to(program)
+    return str(folder)
+
+
+if __name__ == "__main__":
+    main()
