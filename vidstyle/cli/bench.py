@@ -69,7 +69,7 @@ def bench(
 ) -> None:
     """Measure the speed of every block and style on this machine, next to the paper's figures."""
     if output is not None and not overwrite and os.path.lexists(output):
-        raise UsageError(output, "already exists", "add -y to overwrite it, or choose another name")
+        raise UsageError(output, "exists already", "add -y to overwrite it, or choose another name")
     text = _film(film, frames, as_json, **options) if film else _parts(sizes, bandwidth, as_json, **options)
     if output is None:
         click.echo(text, nl=False)
