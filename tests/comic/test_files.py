@@ -335,8 +335,8 @@ def test_subtitles_in_the_film_are_used_by_default(name: str, tmp_path: Path) ->
         (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a paper size; give a3, a4, a5, letter, "
          "square, strip, webtoon, 1200x1800 or 210x297mm"),
         (["none.mp4", "a.png", "--style", "nope"], 3, "nope"),
-        (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is neither a number of panels nor auto"),
-        (["none.mp4", "a.png", "--skip", "12"], 2, "'12' is not a part of a film such as 0:10-0:25"),
+        (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is not a number of panels or auto"),
+        (["none.mp4", "a.png", "--skip", "12"], 2, "'12' is not a time range such as 0:10-0:25"),
         (["none.mp4", "a.png", "--at", "1,x"], 2, "'x' is not a time such as 12.5 or 1:02:03.5"),
     ],
 )  # fmt: skip

@@ -201,7 +201,7 @@ def test_what_is_transparent_lies_on_white(tmp_path: Path) -> None:
 UNUSABLE = {
     2: {
         "--preview in.png": "--preview needs -o FILE.html",
-        "--at 3": "--at belongs to --preview",
+        "--at 3": "--at needs --preview",
         "--preview in.png -o out.gif": "out.gif cannot be a preview; end its name in .html",
         "--preview in.png -o there.html": "there.html exists already; add -y",
         "--preview in.png -o in.png -y": "is the input itself",

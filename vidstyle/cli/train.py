@@ -98,7 +98,7 @@ def _train(path: Path, options: dict[str, Any]) -> None:
         )
     config = _config(options, reference)
     if path.exists() and not options["overwrite"]:
-        raise UsageError(path, "already exists", "add -y to overwrite it, or choose another name")
+        raise UsageError(path, "exists already", "add -y to overwrite it, or choose another name")
     if options["images"] is None:
         raise UsageError("--images", "is missing", "add --images and a folder of pictures")
     pictures = photographs_in(options["images"], options["long_side"])
