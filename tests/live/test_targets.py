@@ -134,6 +134,17 @@ def test_a_playlist_with_its_pieces(tmp_path: Path):
         assert sum(1 for _ in container.decode(video=0)) > 50
 
 
+@pytest.mark.parametrize("name", ["live.m3u8", "live0.ts", "live12.ts"])
+def test_a_playlist_and_its_pieces_replace_files_only_when_asked(tmp_path: Path, name: str):
+    (tmp_path / name).write_text("mine")
+    (tmp_path / "liveliest.ts").write_text("mine")
+    playlist = str(tmp_path / "live.m3u8")
+    with pytest.raises(UsageError, match=rf"{name} exists already; add -y"):
+        target_maker(playlist, TargetOptions())
+    assert (tmp_path / name).read_text() == "mine"
+    target_maker(playlist, TargetOptions(file=WriteOptions(overwrite=True)))
+
+
 def test_nothing_new_is_shown_again():
     """A source at 5 a second, a stream at 30: five of six are repeated."""
 

@@ -155,6 +155,13 @@ def test_a_folder_that_is_not_there_is_an_output_error(tmp_path: Path) -> None:
         save_style(Style("new"), tmp_path / "none" / "x.toml")
 
 
+def test_saving_leaves_other_files_alone(tmp_path: Path) -> None:
+    (tmp_path / "x.toml.partial").write_text("mine")
+    save_style(Style("new"), tmp_path / "x.toml")
+    assert (tmp_path / "x.toml.partial").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["x.toml", "x.toml.partial"]
+
+
 def test_any_style_saved_over_any_other_reads_back(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     for number in range(60):
         path = tmp_path / f"{number}.toml"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -73,13 +74,26 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
         stream.check_url(text)
         if not is_url(text):
             check_folder(Path(text))
+            _refuse_existing([Path(text), *_pieces(Path(text))], options.file.overwrite)
         name = public_name(text) if is_url(text) else text
         return _stream_maker(name, options, partial(stream.open_stream, text), reconnects=is_url(text))
     check_folder(Path(text))
     kind_of(text, options.file.format, is_numbered(text))
-    if os.path.lexists(text) and is_regular_file(Path(text)) and not options.file.overwrite:
-        raise UsageError(text, "exists already", "add -y to overwrite it, or choose another name")
+    if is_regular_file(Path(text)):
+        _refuse_existing([Path(text)], options.file.overwrite)
     return lambda context: file_target(text, context, options.file)
+
+
+def _refuse_existing(paths: Sequence[Path], overwrite: bool) -> None:
+    existing = next((path for path in paths if os.path.lexists(path)), None)
+    if existing is not None and not overwrite:
+        raise UsageError(existing, "exists already", "add -y to overwrite it, or choose another name")
+
+
+def _pieces(playlist: Path) -> list[Path]:
+    """The existing files that have names of the playlist's pieces: live0.ts of live.m3u8."""
+    name = re.compile(re.escape(playlist.stem) + r"\d+\.ts")
+    return [path for path in playlist.parent.iterdir() if name.fullmatch(path.name)]
 
 
 def file_target(path: str | Path, context: TargetContext, options: WriteOptions) -> TargetThread:
