@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +106,8 @@ def _plain_numba() -> Any:
 
 
 def _supported_numba() -> str:
+    from importlib import metadata  # takes longer than all else here
+
     with suppress(metadata.PackageNotFoundError):
         return next(each for each in metadata.requires("vidstyle") or () if each.startswith("numba"))
     return "another one"

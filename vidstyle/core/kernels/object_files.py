@@ -20,7 +20,7 @@ from vidstyle.errors import log
 
 MAGIC = b"vidstyle kernel 1\n"
 MAX_FILE_BYTES = 1 << 24
-"""More than any kernel has; the largest has a fiftieth of that."""
+"""Hundreds of times as much as any kernel has."""
 REMEDY = "set XDG_CACHE_HOME to a folder that only you can write to"
 
 
