@@ -189,7 +189,7 @@ def test_filters_for_chroma_are_as_many_as_for_luma(tmp_path: Path) -> None:
         (["--feature", "mean=2"], "mean=2 is not NAME=BINS@RHO"),
         (["--feature", "mean=2@9"], "names are mean, strength, coherence"),
         (["--feature", "mean=2@1"] * 3, "is given 3 times"),
-        (["--feature", "mean=99@1"], "there are at most 1024"),
+        (["--feature", "mean=99@1"], "use at most 1024"),
     ],
 )
 def test_features_that_cannot_be_are_told_before_anything_is_read(

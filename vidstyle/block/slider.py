@@ -10,9 +10,9 @@ from typing import Any, cast
 
 from vidstyle.block.controls import Control
 
-RANDOM_DIGITS = 3
+MAX_RANDOM_DIGITS = 3
 """Significant digits of a random value: more could not be seen, and a file is read by people."""
-DEGREES_PER_SPREAD = 90
+FULL_SPREAD_DEGREES = 90
 """A random angle near another one has this standard deviation for a spread of 1."""
 
 
@@ -85,7 +85,7 @@ class Slider(Control):
 
     def draw_near(self, random: Random, value: Any, spread: float, is_integer: bool) -> Any:
         if self.unit == "degrees":
-            angle = value + random.gauss(0, DEGREES_PER_SPREAD * spread)
+            angle = value + random.gauss(0, FULL_SPREAD_DEGREES * spread)
             # An angle outside the range comes in again at the other end.
             return self.nearest((angle - self.low) % (self.high - self.low) + self.low, is_integer)
         changed = self.nearest(value * math.exp(random.gauss(0, spread)), is_integer)
@@ -98,7 +98,7 @@ class Slider(Control):
         if is_integer:
             value = round(value)
         elif value:
-            value = round(value, RANDOM_DIGITS - 1 - math.floor(math.log10(abs(value))))
+            value = round(value, MAX_RANDOM_DIGITS - 1 - math.floor(math.log10(abs(value))))
         return self.check(min(max(value, self.low), self.high), is_integer)
 
     def text(self, value: Any) -> str:
