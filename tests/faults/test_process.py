@@ -103,6 +103,7 @@ def test_33_killed_films_play(long_clip: Path):
 def test_33_films_killed_at_any_time_play():
     options = ["--repeats", "3", "--within", "2", "--seed", os.environ["VIDSTYLE_TEST_SEED"]]
     options += ["--options", "--size 640x360 --preset veryfast", "--resume", "2", "--pairs", "3"]
+    options += ["--neighbors", "3"]
     kill(9, *options, "--endings", ".mp4", ".mkv", ".mov")
 
 
