@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -251,7 +252,8 @@ def test_who_waits_is_told_once_that_a_style_is_being_prepared(
     terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Soon at a terminal, later in a log."""
-    monkeypatch.setattr(library, "_first_wait", lambda: 0)  # long ago
+    monkeypatch.setattr(library, "PAUSE_SECONDS", math.inf)
+    monkeypatch.setattr(library._Wait, "began", 0)  # long ago
     library.announce.cache_clear()
     code: Future[bytes] = Future()
     with Reporting():
@@ -261,3 +263,23 @@ def test_who_waits_is_told_once_that_a_style_is_being_prepared(
         threading.Timer(0.05, code.set_result, [b"code"]).start()
         assert library._delivered(code) == b"code"
     assert capsys.readouterr().err.count("vidstyle: preparing this style, once") == (not terminal)
+
+
+def test_progress_as_json_holds_no_announcement(capsys: pytest.CaptureFixture[str]) -> None:
+    library.announce.cache_clear()
+    with Reporting(["--progress", "json"]):
+        library.announce(only_on_terminal=False)
+    assert not capsys.readouterr().err
+
+
+def test_waits_with_a_pause_between_them_are_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kernel that takes a moment, long after others, is not announced."""
+    announced: list[bool] = []
+    monkeypatch.setattr(library, "announce", announced.append)
+    for ended in (-math.inf, math.inf):
+        monkeypatch.setattr(library._Wait, "began", -1000)
+        monkeypatch.setattr(library._Wait, "ended", ended)
+        code: Future[bytes] = Future()
+        threading.Timer(0.05, code.set_result, [b"code"]).start()
+        library._delivered(code)
+        assert announced == ([] if ended < 0 else [True, False])

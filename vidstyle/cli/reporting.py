@@ -50,11 +50,14 @@ class Reporting(logging.Handler):
         """Print a notice.
 
         Args:
-            record: with `only_on_terminal` if it is of use to a waiting person only, `once` if the command
-                tells it no second time, or `event` and `facts` if it is more than a text.
+            record: with `only_on_terminal` or `only_for_people` if it is of use to a waiting person or to a
+                reader of a log only, `once` if the command tells it no second time, or `event` and `facts` if
+                it is more than a text.
         """
         text = record.getMessage()
         if getattr(record, "only_on_terminal", False) and not sys.stderr.isatty():
+            return
+        if getattr(record, "only_for_people", False) and self.as_json:
             return
         if getattr(record, "once", False):
             if text in self._once:

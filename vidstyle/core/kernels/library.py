@@ -6,6 +6,7 @@ import ctypes
 import functools
 import hashlib
 import importlib
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -186,23 +187,32 @@ def _needed_soon() -> list[Kernel]:
 
 
 ANNOUNCEMENTS = (1.0, True), (3.0, False)
-"""Seconds since the first wait after which the wait is announced, and whether only on a terminal."""
+"""Seconds of waiting after which it is announced, and whether only on a terminal."""
+PAUSE_SECONDS = 1.0
+"""Waits with a shorter pause between them are one."""
+
+
+class _Wait:
+    """When the present wait for kernels began, and when a kernel was last waited for."""
+
+    began = ended = -math.inf
 
 
 def _delivered(code: Future[bytes]) -> bytes:
-    for seconds, only_on_terminal in ANNOUNCEMENTS:
-        with suppress(TimeoutError):
-            return code.result(timeout=max(_first_wait() + seconds - time.monotonic(), 0))
-        announce(only_on_terminal)
-    return code.result()
-
-
-@functools.cache
-def _first_wait() -> float:
-    return time.monotonic()
+    now = time.monotonic()
+    _Wait.began = now if now - _Wait.ended > PAUSE_SECONDS else _Wait.began
+    try:
+        for seconds, only_on_terminal in ANNOUNCEMENTS:
+            with suppress(TimeoutError):
+                return code.result(timeout=max(_Wait.began + seconds - time.monotonic(), 0))
+            announce(only_on_terminal)
+        return code.result()
+    finally:
+        _Wait.ended = time.monotonic()
 
 
 @functools.cache
 def announce(only_on_terminal: bool) -> None:
-    """Say why there is no picture yet; in a log only where it takes long."""
-    log.info("preparing this style, once", extra={"only_on_terminal": only_on_terminal, "once": True})
+    """Say why there is no picture yet; in a log only where it takes long, and never as JSON."""
+    what = {"only_on_terminal": only_on_terminal, "once": True, "only_for_people": True}
+    log.info("preparing this style, once", extra=what)
