@@ -298,3 +298,21 @@ def test_the_real_alsa(tmp_path: Path):
         timeout=LONG,
     )
     assert (run.returncode, run.stdout, run.stderr) == (0, "True 2\n", "")
+
+
+@pytest.mark.skipif("alsa" not in av.formats_available, reason="no ALSA in this build")
+def test_alsa_is_found_in_an_installation_whose_path_has_spaces(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = [line for line in alsa.MAPS.read_text("utf-8").splitlines() if "libasound" in line]
+    library = lines[0][lines[0].index("/") :]
+    link = tmp_path / "mein Ördner" / Path(library).name
+    link.parent.mkdir()
+    link.symlink_to(library)
+    (tmp_path / "maps").write_text(lines[0].replace(library, str(link)) + "\n", "utf-8")
+    monkeypatch.setattr(alsa, "MAPS", tmp_path / "maps")
+    kept = len(alsa._kept)
+    alsa.prepare_alsa.cache_clear()
+    alsa.prepare_alsa()
+    alsa.prepare_alsa.cache_clear()  # what comes next sets up the real one again
+    assert len(alsa._kept) == kept + 1

@@ -242,9 +242,9 @@ def prepare_alsa() -> deque[int]:
     if plugins is not None:
         os.environ.setdefault("ALSA_PLUGIN_DIR", str(plugins))
     numbers: deque[int] = deque(maxlen=MAX_ALSA_ERRORS)
-    for path in re.findall(r"/\S*libasound\S*\.so\S*", MAPS.read_text() if MAPS.exists() else ""):
-        _note_errors(ctypes.CDLL(path), numbers)
-        break
+    loaded = os.fsdecode(MAPS.read_bytes()) if MAPS.exists() else ""
+    if library := re.search("/.*libasound.*[.]so.*", loaded):  # up to the end of the line: paths have spaces
+        _note_errors(ctypes.CDLL(library[0]), numbers)
     return numbers
 
 
